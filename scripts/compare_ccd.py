@@ -24,11 +24,11 @@ from rich.console import Console
 from rich.table import Table
 
 from simcore.physics.bullet import BulletEngine
+from simcore.physics.contact_law import CARPET, WALL, TerrainSurface
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Box, HalfSpace, Mesh, Shape, Sphere
 from simcore.physics.substeps import Substepping
-from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.units import GRAVITY
 
 DT = 0.02

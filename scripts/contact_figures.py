@@ -18,11 +18,12 @@ from scipy.spatial import cKDTree
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
+from simcore.physics.contact_law import CARPET, POLYCARBONATE, WALL, hit_surface
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.surface import CARPET, POLYCARBONATE, WALL
-from simcore.pieces.impact_law import hit_surface
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.robot_config import RobotConfig
 from simcore.units import GRAVITY, TICK, inches
 
 RADIUS = 0.075
@@ -263,8 +264,32 @@ def scrape(engine: str) -> Figures:
     return found
 
 
+def tank_scrape(engine: str) -> Figures:
+    """A tank whose volts steer it into the wall beside it: way in 2 s, heading, tilt, wheels that lift."""
+    found: Figures = {}
+    for left, right in ((6.5, 6.0), (7.0, 6.0), (11.0, 10.0)):
+        tank = RobotConfig(drivetrain=TankConfig(stator_limit=60.0))
+        with Match.bare(start=(2.0, 0.41, 0.0), size=(18.0, 8.0), engine=engine, robot=tank) as match:
+            robot = match.robots[0]
+            turned = tilt = 0.0
+            lifted = 0
+            for _ in range(100):
+                robot.drive.set_volts(left, right)
+                match.tick()
+                roll, pitch, yaw = robot.chassis.roll_pitch_yaw
+                turned, tilt = max(turned, abs(yaw)), max(tilt, math.hypot(roll, pitch))
+                lifted += not all(robot.chassis.touching)
+            name = f"{left} and {right} V"
+            found[f"{name}, way [m]"] = (robot.chassis.pos[0] - 2.0, None)
+            found[f"{name}, heading [deg]"] = (math.degrees(turned), None)
+            found[f"{name}, tilt [deg]"] = (math.degrees(tilt), None)
+            found[f"{name}, ticks with a wheel off"] = (float(lifted), 0.0)
+    return found
+
+
 SCENES: dict[str, Callable[[str], Figures]] = {
-    scene.__name__: scene for scene in (scrape, sleepers, rows, bounces, block_on_slope, pins, heaps, ploughing, bump)
+    scene.__name__: scene
+    for scene in (scrape, tank_scrape, sleepers, rows, bounces, block_on_slope, pins, heaps, ploughing, bump)
 }
 
 

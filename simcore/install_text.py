@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-__all__ = ["install_command"]
+__all__ = ["install_command", "source_address"]
 
 _PIP = "python -m pip install"
 _PACKAGE = Path(__file__).resolve().parent
@@ -46,6 +46,22 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
     if "archive_info" in origin and (not url.startswith("file:") or folder.is_file()):
         return f'`{pip} "simcore{names} @ {url}"`'
     return f'`{pip} ".{names}"` in the folder of simcore\'s source'
+
+
+def source_address(package: Path = _PACKAGE) -> str:
+    """From where pip of another computer can install the simcore that is here; empty: from nowhere that is known.
+
+    >>> source_address(Path("/home/me/env/site-packages/simcore"))
+    ''
+
+    Args:
+        package: Folder of the package simcore.
+    """
+    origin = _origin(package)
+    url, version_control = str(origin.get("url", "")), origin.get("vcs_info")
+    if version_control:
+        return f"{version_control.get('vcs', 'git')}+{url}@{version_control.get('commit_id', '')}"
+    return url if url.startswith("https:") else ""
 
 
 def _is_source(folder: Path) -> bool:

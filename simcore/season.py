@@ -7,10 +7,11 @@ beside their own (`NAMES`), so that all other code is written once. Modules come
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import import_module, metadata
 from importlib.util import find_spec
+from itertools import cycle
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -19,6 +20,7 @@ from simcore.errors import ConfigError
 from simcore.install_text import install_command
 
 __all__ = [
+    "EPOCH",
     "NAMES",
     "NetworkTables",
     "camel_case",
@@ -38,8 +40,8 @@ _TOPICS = "boolean double integer raw string double_array integer_array string_a
 _KINDS = "raw double double_array float float_array integer integer_array"
 _SUBSCRIBERS = ("Boolean", "Double", "Integer", "Raw", "String", "DoubleArray", "IntegerArray")
 
-_EPOCH = 1e7
-"""Longer than a computer runs [s]."""
+EPOCH = 1e7
+"""Longer than a computer runs [s]; robots under test start at a multiple of it by the controller's clock."""
 
 _GEOMETRY = ("Pose2d", "Pose3d", "Quaternion", "Rotation2d", "Rotation3d", "Transform3d", "Translation3d")
 DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "MecanumDrive")
@@ -75,11 +77,12 @@ NAMES: dict[str, dict[str, str]] = {
         "DifferentialDrive=drive.DifferentialDrive MecanumDrive=drive.MecanumDrive",
         "Alliance": "RED=kRed BLUE=kBlue",
         "AnalogEncoder": "get_channel",
+        "MotorControllerGroup": "get_inverted",
         "DigitalInput": "get_channel",
         "DigitalOutput": "get_channel",
         "AnalogInput": "get_channel",
         "DoubleSolenoid": "get_fwd_channel get_rev_channel",
-        "DutyCycleEncoder": "get",
+        "DutyCycleEncoder": "get get_source_channel",
         "Encoder": "get_distance_per_pulse",
         "Field2d": "set_robot_pose get_object",
         "FieldObject2d": "set_poses",
@@ -195,6 +198,21 @@ def loop_classes() -> tuple[Any, ...]:
     """Robot classes whose loop is WPILib's, with `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
     wpilib = _module("wpilib")
     return tuple(getattr(wpilib, name) for name in ("TimedRobot", "OpModeRobot") if hasattr(wpilib, name))
+
+
+def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
+    """Have a robot of `loop_classes` call something once a period [s], never at the instant of its own loop."""
+    if isinstance(robot, _module("wpilib").TimedRobot):
+        robot.add_periodic(call, period, period / 2.0)
+        return
+    halves = cycle((call, None))  # an OpModeRobot knows no offset: each second call is at the instant of its loop
+
+    def half() -> None:
+        due = next(halves)
+        if due is not None:
+            due()
+
+    robot.add_periodic(half, period / 2.0)
 
 
 def set_mode(mode: str, name: str = "") -> None:
@@ -330,6 +348,18 @@ def led_sim(channel: int) -> Any:
     return cls.createForChannel(channel) if hasattr(cls, "createForChannel") else cls(channel)
 
 
+def is_led_running(sim: Any) -> bool:
+    """Whether a strip of LEDs shows its data; since 2027 it always does."""
+    return bool(sim.getRunning()) if hasattr(sim, "getRunning") else True
+
+
+def show_input_current(amps: float) -> None:
+    """What the controller reads as its own current [A]; that of 2027 does not measure it."""
+    sim = _module("wpilib.simulation").RoboRioSim
+    if hasattr(sim, "setVInCurrent"):
+        sim.setVInCurrent(amps)
+
+
 def start_of_clock() -> float:
     """When a robot under test starts, by the controller's clock [s].
 
@@ -341,7 +371,7 @@ def start_of_clock() -> float:
         return 0.0
     now = _module("wpilib").Timer.get_monotonic_timestamp
     sim.pause_timing()
-    sim.step_timing(_EPOCH - now() % _EPOCH)
+    sim.step_timing(EPOCH - now() % EPOCH)
     return float(now())
 
 
@@ -356,13 +386,51 @@ def user_rails() -> list[tuple[Any, Any]]:
     return [*rails, (sim.set_user_active_3v3, sim.set_user_faults_3v3)]
 
 
-def notifier_calls() -> tuple[Any, ...] | None:
-    """The hardware layer's functions that make, wait for, set, stop and free a notifier; None: not as in 2026."""
+def notifier_calls() -> tuple[Any, ...]:
+    """Of the hardware layer, for a thread that waits for times of its own.
+
+    Returns:
+        What makes a notifier, waits for it (False: it was stopped), sets its alarm [us], and frees it.
+    """
     hal = _module("hal")
-    if not hasattr(hal, "waitForNotifierAlarm"):
-        return None
-    names = ("initializeNotifier", "waitForNotifierAlarm", "updateNotifierAlarm", "stopNotifier", "cleanNotifier")
-    return tuple(getattr(hal, name) for name in names)
+    if hasattr(hal, "waitForNotifierAlarm"):
+
+        def free(handle: int) -> None:
+            hal.stopNotifier(handle)
+            hal.cleanNotifier(handle)
+
+        wait = hal.waitForNotifierAlarm
+        return lambda: hal.initializeNotifier()[0], lambda handle: wait(handle)[0] != 0, hal.updateNotifierAlarm, free
+    set_alarm = hal.set_notifier_alarm
+    return (
+        *(lambda: hal.create_notifier()[0], import_module("wpiutil.sync").wait_for_object),
+        *(lambda handle, when: set_alarm(handle, 1000 * when, 0, True, True), hal.destroy_notifier),
+    )
+
+
+def time_waits_for_answers() -> bool:
+    """Whether stepped time stands still while a notifier's alarm is not answered, and not until all are waited for."""
+    return not hasattr(_module("hal"), "waitForNotifierAlarm")
+
+
+def robots_notifier_calls() -> list[tuple[Any, str, str]]:
+    """Functions by which the loops of robot programs wait: module, name, and what it does.
+
+    That is `wait` (handle; returns time and status in 2026, since 2027 whether it was signaled), `set` (handle, time)
+    or `forget` (handle).
+    """
+    hal = _module("hal")
+    if time_waits_for_answers():
+        return [
+            (import_module("wpiutil.sync"), "wait_for_object", "wait"),
+            (hal, "set_notifier_alarm", "set"),
+            *((hal, name, "forget") for name in ("cancel_notifier_alarm", "destroy_notifier")),
+        ]
+    return [
+        (hal, "waitForNotifierAlarm", "wait"),
+        (hal, "updateNotifierAlarm", "set"),
+        *((hal, name, "forget") for name in ("stopNotifier", "cleanNotifier")),
+    ]
 
 
 def camel_case(name: str, *, first: bool = False) -> str:

@@ -12,7 +12,7 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
+from simcore.physics.contact_law import POLYCARBONATE, RUBBER, WALL
 from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.climber import Rung
 

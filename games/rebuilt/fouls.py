@@ -8,11 +8,10 @@ from fnmatch import fnmatchcase
 from games.rebuilt import dimensions as dim
 from games.rebuilt.scoring import ALLIANCES
 from games.rebuilt.tower import TowerJudge
-from simcore.match.foul_book import FoulBook
+from simcore.match.foul_book import FoulBook, Releases
 from simcore.match.game import PlayedMatch
 from simcore.match.perimeters import is_airborne, is_carried, reaches_into, robot_near
 from simcore.match.pinning import PinCounts, pins_of
-from simcore.match.releases import Releases
 from simcore.match.scoring import Alliance, ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.typing import FloatArray

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from simcore.physics.contact_law import FoamStiffness
 from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
-from simcore.pieces.foam import FoamStiffness
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import inches, pounds
 

@@ -10,9 +10,9 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone
 from simcore.match.game import FieldDefinition, GameOption
 from simcore.match.scoring import Alliance, ScoringZone
+from simcore.physics.contact_law import POLYCARBONATE, WALL
 from simcore.physics.hanging import HangingConfig
 from simcore.physics.shapes import Box
-from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.robot.climber import Rung
 
 __all__ = [

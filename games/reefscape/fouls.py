@@ -7,9 +7,8 @@ import math
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.footprints import corners, hexagon, overlaps
-from simcore.match.foul_book import FoulBook
+from simcore.match.foul_book import FoulBook, Releases
 from simcore.match.game import PlayedMatch
-from simcore.match.releases import Releases
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
 

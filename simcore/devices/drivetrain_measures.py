@@ -18,6 +18,7 @@ from simcore.units import inches
 __all__ = ["complete_measures"]
 
 _SAME = 0.02  # relative; two sources that are nearer than this say the same
+_WEAK = 3.0  # [V] of a feed-forward at free speed; a share of full output gives 1
 _MAXSWERVE = MODULES["REV MAXSwerve"]
 _IS_MAXSWERVE = f"{_MAXSWERVE.name} has this ratio"
 _GUESSES: dict[str, dict[str, float]] = {
@@ -47,6 +48,13 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
                 known[name] = measure
             elif not measure.is_guess and _differ(before.value, measure.value):
                 differences.append(f"{name} is {before} but {measure}")
+    for role in ("drive", "steer"):
+        volts = known.pop(f"{role}_free_speed_volts", None)
+        if volts is not None and volts.value < _WEAK:
+            differences.append(
+                f"{volts.source} has a feed-forward of velocity that gives {volts.value:.2g} V at the motor's free "
+                "speed, where 12 V are needed: it is in volts, not a share of full output"
+            )
     differences += _places_differ(found, projects)
     _fill_wheel(known, found, differences)
     if known.get("wheel_radius", Measure(0, "")).source == _IS_MAXSWERVE:

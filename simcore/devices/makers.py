@@ -82,6 +82,8 @@ class MotorFacts:
     """Rotor turns per turn of that encoder; None: it is configured nowhere [-]."""
     has_gains: bool = False
     """Whether a loop of the controller is configured; else the program closes it."""
+    free_speed_volts: float | None = None
+    """What its feed-forward of velocity gives at the motor's free speed, some 12 if it is right [V]; None: without."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -144,9 +144,9 @@ def _members_of(given: Any) -> Sequence[Any]:
 
 
 def _drive_sign(motor: BuiltDevice) -> float:
-    """-1 where negative values drive a motor forward: in groups that the program has inverted (2027 has none)."""
+    """-1 where negative values drive a motor forward: in groups that the program has inverted."""
     groups = [r.made for r in built("group") if motor.key in {m.key for m in _motors_of(r.made)}]
-    return -1.0 if sum(bool(group.getInverted()) for group in groups) % 2 else 1.0
+    return -1.0 if sum(bool(group.get_inverted()) for group in groups) % 2 else 1.0
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:

@@ -242,6 +242,8 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
     for name, limit in (("stator_limit", facts.stator_limit), ("supply_limit", facts.supply_limit)):
         if limit is not None:
             found[f"{role}_{name}"] = Measure(limit, f"configured in {device}")
+    if facts.free_speed_volts is not None:
+        found[f"{role}_free_speed_volts"] = Measure(facts.free_speed_volts, str(device))
     found[f"{role}_loop"] = Measure("controller" if facts.has_gains else "roboRIO", f"gains of {device}")
     return found
 

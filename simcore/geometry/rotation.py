@@ -21,11 +21,14 @@ __all__ = [
     "apply",
     "apply_back",
     "as_rows",
+    "cross",
+    "dot",
     "frame_pose",
     "from_rpy",
     "from_yaw",
     "interpolate",
     "matrix",
+    "minus",
     "multiply",
     "outer_pose",
     "rotate",
@@ -177,6 +180,22 @@ def transposed(a: Rows) -> Rows:
     """The transpose a^T."""
     (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
     return (a00, a10, a20), (a01, a11, a21), (a02, a12, a22)
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Difference of two vectors."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def dot(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Vector product."""
+    (ax, ay, az), (bx, by, bz) = a, b
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def apply(a: Rows, v: Vector) -> Vector:

@@ -17,11 +17,11 @@ from simcore.match.clock import MatchClock, MatchTimer, Phase
 from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scatter import ScatterDraws
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
+from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Cylinder, Sphere
-from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

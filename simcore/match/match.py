@@ -23,15 +23,15 @@ from simcore.match.match_state import MatchState
 from simcore.match.publish import build_snapshot
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.match.starts import require_free_place, require_playable, require_settings
+from simcore.match.starts import require_playable, require_settings
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Sphere
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.reach import Footprint, WakeSettings
+from simcore.pieces.reach import WakeSettings
 from simcore.pieces.resting_places import RestingPlace
-from simcore.quantities import POSE, Quantity, require, require_row, shown
+from simcore.quantities import Quantity, require, shown
 from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
 from simcore.season import NetworkTables
@@ -276,7 +276,7 @@ class Match(MatchState):
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
         self.recoil.apply()
-        self.flow.follow()
+        self.record.after_tick(self.time)
         for body in self.hanging:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
 
@@ -294,7 +294,7 @@ class Match(MatchState):
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
             for event in events:
-                self.flow.note_scored(event.slot)
+                self.record.note_scored(event.slot)
             self.pieces.score(np.array([event.slot for event in events]))
             for event in events:
                 self.rules.scored(event)
@@ -360,16 +360,14 @@ class Match(MatchState):
             StartError: The place is beyond the field, or inside of something solid.
         """
         self.require_robot(number)
-        require_row(f"robot {number}", "pose", pose, POSE)
-        require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
+        self._require_place(number, pose)
         self._carry(number, pose, by_people=by_people)
 
     def _carry(self, number: int, pose: Pose, *, by_people: bool) -> None:
         missed = self._missed(number, pose) if by_people else None
         old_pos = self.robots[number].chassis.pos
-        self.robots[number].carry_to(missed or pose, believed=missed and pose)
+        self.robots[number].put(missed or pose, believed=missed and pose)
         self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
-        self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:
         """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
@@ -377,6 +375,7 @@ class Match(MatchState):
         if mode == "auto":
             self.tracker.reset()
             self.flow.clear()
+            self.record.forget_pieces()
             self._has_ended = False
         self._started = mode
         self.rules.start_mode(mode)
@@ -396,6 +395,7 @@ class Match(MatchState):
             self._preload(robot)
         self._make_room()
         self.flow.clear()
+        self.record.forget_pieces()
         self.tracker.reset()
         self._begin_rules()
         if self._started is not None:

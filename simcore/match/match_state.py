@@ -22,24 +22,24 @@ from simcore.match.motion import Motion
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
 from simcore.match.robot_contacts import RobotContacts, StructureRecoil
+from simcore.match.run_record import RunRecord
 from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
 from simcore.match.scoring import Alliance, ScoringTracker
-from simcore.match.starts import BeliefCheck, missed_place, require_free_starts
+from simcore.match.starts import BeliefCheck, missed_place, require_free_place, require_free_starts
 from simcore.physics.field import FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.reach import Footprint, WakeSettings
-from simcore.quantities import shown
+from simcore.quantities import POSE, require_row, shown
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Robot
 from simcore.season import NetworkTables
 from simcore.typing import FloatArray
+from simcore.units import TICK
 
 __all__ = ["MatchState"]
-
-_COUNT_PERIOD = 5  # ticks
 
 _COUNT_PERIOD = 5  # ticks
 
@@ -91,7 +91,9 @@ class MatchState:
     motion: Motion
     """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
     flow: PieceFlow
-    """Pieces into robots and out of them, and the record of it."""
+    """Pieces into robots and out of them."""
+    record: RunRecord
+    """What has happened so far."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -211,6 +213,10 @@ class MatchState:
             missed = self._missed(robot.number, pose)
             if missed is not None:
                 robot.reset(missed, believed=pose)
+        self.record = RunRecord(self.pieces, self.robots, TICK)
+        for robot in self.robots:
+            robot.require_place = partial(self._require_place, robot.number)
+            robot.on_put = partial(self._note_put, robot.number)
         self._make_room()
         self.contacts = RobotContacts(self.world, self.robots, self.hanging, self.field.elements)
         self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
@@ -221,7 +227,7 @@ class MatchState:
             hanging=self.hanging,
             watchers=(self.contacts, self.recoil),
         )
-        self.flow = PieceFlow(self.world, self.pieces, self.robots)
+        self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
         self.beliefs = BeliefCheck(self.robots)
@@ -297,8 +303,17 @@ class MatchState:
 
     def _make_room(self) -> None:
         """Pieces that are where robots are move aside."""
-        for robot in self.robots:
-            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
+
+    def _require_place(self, number: int, pose: Pose) -> None:
+        """Refuse a place where a robot cannot stand."""
+        require_row(f"robot {number}", "pose", pose, POSE)
+        require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
+
+    def _note_put(self, number: int, reason: str) -> None:
+        """A robot was put somewhere."""
+        self.record.robots[number].put(self.time, reason)
+        self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
         """Where people put a robot who want it somewhere; None: there."""

@@ -1,80 +1,58 @@
-"""Pieces on their way into robots and out of them: intakes and storages, shooters and placers, and what was shot."""
+"""Pieces on their way into robots and out of them: intakes and storages, shooters and placers."""
 
 from __future__ import annotations
 
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from simcore.geometry.linkage import PartState
 from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.held_contact import HeldContact
+from simcore.match.run_record import RunRecord
+from simcore.physics.contact_law import hit_ball, pair_friction, pair_restitution, touch_normal
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight import SQUEEZE, advance, free_shares, muzzle_obstacle
-from simcore.pieces.impact_law import hit_ball, touch_normal
 from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import Placer
-from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.robot.robot import Robot
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
-__all__ = ["PieceFlow", "ShotRecord"]
+__all__ = ["PieceFlow"]
 
 _log = logging.getLogger(__name__)
 
-_DRAWN = 100  # ticks of a shot's way that are kept at least
-_LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
-
-
-@dataclass(slots=True)
-class ShotRecord:
-    """One shot piece, from the muzzle until it scores, is taken in again or lies on the carpet."""
-
-    time: float
-    slot: int
-    robot: int
-    points: list[tuple[float, float, float]]
-    """Its flight, a point a tick [m]: of 2 s, and until it touches something."""
-    scored: bool = False
-
 
 class PieceFlow:
-    """Moves pieces between the field and the robots, and remembers where they went.
+    """Moves pieces between the field and the robots, and notes where they went.
 
     Args:
         world: Where the pieces live.
         pieces: All of them.
         robots: All of them.
+        record: Of the run.
     """
 
-    def __init__(self, world: PhysicsWorld, pieces: GamePieceManager, robots: Sequence[Robot]) -> None:
+    def __init__(
+        self, world: PhysicsWorld, pieces: GamePieceManager, robots: Sequence[Robot], record: RunRecord
+    ) -> None:
         self._world = world
         self._pieces = pieces
         self._robots = robots
+        self._record = record
         self.clear()
 
     def clear(self) -> None:
-        """Forget all shots and intakes, as a match begins."""
-        self.shots: list[ShotRecord] = []
-        """In order."""
-        self._shot_rows: tuple[IntArray, IntArray, IntArray] | None = None
-        self.intakes: list[list[float]] = []
-        """Where each piece was taken in, field frame [m]."""
-        self.put_down = 0
-        """Pieces that placers have let go."""
-        self.knocked_out = 0
-        """Pieces that the field has knocked out of placers."""
+        """Forget what was in the way of pieces, as a match begins."""
         self._contact = HeldContact(self._world, self._pieces)
-        self._followed: dict[int, ShotRecord] = {}
         self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
 
     # --- in -------------------------------------------------------------------------------------------------------
@@ -148,7 +126,7 @@ class PieceFlow:
     def _hold(self, robot: Robot, slots: IntArray) -> None:
         if len(slots):
             state = self._pieces.state
-            self.intakes += state.pos[slots].tolist()
+            self._record.note_taken_in(slots, robot.number)
             for slot in slots.tolist():
                 robot.balance.exchange(
                     float(self._pieces.mass[slot]), state.pos[slot].tolist(), state.vel[slot].tolist()
@@ -176,7 +154,7 @@ class PieceFlow:
                 if loose is not None:
                     self._knock_out(robot, placer, placer.piece, loose, time)
                 elif placer.releases and self._contact.is_free(placer):  # in something it sticks in the placer
-                    self.put_down += 1
+                    self._record.put_down += 1
                     self._leave(robot, placer, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
@@ -190,7 +168,7 @@ class PieceFlow:
             return not name
 
         for launch in shooter.update(self._ready(robot, shooter.config), is_free):
-            self._shoot(robot, shooter, launch, time)
+            self._shoot(robot, shooter, launch)
         for slot, launch in struck.items():
             self._strike(robot, shooter, launch, slot)
         self._note_blocked((robot.number, number), obstacles, time)
@@ -260,7 +238,8 @@ class PieceFlow:
             return
         (_, after), _ = hit_ball(
             (leaves.vel, before), (leaves.rate, (0.0, 0.0, 0.0)), normal, radii=radii, masses=masses,
-            restitution=kinds[0].restitution * kinds[1].restitution, friction=kinds[0].friction * kinds[1].friction,
+            restitution=pair_restitution(*[kind.restitution for kind in kinds]),
+            friction=pair_friction(*[kind.friction for kind in kinds]),
         )  # fmt: skip
         self._pieces.push(slots, np.array([after]))
         shooter.after_shot(masses[1], float(np.dot(np.subtract(after, before), ahead)))
@@ -284,7 +263,7 @@ class PieceFlow:
         elif not name:
             self._is_blocked.discard(shooter)
 
-    def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
+    def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch) -> None:
         """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
@@ -307,14 +286,11 @@ class PieceFlow:
         shooter.after_shot(mass, float(launch.aim.speed))
         x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
         robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the place where the muzzle is at the tick's end
-        shot = ShotRecord(time, slot, robot.number, [pos])
-        self.shots.append(shot)
-        self._shot_rows = None
-        self._followed[slot] = shot
+        self._record.note_shot(slot, robot.number, pos)
 
     def _knock_out(self, robot: Robot, placer: Placer, slot: int, part: PartState, time: float) -> None:
         """Let a placer's piece go that was driven into the field."""
-        self.knocked_out += 1
+        self._record.knocked_out += 1
         _log.warning(
             "robot %d at %.2f s: %s in a placer was driven into the field at (%.2f, %.2f, %.2f) m and came out of it",
             *(robot.number, time, self._kind_of(slot).name, *part.pos),
@@ -327,47 +303,3 @@ class PieceFlow:
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
         robot.balance.exchange(-float(self._pieces.mass[slot]), part.pos, part.vel)
-
-    # --- records --------------------------------------------------------------------------------------------------
-
-    def follow(self) -> None:
-        """Note where the shots are, after a tick."""
-        state = self._pieces.state
-        for slot, shot in list(self._followed.items()):
-            x, y, z = state.pos[slot].tolist()
-            is_touched = not self._pieces.is_untouched[slot]
-            if not is_touched or len(shot.points) <= _DRAWN:
-                shot.points.append((x, y, z))
-            lies = state.status[slot] == PieceStatus.ASLEEP and z < self._kind_of(slot).rest_height + _LIES
-            if state.status[slot] not in ON_FIELD or (lies and is_touched):
-                del self._followed[slot]
-
-    def note_scored(self, slot: int) -> None:
-        """A piece has scored: if it was shot, its shot hit."""
-        shot = self._followed.pop(slot, None)
-        if shot is not None:
-            shot.scored = True
-            self._shot_rows = None
-
-    @property
-    def shot_rows(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Of each shot, in their order: its piece, its robot, and 1 if it scored, shape (n,) each; read-only."""
-        if self._shot_rows is None:
-            slots = np.array([shot.slot for shot in self.shots], dtype=np.int64)
-            robots = np.array([shot.robot for shot in self.shots], dtype=np.int64)
-            hits = np.array([shot.scored for shot in self.shots], dtype=np.int64)
-            for row in (slots, robots, hits):
-                row.setflags(write=False)
-            self._shot_rows = slots, robots, hits
-        return self._shot_rows
-
-    @property
-    def hits(self) -> int:
-        """Shots that scored."""
-        return int(np.count_nonzero(self.shot_rows[2]))
-
-    @property
-    def flying(self) -> IntArray:
-        """Slots of the shots that have not touched anything yet, oldest first."""
-        untouched = self._pieces.is_untouched
-        return np.array([slot for slot in self._followed if untouched[slot]], dtype=np.int64)

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.geometry.rotation import multiply, rotate
+from simcore.match.run_record import RobotRecord
 from simcore.match.scoring import Alliance
+from simcore.match.starts import pose_text
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.positioned_mechanisms import PistonSim
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["build_snapshot"]
 
 _DECIMALS = 6
-"""Of the poses of robots and of what they carry [um, 1e-6]: the engine holds a robot at rest to some 1e-9 m, and a
-log would take up every tick of it."""
+"""Of the poses of robots and of what they carry [um, 1e-6], and of mechanisms: the engine holds a robot at rest to some
+1e-9 m, and a log would take up every tick of it."""
 _VOLT_DECIMALS = 3
 """Of the battery's voltage [mV], which comes back after a load for minutes."""
 
@@ -66,7 +68,7 @@ def build_snapshot(match: MatchState) -> Snapshot:
         rows.pose_arrays["Sim/Hanging"] = _rounded(np.array(bodies))
     rows.pose_arrays |= {key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()}
     for robot in match.robots:
-        _add_robot(rows, robot, match.alliances[robot.number])
+        _add_robot(rows, robot, match.alliances[robot.number], match.record.robots[robot.number])
     for key, value in match.rules.telemetry().items():
         rows.add(key, value)
     return Snapshot(
@@ -84,7 +86,7 @@ def build_snapshot(match: MatchState) -> Snapshot:
 
 def _add_pieces(rows: _Rows, match: MatchState) -> None:
     pieces = match.pieces
-    flying = match.flow.flying
+    flying = match.record.flying
     held = [(slot, robot) for robot in match.robots for slot in robot.held]
     for number, supply in enumerate(match.game.pieces):
         name = supply.kind.name
@@ -127,6 +129,11 @@ def _rounded_pose(*row: float) -> FloatArray:
     return pose
 
 
+def _settled(value: float) -> float:
+    """A value of a mechanism; one that a loop holds in place comes to rest and does not fall to 1e-70."""
+    return round(value, _DECIMALS) + 0.0
+
+
 def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     ids = np.array(slots, dtype=np.int64)
     ids.setflags(write=False)
@@ -134,7 +141,7 @@ def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
 
 
 def _add_match(rows: _Rows, match: MatchState) -> None:
-    timer, score = match.timer, match.score
+    timer, score, record = match.timer, match.score, match.record
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
     rows.strings["Sim/Match/Game"] = match.game.name
     rows.strings["Sim/Match/Period"] = timer.phase.name
@@ -148,11 +155,22 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Performance/FlyingPieces": match.pieces.count(PieceStatus.IN_FLIGHT),
         "Sim/Performance/PiecesInContact": len(match.pieces.in_contact),
         "Sim/Performance/SleepingPieces": match.pieces.count(PieceStatus.ASLEEP),
-        "Sim/Shots": len(match.flow.shots),
-        "Sim/Hits": match.flow.hits,
+        "Sim/Shots": len(record.shots),
+        "Sim/Hits": record.hits,
+        "Sim/TakenIn": len(record.taken_in),
     }
-    slots, robots, hits = match.flow.shot_rows
-    rows.integer_arrays |= {"Sim/ShotIds": slots, "Sim/ShotRobots": robots, "Sim/ShotHits": hits}
+    columns = record.columns
+    rows.integer_arrays |= {
+        "Sim/ShotIds": columns.shot_ids,
+        "Sim/ShotRobots": columns.shot_robots,
+        "Sim/ShotHits": columns.shot_hits,
+        "Sim/ShotTicks": columns.shot_ticks,
+        "Sim/TakenInPlaces": columns.taken_places,
+    }
+    if record.failure:
+        rows.strings["Sim/Failure"] = record.failure
+    if record.warnings:
+        rows.strings["Sim/Warnings"] = "\n".join(record.warnings)
     rows.integers |= {f"Sim/Score/{name}": count for name, count in match.score_counts.items()}
     if fouls := match.tracker.fouls:
         rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
@@ -165,7 +183,7 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)
 
 
-def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
+def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecord) -> None:
     prefix = robot_prefix(robot.number)
     x, y, z, w = robot.chassis.quat
     rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded_pose(*robot.chassis.pos, w, x, y, z)
@@ -176,6 +194,10 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
     rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
+    rows.doubles[f"{prefix}/Robot/DistanceDriven"] = round(record.distance, _DECIMALS)
+    rows.integers[f"{prefix}/Robot/Placements"] = len(record.placements)
+    last = record.placements[-1]
+    rows.strings[f"{prefix}/Robot/LastPlacement"] = f"{last.reason}: {pose_text(last.pose)}"
     # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
     px, py, yaw = (round(value, 3) for value in robot.believed_pose)
     half = 0.5 * yaw
@@ -185,6 +207,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     debug = f"{prefix}/Debug/"
     rows.doubles[f"{debug}BatteryVoltage"] = round(robot.battery.voltage, _VOLT_DECIMALS)
     rows.doubles[f"{debug}BatteryVoltageMin"] = round(robot.battery.tick_min_voltage, _VOLT_DECIMALS)
+    rows.doubles[f"{debug}BatteryVoltageLowest"] = round(record.battery.min_voltage, _DECIMALS)
+    rows.integers[f"{debug}Brownouts"] = record.battery.brownouts
     rows.booleans[f"{debug}BrownedOut"] = robot.battery.tick_browned_out
     rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
     rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
@@ -193,16 +217,16 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
         if isinstance(mechanism, PistonSim):  # it has no turns, and takes air
             rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
             continue
-        rows.doubles[f"{key}VelocityRPS"] = mechanism.velocity / math.tau
-        rows.doubles[f"{key}PositionRot"] = mechanism.position / math.tau
-        rows.doubles[f"{key}VoltageIn"] = mechanism.volts
-        rows.doubles[f"{key}CurrentA"] = mechanism.supply_current
+        rows.doubles[f"{key}VelocityRPS"] = _settled(mechanism.velocity / math.tau)
+        rows.doubles[f"{key}PositionRot"] = _settled(mechanism.position / math.tau)
+        rows.doubles[f"{key}VoltageIn"] = _settled(mechanism.volts)
+        rows.doubles[f"{key}CurrentA"] = _settled(mechanism.supply_current)
         if isinstance(mechanism, ArmSim):
-            rows.doubles[f"{key}AngleDeg"] = math.degrees(mechanism.position)
+            rows.doubles[f"{key}AngleDeg"] = _settled(math.degrees(mechanism.position))
         elif isinstance(mechanism, RackSim):
-            rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
+            rows.doubles[f"{key}ExtendedPct"] = _settled(100.0 * mechanism.extended_fraction)
         elif isinstance(mechanism, ElevatorSim):
-            rows.doubles[f"{key}HeightM"] = mechanism.height
+            rows.doubles[f"{key}HeightM"] = _settled(mechanism.height)
     for name, goal in robot.setpoints.items():
         rows.doubles[f"{debug}{name}Setpoint"] = goal
     for number, intake in enumerate(robot.intakes):

@@ -20,6 +20,7 @@ from simcore.match.digest import TickTimes
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words
+from simcore.typing import alliance_in
 
 __all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
@@ -116,8 +117,10 @@ class RunReport:
     """Each with its time, in order."""
     shots: int
     hits: int
+    taken_in: int
+    """Pieces that all robots together have taken."""
     distance_m: float
-    """How far the robot drove [m]."""
+    """How far the first robot drove; not how far it was carried [m]."""
     tick_ms: TickTimes
     substeps: Spread
     awake: Spread
@@ -206,6 +209,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row(what, value)
     for foul in report.fouls:
         run.add_row("foul", escape(foul))
+    if report.taken_in:
+        run.add_row("pieces taken in", str(report.taken_in))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
     off += f", {report.resets} resets of the roboRIO" if report.resets else ""
@@ -238,8 +243,8 @@ def split_level(name: str) -> tuple[str, str]:
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
     """
-    whose = next((word for word in ("Blue", "Red") if name.startswith(word) and name != word), "")
-    return whose.lower(), name.removeprefix(whose)
+    whose = alliance_in(name) or ""
+    return (whose, name[len(whose) :]) if len(name) > len(whose) else ("", name)
 
 
 def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
@@ -283,6 +288,8 @@ def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
+        if value in ("", "None"):  # as the score API says that there is nothing
+            continue
         rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows
 

@@ -181,7 +181,7 @@ def _play(
         if on_tick is not None:
             on_tick(match)
     wall = perf_counter() - run_start
-    track = np.array(path).reshape(-1, 3)
+    track, own = np.array(path).reshape(-1, 3), match.record.robots[0]
     report = RunReport(
         game=match.game.name,
         auto=name,
@@ -202,15 +202,16 @@ def _play(
         breakdown={**match.tracker.pieces, **match.rules.breakdown()},
         placed=dict(match.pieces.places.totals()),
         fouls=tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls),
-        shots=len(match.flow.shots),
-        hits=match.flow.hits,
-        distance_m=float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum()),
+        shots=len(match.record.shots),
+        hits=match.record.hits,
+        taken_in=len(match.record.taken_in),
+        distance_m=own.distance,
         tick_ms=timer.times(),
         substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
         awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
-        min_battery_v=match.robots[0].battery.min_voltage,
-        brownouts=match.robots[0].battery.brownouts,
-        resets=match.robots[0].battery.resets,
+        min_battery_v=own.battery.min_voltage,
+        brownouts=own.battery.brownouts,
+        resets=own.battery.resets,
         digest=match.digest.hexdigest(),
     )
     return AutoRun(report, match, track, pieces_at_start, interrupted)

@@ -36,11 +36,10 @@ from simcore.geometry.rotation import (
     rotate_back,
 )
 from simcore.physics.bullet_shapes import BulletShapes
+from simcore.physics.contact_law import OVERLAP_TIME, contact_damping
 from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
 from simcore.physics.mass_properties import free_spin
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Compound, Hull, Sphere
-from simcore.physics.surface import contact_damping
+from simcore.physics.shapes import Compound, Hull, Sphere, bounding_radius
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -48,7 +47,6 @@ __all__ = ["BulletEngine"]
 
 _SOLVER_ITERATIONS = 32
 """At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
-_RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds to bounces
 _RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _WARM_START = 0.95
@@ -405,7 +403,7 @@ class BulletEngine(Engine):
         if h != self._h:
             self._h = h
             self._p.setTimeStep(h, client)
-            self._p.setPhysicsEngineParameter(contactERP=h / _RELAXATION, physicsClientId=client)
+            self._p.setPhysicsEngineParameter(contactERP=h / OVERLAP_TIME[self.name], physicsClientId=client)
         lost = [(row, self._precession_lost(row, h)) for row in self._tops if row not in self._fixed]
         self._p.stepSimulation(client)
         for row, spin in lost:

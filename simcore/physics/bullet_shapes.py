@@ -15,7 +15,6 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
 from simcore.geometry.rotation import IDENTITY, matrix, rotate
-from simcore.physics.shape_extent import outline_points, smallest_thickness
 from simcore.physics.shapes import (
     Box,
     Compound,
@@ -27,7 +26,9 @@ from simcore.physics.shapes import (
     Shape,
     Sphere,
     bounding_box,
+    outline_points,
     parts_of,
+    smallest_thickness,
 )
 
 __all__ = ["BulletShapes"]

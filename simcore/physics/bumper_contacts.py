@@ -17,12 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate, rotate_back
+from simcore.physics.contact_law import TerrainSurface, pair_friction, pair_restitution
 from simcore.physics.engine import Engine
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.planar_contacts import PlanarBody, PlanarContact, Polygon, manifold, solve_contacts
-from simcore.physics.shape_extent import outline, outline_points
-from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape, outline, outline_points
 from simcore.typing import FloatArray
 
 __all__ = ["BumperContacts", "BumperOutline", "RobotMotion", "slice_between"]
@@ -168,8 +167,8 @@ class BumperContacts:
                     for px, py, nx, ny, gap in manifold(mine, polygon, one.reach):
                         contact = PlanarContact(
                             *(one.motion, None, px, py, nx, ny, gap),
-                            friction=one.bumpers.friction * surface.friction,
-                            restitution=one.bumpers.restitution * surface.restitution,
+                            friction=pair_friction(one.bumpers.friction, surface.friction),
+                            restitution=pair_restitution(one.bumpers.restitution, surface.restitution),
                         )
                         one.contacts.append((contact, row, height))
 
@@ -260,8 +259,8 @@ class _Placed:
 def _meet(one: _Placed, other: _Placed) -> None:
     """Find the contacts of two robots."""
     height, reach = 0.5 * (max(one.low, other.low) + min(one.high, other.high)), one.reach + other.reach
-    friction = one.bumpers.friction * other.bumpers.friction
-    restitution = one.bumpers.restitution * other.bumpers.restitution
+    friction = pair_friction(one.bumpers.friction, other.bumpers.friction)
+    restitution = pair_restitution(one.bumpers.restitution, other.bumpers.restitution)
     for mine in one.polygons:
         for theirs in other.polygons:
             for x, y, nx, ny, gap in manifold(mine, theirs, reach):

@@ -1,50 +1,230 @@
-"""The one law of contact on MuJoCo, written into rows of its solver: spring, damper, restitution, Coulomb friction.
+"""What a contact is: all rules and numbers of friction, restitution, stiffness and damping, of both engines and ours.
 
-A solver that takes a reference acceleration `a_ref` and a regularization `R` for each row of a contact finds forces
-with `(A + R) f = a_ref - a_0` where the row is active: `A` is its inverse mass, `a_0` what it does without contacts.
+- **Pairs.** Friction and restitution are the products of both sides' values. A rolling pair resists with the torque
+  `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. These rules are Bullet's own, so a surface acts on
+  every pair that touches it, and nothing is hidden in a table of pairs.
+- **Load.** A spring and a damper: f = k x - c v. Two in a row give way by the sum of both depths. Foam is stiff to a
+  blow, soft to what holds it, and stiffer the more it is squeezed.
+- **Impacts.** Newton's restitution and Coulomb's friction, at their instant. With the normal impulse
+  `J = (1 + e) m |v_n|` the friction impulse is the smaller of `mu J` and the one that ends the slip of the touching
+  points; that one sees the mass `2/7 m`, because a solid ball (inertia `2/5 m r^2`) also turns.
+- **Rows of a solver** that takes a reference acceleration `a_ref` and a regularization `R` for each and finds forces
+  with `(A + R) f = a_ref - a_0` where the row is active: `A` is its inverse mass, `a_0` what it does without contacts.
+  Spring and damper are taken at the end of the step (implicit Euler), so no step is too long for them. What is apart
+  may come no nearer than to touch. Bodies that meet within the step leave with restitution times their closing speed.
 
-- Load. A spring and a damper, taken at the end of the step (implicit Euler): f = k x - c v. No step is too long for it.
-  What is still apart may come no nearer than to touch, as softly.
-- Restitution. Bodies that meet within the step leave with restitution times their closing speed (Newton's law).
-- Friction. Rows across the normal ask for rest at the end of the step, and get what the normal force times the product
-  of both frictions can give. So do rows of rolling, with a lever in place of the friction.
-
-The cone of such a solver is convex: what slides at v leaves at friction times v. That much is taken off the reference
-of the normal: first from the speeds before the step, then, if they change, from those that were found. What is left
-of the error shrinks to a third or less with each solution; where it swings, as in rows of balls, half of it is taken.
+Who finds contacts, solves for their forces and moves the bodies is elsewhere, and asks here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
-from simcore.physics.contact_search import cross, spins
-from simcore.physics.engine import BodyDefinition
-from simcore.physics.mujoco_model import CompiledModel
-from simcore.physics.shapes import Sphere
-from simcore.physics.surface import contact_damping
-from simcore.typing import FloatArray, IntArray
+from simcore.geometry.rotation import Vector, dot
+from simcore.quantities import (
+    DURATION,
+    FRACTION,
+    FRICTION,
+    ROBOT_HEIGHT,
+    STIFFNESS,
+    Quantity,
+    require_fields,
+)
+from simcore.typing import FloatArray
 
-__all__ = ["ContactLaw", "normal_rows"]
+__all__ = [
+    "BARELY",
+    "BUMPER",
+    "BUMPER_CLOTH",
+    "CARPET",
+    "ENGINE_SPEED",
+    "FOAM",
+    "FOAM_STIFFNESS",
+    "FRICTIONLESS",
+    "HIT_SPEED",
+    "LANDING_SPEED",
+    "OVERLAP_TIME",
+    "POLYCARBONATE",
+    "PUSH_OUT",
+    "REST_SPEED",
+    "RIGID",
+    "RUBBER",
+    "SLIP",
+    "WALL",
+    "FoamStiffness",
+    "TerrainSurface",
+    "contact_damping",
+    "hit_ball",
+    "hit_surface",
+    "normal_rows",
+    "pair_friction",
+    "pair_restitution",
+    "pair_rolling",
+    "pair_spring",
+    "relax",
+    "touch_normal",
+]
+
+_Value = TypeVar("_Value", float, FloatArray)
+
+# --- when an impact bounces -----------------------------------------------------------------------------------------
 
 REST_SPEED = 0.1
 """Slower impacts do not bounce [m/s]; such a bounce would rise 0.5 mm."""
+LANDING_SPEED = 0.15
+"""A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
+ENGINE_SPEED = 0.3
+"""Impacts of pieces that are slower are the engine's [m/s], which lets nothing bounce."""
+HIT_SPEED = 0.3
+"""Bumpers that meet more slowly do not bounce [m/s]: tires give a robot up to 0.06 m/s in a step of 5 ms."""
+
+# --- springs, dampers and overlaps ----------------------------------------------------------------------------------
+
+_DAMPING_RATIOS = {"bullet": 8.0, "mujoco": 4.0}
+"""Of contacts, to critical: what was squeezed comes out slowly, and a hit does not bounce twice. MuJoCo's springs are
+taken at the end of a step; with 8 there, a tube that spins where it lies does not stop."""
+OVERLAP_TIME = {"bullet": 0.5, "mujoco": 0.02}
+"""Time constant with which overlaps of rigid bodies go away, so that they give no speed [s]. On PyBullet what goes away
+adds to bounces; on MuJoCo it is the damping of `RIGID`."""
+PUSH_OUT = (0.2, 0.5)
+"""Of bumpers in walls and each other: share of an overlap that is undone in a step, and how fast at most [m/s]."""
 RIGID = 5e6
 """Stiffness of a contact between rigid bodies [N/m]: a robot of 55 kg on four corners sinks by 0.007 mm. With a tenth
 of it, a robot that slides pitches on the carpet by so much that its path depends on the step (24 mm in 12 m)."""
+SLIP = 2e-4
+"""Regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull."""
+BARELY = 0.0015
+"""Soft bodies that overlap by less can still bounce, what is squeezed is a spring [m]."""
 _PUSHED = 20.0  # [m/s^2]; twice what tires give a robot, which gets the speed of a step at its start
-_RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
-_BARELY = 0.0015  # [m]; soft bodies that overlap by less can still bounce, what is squeezed is a spring
-_SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
-_PASSES = 8  # solutions of a step at most
-_MANY = 900  # rows; with more, Newton's method takes up to seconds a step, conjugate gradients some 10 ms
-_LIFT_TOLERANCE, _OF_BALLS = 0.001, 0.05  # [m/s], of what is taken off the normals: a box that slides must not hop
-_TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
-_TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
+_HELD = 40.0  # [N]; foam does not yield to less: a ball would give way by 8 mm instead of 0.4, and heaps be soft
+
+# --- materials ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerrainSurface:
+    """The contact material of one body. Make variants with `dataclasses.replace`."""
+
+    name: str
+    friction: float
+    """Coulomb friction coefficient factor [-]."""
+    restitution: float
+    """Bounce factor, speed out over speed in of a pair is the product of both [-], 0 to 1."""
+    rolling: float = 0.0
+    """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
+    stiffness: float | None = None
+    """Of a contact that is held, force over depth [N/m]; None: rigid. A pair gives way by the sum of both depths."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self, self.name, friction=FRICTION, restitution=FRACTION, rolling=ROBOT_HEIGHT, stiffness=STIFFNESS
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoamStiffness:
+    """How foam gives way on one side: a standard linear solid with a spring that stiffens.
+
+    A contact has the stiffness of a blow at first; while it is held, its stiffness relaxes to that of the static curve
+    F = static d + stiffening d^3 at the depth d where it is now.
+    """
+
+    dynamic: float
+    """Of a blow [N/m]."""
+    static: float
+    """Of the first millimeters of a load that stays [N/m]."""
+    stiffening: float
+    """What is added with the square of the depth [N/m^3]."""
+    relaxation: float = 0.075
+    """Time in which 63 % of the way from the one to the other is gone [s]."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self,
+            "FoamStiffness",
+            dynamic=STIFFNESS,
+            static=STIFFNESS,
+            stiffening=Quantity("N/m^3", 0.0, 1e12),
+            relaxation=DURATION,
+        )
+
+
+# Estimates, +-30 %: nobody has published measurements of FRC field materials against foam balls. Against a foam ball
+# (friction 0.8, restitution 0.55) they give mu / e: carpet 0.8 / 0.28, wall 0.4 / 0.44, bumper 0.96 / 0.25,
+# polycarbonate 0.24 / 0.5; a ball rolling on carpet slows by 0.45 m/s^2.
+CARPET = TerrainSurface(name="CARPET", friction=1.0, restitution=0.5, rolling=0.006)
+WALL = TerrainSurface(name="WALL", friction=0.5, restitution=0.8, rolling=0.001)
+RUBBER = TerrainSurface(name="RUBBER", friction=1.2, restitution=0.45, rolling=0.005)
+POLYCARBONATE = TerrainSurface(name="POLYCARBONATE", friction=0.3, restitution=0.9, rolling=0.0005)
+FRICTIONLESS = TerrainSurface(name="FRICTIONLESS", friction=0.0, restitution=0.0)
+
+BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
+"""Noodles under fabric, as pieces meet them; two robots bounce off each other with e = 0.06."""
+BUMPER_CLOTH = 0.7
+"""Friction factor of the bumpers' cloth against walls and robots: 0.49 between two of them, 0.35 at a wall [-].
+
+Source: team 971 measured 0.5 of Cordura on Cordura, 0.3 of ballistic nylon on it and 0.25 of sailcloth on it (Chief
+Delphi, "Bumper Material", post 1381897, 2014). Nobody has published cloth on polycarbonate; estimate, +-30 %.
+"""
+FOAM_STIFFNESS = 1e5
+"""Of dense foam [N/m]: a piece that a robot presses against a wall with 600 N gives way by 6 mm on each side. Estimate,
+within a factor of 3."""
+FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
+"""Of pieces that say nothing else."""
+
+# --- pairs ----------------------------------------------------------------------------------------------------------
+
+
+def pair_friction(a: _Value, b: _Value) -> _Value:
+    """Coulomb's coefficient of a pair, of the factors of both [-]; or of n pairs, shape (n,)."""
+    return a * b
+
+
+def pair_restitution(a: _Value, b: _Value) -> _Value:
+    """Speed out over speed in of a pair, of the factors of both [-]; or of n pairs, shape (n,)."""
+    return a * b
+
+
+def pair_rolling(rolling_a: _Value, friction_a: _Value, rolling_b: _Value, friction_b: _Value) -> _Value:
+    """Lever arm with which a pair resists rolling [m]; or n pairs, shape (n,)."""
+    return rolling_a * friction_b + rolling_b * friction_a
+
+
+def contact_damping(engine: str, stiffness: float, mass: float) -> float:
+    """Damping of the contacts of a body [N s/m], from its stiffness [N/m] and mass [kg]."""
+    return 2.0 * _DAMPING_RATIOS[engine] * math.sqrt(stiffness * mass)
+
+
+def pair_spring(
+    compliance: tuple[FloatArray, FloatArray], damping: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Stiffness [N/m] and damping [N s/m] of n contacts, of compliance [m/N] and damping of both sides; 0: rigid."""
+    stiffness = 1.0 / np.maximum(compliance[0] + compliance[1], 1.0 / RIGID)
+    both = damping[0] + damping[1]
+    both[both == 0.0] = RIGID * OVERLAP_TIME["mujoco"]
+    return stiffness, both
+
+
+def relax(foam: FoamStiffness, stiffness: FloatArray, dynamic: FloatArray, depth: FloatArray, dt: float) -> FloatArray:
+    """Stiffness of contacts after dt [N/m], shape (n,).
+
+    Args:
+        foam: What the pieces are made of.
+        stiffness: Before [N/m], shape (n,).
+        dynamic: To a blow [N/m], shape (n,).
+        depth: How deep each is squeezed [m], shape (n,).
+        dt: Time [s].
+    """
+    curve = np.minimum(foam.static + foam.stiffening * np.square(depth), dynamic)
+    goal = np.where(stiffness * depth > _HELD, curve, dynamic)
+    share = -math.expm1(-dt / foam.relaxation)
+    return np.maximum(stiffness + share * (goal - stiffness), np.where(goal < dynamic, curve, 0.0))
 
 
 def normal_rows(
@@ -81,165 +261,127 @@ def normal_rows(
     reference = (wanted - speed) / h
     after = speed + h * free
     slowest = np.where(is_rigid, max(REST_SPEED, _PUSHED * h), REST_SPEED)
-    hits = (restitution > 0.0) & (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -_BARELY))
+    hits = (restitution > 0.0) & (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -BARELY))
     bounce = free + (-restitution * speed - after) / h * (1.0 + _HARDNESS)
     return np.where(hits, bounce, reference), np.where(hits, _HARDNESS * inverse_mass, softness)
 
 
-class ContactLaw:
-    """The contacts of one model; `definitions` are those of the bodies, by row."""
+# --- impacts ---------------------------------------------------------------------------------------------------------
 
-    def __init__(self, model: CompiledModel, definitions: Sequence[BodyDefinition]) -> None:
-        self._mj, self._m, self._d = model.mj, model.m, model.d
-        self._qpos, self._qvel = model.qpos, model.qvel
-        self._body_of_geom = model.body_of_geom
-        self._can_tip = np.ptp(model.m.body_inertia[1:], axis=1) > 0.0  # all bodies but balls
-        of_geom = [definitions[row] for row in model.row_of_geom]
-        surfaces = [one.surface for one in of_geom]
-        self._friction = np.array([s.friction for s in surfaces])
-        self._rolling = np.array([s.rolling for s in surfaces])
-        self._restitution = np.array([s.restitution for s in surfaces])
-        self._compliance = np.zeros(len(surfaces))
-        self._damping = np.zeros(len(surfaces))
-        self._mass = np.array([one.mass for one in of_geom])
-        self._tolerance = np.array([_OF_BALLS if isinstance(one.shape, Sphere) else _LIFT_TOLERANCE for one in of_geom])
-        for geom, surface in enumerate(surfaces):
-            if surface.stiffness is not None:
-                self.set_stiffness(np.array([geom]), surface.stiffness)
-        inverse = np.repeat(1.0 / model.m.body_mass[1:, None], 6, axis=1)
-        inverse[:, 3:] = 1.0 / model.m.body_inertia[1:]
-        self._inverse_inertia = inverse.ravel()
 
-    def set_stiffness(self, geoms: IntArray, stiffness: float) -> None:
-        """Give the shapes of a body another stiffness [N/m]."""
-        self._compliance[geoms] = 1.0 / stiffness
-        self._damping[geoms] = contact_damping("mujoco", stiffness, float(self._mass[geoms[0]]))
+def hit_surface(
+    velocity: Vector,
+    spin: Vector,
+    normal: Vector,
+    *,
+    radius: float,
+    restitution: float,
+    friction: float,
+    surface_velocity: Vector = (0.0, 0.0, 0.0),
+    mass_ratio: float = 0.0,
+) -> tuple[Vector, Vector]:
+    """Velocity and spin of a ball after it hit something that is fixed, or moves and gives way.
 
-    def set_mass(self, body: int, mass: float, inertia: Sequence[float]) -> None:
-        """Give a moving body another mass [kg] and other principal moments [kg m^2]."""
-        self._inverse_inertia[6 * body : 6 * body + 6] = 1.0 / np.array((mass, mass, mass, *inertia))
+    Args:
+        velocity: Of its center before [m/s].
+        spin: Angular velocity before [rad/s].
+        normal: Unit normal of the surface, toward the ball.
+        radius: Of the ball [m].
+        restitution: Of the pair [-].
+        friction: Of the pair [-].
+        surface_velocity: Of the other body where it is touched, before [m/s].
+        mass_ratio: Mass of the ball over the effective mass of the other body there; 0: it is fixed [-].
 
-    def set_friction(self) -> None:
-        """Friction of each contact found, as products of the pair, and how many rows it needs."""
-        contact = self._d.contact
-        a, b = contact.geom.T
-        friction_a, friction_b = self._friction[a], self._friction[b]
-        friction = friction_a * friction_b
-        rolling = self._rolling[a] * friction_b + self._rolling[b] * friction_a
-        limits = contact.friction
-        limits[:, :2] = friction[:, None]
-        limits[:, 2] = 1e-5
-        limits[:, 3:] = np.maximum(rolling, 1e-5)[:, None]
-        contact.dim[:] = np.where(friction > 0.0, np.where(rolling > 0.0, 6, 3), 1)
+    Example:
+        >>> hit_surface((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), radius=0.1, restitution=0.5, friction=1.0)
+        ((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    """
+    nx, ny, nz = normal
+    vx, vy, vz = velocity
+    relative = (vx - surface_velocity[0], vy - surface_velocity[1], vz - surface_velocity[2])
+    approach = -dot(relative, normal)
+    slip = _slip(relative, spin, normal, radius, approach)
+    size = math.sqrt(dot(slip, slip))
+    out = (1.0 + restitution) * approach / (1.0 + mass_ratio)
+    share = min(friction * out / size, 1.0 / (3.5 + mass_ratio)) if size > 0.0 else 0.0
+    jx, jy, jz = -share * slip[0], -share * slip[1], -share * slip[2]  # friction impulse over the mass
+    turn = -2.5 / radius  # 1 / (2/5 r), and the lever is -normal r
+    sx, sy, sz = spin
+    return (
+        (vx + out * nx + jx, vy + out * ny + jy, vz + out * nz + jz),
+        (sx + turn * (ny * jz - nz * jy), sy + turn * (nz * jx - nx * jz), sz + turn * (nx * jy - ny * jx)),
+    )
 
-    def solve(self, h: float) -> None:
-        """Accelerations and forces of a step of h [s]; speeds and accelerations without contacts are known.
 
-        In each body frame the mass matrix is diagonal, so the inverse mass of a row is the sum of its entries squared.
-        """
-        mj, m, d = self._mj, self._m, self._d
-        m.opt.solver = mj.mjtSolver.mjSOL_CG if d.nefc > _MANY else mj.mjtSolver.mjSOL_NEWTON
-        contact, address = d.contact, d.contact.efc_address
-        used = np.nonzero(address >= 0)[0]
-        row = address[used]
-        a, b = contact.geom[used].T
-        jacobian, speed, strict = d.efc_J, d.efc_vel, d.efc_R
-        inverse = np.add.reduceat(jacobian * jacobian * self._inverse_inertia[d.efc_J_colind], d.efc_J_rowadr)
-        free = np.zeros(len(speed))
-        mj.mj_mulJacVec(m, d, free, d.qacc_smooth)
-        reference = d.efc_aref
-        ties = slice(0, d.ne)  # of bodies to their pivots: at the end of the step they are there
-        reference[ties] = -(speed[ties] + _TIE_REPAIR * d.efc_pos[ties] / h) / h
-        strict[ties] = _TIE_SOFTNESS * inverse[ties]
-        stiffness = 1.0 / np.maximum(self._compliance[a] + self._compliance[b], 1.0 / RIGID)
-        damping = self._damping[a] + self._damping[b]
-        damping[damping == 0.0] = RIGID * _RELAXATION
-        wanted, softness = normal_rows(
-            contact.dist[used],
-            speed[row] + self._rolling_speed(used),
-            free[row],
-            inverse[row],
-            restitution=self._restitution[a] * self._restitution[b],
-            stiffness=stiffness,
-            damping=damping,
-            h=h,
+def hit_ball(
+    velocities: tuple[Vector, Vector],
+    spins: tuple[Vector, Vector],
+    normal: Vector,
+    *,
+    radii: tuple[float, float],
+    masses: tuple[float, float],
+    restitution: float,
+    friction: float,
+) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
+    """Velocities and spins of two balls after they hit each other.
+
+    Args:
+        velocities: Of the centers before [m/s].
+        spins: Angular velocities before [rad/s].
+        normal: Unit vector from the second center to the first.
+        radii: [m]
+        masses: [kg]
+        restitution: Of the pair [-].
+        friction: Of the pair [-].
+    """
+    (va, vb), (wa, wb) = velocities, spins
+    relative = (va[0] - vb[0], va[1] - vb[1], va[2] - vb[2])
+    turning = tuple(radii[0] * a + radii[1] * b for a, b in zip(wa, wb, strict=True))
+    approach = -dot(relative, normal)
+    slip = _slip(relative, (turning[0], turning[1], turning[2]), normal, 1.0, approach)
+    size = math.sqrt(dot(slip, slip))
+    share = min(friction * (1.0 + restitution) * approach / size, 2.0 / 7.0) if size > 0.0 else 0.0
+    reduced = masses[0] * masses[1] / (masses[0] + masses[1])
+    out = (1.0 + restitution) * approach
+    push = [reduced * (out * n - share * s) for n, s in zip(normal, slip, strict=True)]
+    rub = [-reduced * share * s for s in slip]
+    new_v, new_w = [], []
+    for sign, mass, radius, v, w in zip((1.0, -1.0), masses, radii, velocities, spins, strict=True):
+        new_v.append((v[0] + sign * push[0] / mass, v[1] + sign * push[1] / mass, v[2] + sign * push[2] / mass))
+        turn = -2.5 / (mass * radius)  # both touch with -normal r for the first, +normal r for the second
+        new_w.append(
+            (
+                w[0] + turn * (normal[1] * rub[2] - normal[2] * rub[1]),
+                w[1] + turn * (normal[2] * rub[0] - normal[0] * rub[2]),
+                w[2] + turn * (normal[0] * rub[1] - normal[1] * rub[0]),
+            )
         )
-        reference[row], strict[row] = wanted, softness
-        dim = contact.dim[used]
-        slide = np.nonzero(dim > 1)[0]
-        if not len(slide):
-            d.efc_D[:] = 1.0 / strict
-            self._find_forces()
-            return
-        number, normal = used[slide], row[slide]
-        across = normal[:, None] + np.array([1, 2])
-        friction = contact.friction[number, 0]
-        mobile = inverse[across].mean(axis=1)
-        slip = _SLIP * mobile
-        contact.mu[number] = friction * np.sqrt(slip / softness[slide])
-        reference[across], strict[across] = speed[across] * (-1.0 / h), slip[:, None]
-        rolls = np.nonzero(dim[slide] > 3)[0]
-        turn = normal[rolls, None] + np.array([4, 5])
-        lever = contact.friction[number[rolls], 3]
-        if len(rolls):
-            scaled = slip[rolls] * friction[rolls] ** 2
-            reference[turn], strict[turn] = speed[turn] * (-1.0 / h), (scaled / lever**2)[:, None]
-            strict[normal[rolls] + 3] = scaled / contact.friction[number[rolls], 2] ** 2
-        d.efc_D[:] = 1.0 / strict
-        wanted = wanted[slide]
-        tolerance = np.maximum(self._tolerance[a[slide]], self._tolerance[b[slide]])
-        lift = self._lift(speed / h, across, friction, turn, lever, rolls)
-        reached, before, rate = np.zeros(len(speed)), np.zeros(len(lift)), np.ones(len(lift))
-        for left in reversed(range(_PASSES)):
-            reference[normal] = wanted - lift
-            self._find_forces()
-            if not left:
-                return
-            mj.mj_mulJacVec(m, d, reached, d.qacc)
-            error = self._lift(speed / h + reached, across, friction, turn, lever, rolls) - lift
-            touch = (d.efc_force[normal] > 0.0) | (reached[normal] < wanted)
-            is_solved = d.solver_niter[: max(d.nisland, 1)].max() < m.opt.iterations  # else balls of a heap of 300 jump
-            if is_solved and (np.abs(error[touch]) * h < tolerance[touch]).all():
-                return
-            rate = np.where(error * before < 0.0, 0.5 * rate, np.minimum(1.2 * rate, 1.0))
-            before = error
-            lift += rate * error
-            d.qacc_warmstart[:] = d.qacc
+    return (new_v[0], new_v[1]), (new_w[0], new_w[1])
 
-    def _rolling_speed(self, used: IntArray) -> FloatArray:
-        """How fast places of contacts come nearer by turning, where it brings them no deeper than others are [m/s].
 
-        A place goes round on a circle, its velocity along the tangent: a tube that rolls would be thrown up by parts of
-        its rim that are still ahead, although what carries it is already found.
-        """
-        contact, speed = self._d.contact, np.zeros(len(used))
-        qpos, qvel = self._qpos, self._qvel
-        for side, sign in ((0, 1.0), (1, -1.0)):
-            body = self._body_of_geom[contact.geom[used, side]]
-            turns = np.nonzero((body >= 0) & self._can_tip[body])[0]
-            body, number = body[turns], used[turns]
-            out, spin = sign * contact.frame[number, :3], spins(qpos[body], qvel[body])
-            arm = contact.pos[number] - qpos[body, :3] - 0.5 * contact.dist[number, None] * out
-            rate = np.maximum(np.sqrt(np.einsum("ij,ij->i", spin, spin)), 1e-9)
-            closing = np.einsum("ij,ij->i", cross(spin, arm), out)
-            axis = spin / rate[:, None]
-            near = np.einsum("ij,ij->i", arm - np.einsum("ij,ij->i", axis, arm)[:, None] * axis, out)
-            lowest = contact.dist[number] + near - np.hypot(closing / rate, near)
-            speed[turns] += np.where(lowest > -_BARELY, np.maximum(closing, 0.0), 0.0)
-        return speed
+def touch_normal(ahead: Vector, away: FloatArray, reach: float) -> Vector:
+    """Unit normal from a ball toward another that comes along a line, where they first touch.
 
-    def _find_forces(self) -> None:
-        self._mj.mj_island(self._m, self._d)  # it copies the rows
-        self._mj.mj_fwdConstraint(self._m, self._d)
+    Args:
+        ahead: Unit vector of the line, the way that the other one comes.
+        away: From a point of the line to the ball [m], shape (3,); the ball is within `reach` of the line.
+        reach: Distance of the centers as they touch [m].
 
-    @staticmethod
-    def _lift(
-        speed: FloatArray, across: IntArray, friction: FloatArray, turn: IntArray, lever: FloatArray, rolls: IntArray
-    ) -> FloatArray:
-        """What the convex cone adds to the normals of sliding contacts, in the unit of the speeds of all rows."""
-        x, y = speed[across].T
-        lift: FloatArray = friction * np.sqrt(x * x + y * y)
-        if len(rolls):
-            x, y = speed[turn].T
-            lift[rolls] = np.hypot(lift[rolls], lever * np.sqrt(x * x + y * y))
-        return lift
+    Example:
+        >>> touch_normal((1.0, 0.0, 0.0), np.array([0.2, 0.6, 0.0]), 1.0)
+        (-0.8, -0.6, -0.0)
+    """
+    beside = away - np.dot(away, ahead) * np.array(ahead)
+    along = math.sqrt(max(0.0, reach * reach - float(beside @ beside)))
+    x, y, z = (-(beside + along * np.array(ahead)) / reach).tolist()
+    return x, y, z
+
+
+def _slip(velocity: Vector, spin: Vector, normal: Vector, radius: float, approach: float) -> Vector:
+    """Velocity of the touching point along the surface."""
+    (vx, vy, vz), (wx, wy, wz), (nx, ny, nz) = velocity, spin, normal
+    return (
+        vx + approach * nx - radius * (wy * nz - wz * ny),
+        vy + approach * ny - radius * (wz * nx - wx * nz),
+        vz + approach * nz - radius * (wx * ny - wy * nx),
+    )

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from simcore.geometry.rotation import Quaternion, Vector
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Shape
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.contact_law import TerrainSurface
+from simcore.physics.shapes import Shape, bounding_radius
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["BodyDefinition", "Contacts", "Engine", "RayHits"]

@@ -16,12 +16,11 @@ import numpy as np
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
+from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shape_extent import outline, outline_points
-from simcore.physics.shapes import Box, Mesh, Shape
+from simcore.physics.shapes import Box, Mesh, Shape, outline, outline_points
 from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
-from simcore.physics.surface import WALL, TerrainSurface
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate, rotate_back, yaw_of
+from simcore.geometry.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
+from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box
-from simcore.physics.surface import WALL, TerrainSurface
+from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
 from simcore.typing import Alliance
@@ -102,7 +101,7 @@ class HangingBody:
 
     def velocity_at(self, place: Vector) -> Vector:
         """Velocity of a place of the body, field frame [m/s]."""
-        return _cross(self.rate, self._arm(place))
+        return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:
         """Inverse of the mass that is felt at a place, across the line to the pivot [1/kg]."""
@@ -111,7 +110,7 @@ class HangingBody:
 
     def pull(self, place: Vector, force: Vector) -> None:
         """Pull at a place in the next sub-step, field frame [m, N]; what goes along the chain, the pivot bears."""
-        tx, ty, tz = _cross(self._arm(place), force)
+        tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
         self._torque = (x + tx, y + ty, z + tz)
         self._wake()
@@ -127,7 +126,7 @@ class HangingBody:
             arm, own = self._arm(self.pos), self._own_share
             length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
             along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
-            x, y, z = _cross(arm, vel)
+            x, y, z = cross(arm, vel)
             share = (1.0 - own) / length2
             self.rate = (
                 share * x + own * (rate[0] - along * arm[0]) + along * arm[0],
@@ -148,9 +147,9 @@ class HangingBody:
         more = -wanted / math.sqrt(length2)
         rate = [keep * (w - along * a / length2) + more * a for w, a in zip(self.rate, arm, strict=True)]
         self.rate = (rate[0], rate[1], rate[2])
-        self._engine.set_velocity(self.row, _cross(self.rate, arm), self.rate)
+        self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
         if self._torque != (0.0, 0.0, 0.0):
-            fx, fy, fz = _cross(self._torque, arm)
+            fx, fy, fz = cross(self._torque, arm)
             self._engine.apply_forces([self.row], np.array([[fx, fy, fz]]) / length2)
             self._torque = (0.0, 0.0, 0.0)
 
@@ -197,13 +196,8 @@ class HangingBody:
             self._engine.wake(self.row)
 
     def _arm(self, place: Vector) -> Vector:
-        (x, y, z), (px, py, pz) = place, self.config.pivot
-        return (x - px, y - py, z - pz)
+        return minus(place, self.config.pivot)
 
     def _from_pivot(self, arm: Vector) -> Vector:
         x, y, z = self.config.pivot
         return (x + arm[0], y + arm[1], z + arm[2])
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

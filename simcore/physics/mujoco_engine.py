@@ -29,15 +29,19 @@ from simcore.geometry.rotation import (
     outer_pose,
     rotate_back,
 )
-from simcore.physics.collision_classes import CollisionClasses, ray_flags, require_group
-from simcore.physics.contact_law import ContactLaw
-from simcore.physics.contact_search import ContactSearch, SleepLists, spins
 from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
 from simcore.physics.mass_properties import free_spin
-from simcore.physics.mujoco_model import CompiledModel, build_model, move_mass
-from simcore.physics.mujoco_queries import ModelQueries
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Sphere, bounding_box
+from simcore.physics.mujoco_contacts import ContactRows, ContactSearch, SleepLists, spins
+from simcore.physics.mujoco_model import (
+    CollisionClasses,
+    CompiledModel,
+    ModelQueries,
+    build_model,
+    move_mass,
+    ray_flags,
+    require_group,
+)
+from simcore.physics.shapes import Sphere, bounding_box, bounding_radius
 from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 
@@ -162,7 +166,7 @@ class MuJoCoEngine(Engine):
         self._qpos[number, :3] = center
         away = np.subtract(center_of_mass, old.center_of_mass).tolist()
         move_mass(self._m, number, mass, inertia, rotate_back(old.inertia_axes, away))
-        self._law.set_mass(number, mass, inertia)
+        self._contact_rows.set_mass(number, mass, inertia)
         self._moved.add(number)
         self._is_stale = True
 
@@ -298,7 +302,7 @@ class MuJoCoEngine(Engine):
 
     def set_stiffness(self, row: int, stiffness: float) -> None:
         self._build()
-        self._law.set_stiffness(self._geoms[row], stiffness)
+        self._contact_rows.set_stiffness(self._geoms[row], stiffness)
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
         self._require_open()
@@ -347,7 +351,7 @@ class MuJoCoEngine(Engine):
         self._is_top = np.ptp(m.body_inertia[1:], axis=1) > 0.0
         radius = np.array([bounding_radius(one.shape) for one in moving])
         self._search = ContactSearch(model, self._reach, radius, sleep, self.gravity)
-        self._law = ContactLaw(model, self._definitions)
+        self._contact_rows = ContactRows(model, self._definitions)
         self._moved: set[int] = set(range(n))
         self._is_stale = self._is_built = True
         self._kinematics()  # of the statics, too
@@ -372,7 +376,7 @@ class MuJoCoEngine(Engine):
         self._sleep.keep_awake()
         self._search.find(h)
         if d.ncon:
-            self._law.set_friction()
+            self._contact_rows.set_friction()
         m.opt.timestep = h
         mj.mj_makeConstraint(m, d)
         if d.nefc and self._sleep.fixed.any():
@@ -381,7 +385,7 @@ class MuJoCoEngine(Engine):
         self._precess(h)
         mj.mj_fwdAcceleration(m, d)
         if d.nefc:
-            self._law.solve(h)
+            self._contact_rows.solve(h)
         else:
             mj.mj_fwdConstraint(m, d)
         mj.mj_Euler(m, d)

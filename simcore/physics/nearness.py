@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector, matrix
-from simcore.physics.shape_extent import outline, outline_points
-from simcore.physics.shapes import Shape, bounding_box
+from simcore.physics.shapes import Shape, bounding_box, outline, outline_points
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["PlanOutlines", "StaticBoxes"]

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.geometry.rotation import Vector
+from simcore.physics.contact_law import HIT_SPEED, PUSH_OUT
 from simcore.units import plain_sum
 
 __all__ = ["PlanarBody", "PlanarContact", "Polygon", "manifold", "solve_contacts"]
@@ -25,8 +26,6 @@ _BESIDE = (
 _EQUAL = 1e-6  # [m]; of two sides that part the outlines by the same, the first one is taken
 _MOST_ROUNDS = 300
 _CONVERGED = 1e-9  # [m/s]
-_PUSH_OUT = (0.2, 0.5)  # share of an overlap that is undone in a step, and how fast at most [m/s]
-_HIT = 0.3  # [m/s]; a slower approach does not bounce: tires give a robot up to 0.06 m/s in a step of 5 ms
 
 
 class Polygon:
@@ -219,7 +218,7 @@ def solve_contacts(
         a, b = ends[i]
         return velocities[a], fixed if b < 0 else velocities[b]
 
-    least = [-c.gap / h if c.gap > 0.0 else min(-_PUSH_OUT[0] * c.gap / h, _PUSH_OUT[1]) for c in contacts]
+    least = [-c.gap / h if c.gap > 0.0 else min(-PUSH_OUT[0] * c.gap / h, PUSH_OUT[1]) for c in contacts]
 
     def stop(velocities: list[list[float]]) -> list[float]:
         """Let no gap become negative; returns the impulses."""
@@ -270,7 +269,7 @@ def solve_contacts(
     wanted = []
     for contact, speed in zip(contacts, closing, strict=True):
         contact.normal = contact.tangent = 0.0
-        contact.is_hit = speed < -_HIT
+        contact.is_hit = speed < -HIT_SPEED
         wanted.append(-contact.restitution * speed if contact.is_hit else 0.0)
     settle(final, wanted)
     if _energy(bodies, final) > _energy(bodies, [body.end for body in bodies]):

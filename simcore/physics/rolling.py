@@ -18,11 +18,10 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from simcore.geometry.rotation import rotate
+from simcore.physics.contact_law import TerrainSurface, pair_rolling
 from simcore.physics.engine import Engine
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shape_extent import round_radius
-from simcore.physics.shapes import Shape, Sphere
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.shapes import Shape, Sphere, round_radius
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["RollingResistance"]
@@ -79,7 +78,9 @@ class RollingResistance:
     def add(self, row: int, shape: Shape, surface: TerrainSurface) -> None:
         """Slow a body of a shape and a material from now on, if it can roll."""
         floor, radius = self._floor, round_radius(shape)
-        lever = floor.rolling * surface.friction + surface.rolling * floor.friction if floor is not None else 0.0
+        lever = (
+            pair_rolling(floor.rolling, floor.friction, surface.rolling, surface.friction) if floor is not None else 0.0
+        )
         if radius is None or not (lever > 0.0 or surface.rolling > 0.0):
             return
         each = self._engine.gravity / (radius + float(mass_properties(shape).inertia[2, 2]) / radius)

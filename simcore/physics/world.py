@@ -19,15 +19,14 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.bumper_contacts import BumperContacts, BumperOutline
+from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.rolling import RollingResistance
-from simcore.physics.shape_extent import bounding_radius, shrunk
-from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
+from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere, bounding_radius, shrunk
 from simcore.physics.substeps import Substepping, Surroundings
-from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.swept_balls import TriangleSet
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray

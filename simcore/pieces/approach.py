@@ -18,8 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.geometry.rotation import matrix
-from simcore.physics.shape_extent import outline_points
-from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
+from simcore.physics.shapes import Box, Compound, Shape, Sphere, outline_points, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.reach import lengths

@@ -12,15 +12,14 @@ from bisect import bisect_left, bisect_right
 import numpy as np
 
 from simcore.geometry.rotation import Vector
+from simcore.physics.contact_law import ENGINE_SPEED
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.reach import lengths
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["GENTLE", "Arc", "BallRows", "swept_pairs"]
+__all__ = ["Arc", "BallRows", "swept_pairs"]
 
-GENTLE = 0.3
-"""Impacts that are slower are the engine's [m/s], which lets nothing bounce."""
 _SKIN = 0.002  # [m]
 _END = 1e-9  # [s], of a tick: what is left then is rounding
 _LINES = 1_000_000  # more than there are cells along a field
@@ -107,11 +106,11 @@ class BallRows:
         speed, drift = lengths(vel), world.gravity * dt  # what velocities may change by, impacts left out
         self.reach: FloatArray = self.radius + speed * dt + np.where(self._is_frozen, 0.0, drift * dt) + _SKIN
         """How far from `pos` any point of each may be within the tick if nothing hits it [m], shape (n,)."""
-        i, j = swept_pairs(pos, self.reach, 2.0 * speed > GENTLE - drift)
+        i, j = swept_pairs(pos, self.reach, 2.0 * speed > ENGINE_SPEED - drift)
         away, closing = pos[j] - pos[i], vel[j] - vel[i]
         along = np.einsum("ij,ij->i", away, closing)
         far = self.radius[i] + self.radius[j] + _SKIN
-        may = (speed[i] + speed[j] > GENTLE - drift) & (along < 2.0 * drift * far)
+        may = (speed[i] + speed[j] > ENGINE_SPEED - drift) & (along < 2.0 * drift * far)
         self.pairs = i[may], j[may]
         """Which may meet by what they do now, shape (pairs,) each."""
         self._struck: list[tuple[int, int]] = []  # pairs that impacts have made

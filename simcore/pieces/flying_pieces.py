@@ -18,12 +18,13 @@ from collections.abc import Callable
 import numpy as np
 
 from simcore.geometry.rotation import Vector, matrix, multiply
+from simcore.physics.contact_law import ENGINE_SPEED, LANDING_SPEED
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.world import HitBody, PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
-from simcore.pieces.ball_rows import GENTLE, Arc, BallRows
+from simcore.pieces.ball_rows import Arc, BallRows
 from simcore.pieces.flight import advance
-from simcore.pieces.impact_events import LEAST_BOUNCE, ImpactEvents, is_caught
+from simcore.pieces.impact_events import ImpactEvents, is_caught
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.reach import TOUCH, close_pairs, lengths
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -36,7 +37,7 @@ _TAKE_OVER = 1.0  # [m/s]; pieces that are thrown up more gently, by 5 cm, stay 
 _OVERLAP = 0.0005  # [m]; a flying ball that is deeper in another piece lies on it
 _DEEP = 0.01  # [m]; one that is deeper in the floor is the engine's, which pushes it out
 _MARGIN = 0.01  # [m]; between other shapes that fly and all else
-_MOVES = 0.5 * GENTLE  # [m/s]; of two balls that meet, one is faster
+_MOVES = 0.5 * ENGINE_SPEED  # [m/s]; of two balls that meet, one is faster
 _SLOW_WAY = 0.5  # of a radius, in a part of a tick
 _LEAST_SPIN = 1e-6  # [rad/s]
 _MOST_TURN = 0.2  # [rad], of a piece that is no ball in a step of its free rotation: its energy stays within 0.1 %
@@ -220,7 +221,7 @@ class FlyingPieces:
         beside = self._world.near_field(there, reach)
         for row, body in self._world.hit_bodies.items():
             beside |= _near_body(self._world, row, body, there, reach, dt)
-        beside |= balls.vel[movers, 2] < -GENTLE
+        beside |= balls.vel[movers, 2] < -ENGINE_SPEED
         balls.is_beside[movers] = beside
 
     def end_tick(self, dt: float) -> None:
@@ -325,7 +326,7 @@ class FlyingPieces:
         if is_caught(arc):  # the engine carries it from here, with what holds it
             engine.set_velocity(row, vel, arc.spin)
             return
-        if vel[2] > LEAST_BOUNCE:
+        if vel[2] > LANDING_SPEED:
             quat = engine.pose(row)[1]
             self._start(slot, end, vel, arc.spin)
             self._quat[slot] = quat

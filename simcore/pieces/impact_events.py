@@ -13,21 +13,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, matrix
-from simcore.physics.surface import TerrainSurface
+from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, cross, matrix, minus
+from simcore.physics.contact_law import (
+    ENGINE_SPEED,
+    LANDING_SPEED,
+    REST_SPEED,
+    TerrainSurface,
+    hit_ball,
+    hit_surface,
+    pair_friction,
+    pair_restitution,
+)
 from simcore.physics.swept_balls import FirstTouch
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import air_acceleration
-from simcore.pieces.ball_rows import GENTLE, Arc, BallRows
-from simcore.pieces.impact_law import hit_ball, hit_surface
+from simcore.pieces.ball_rows import Arc, BallRows
 from simcore.pieces.pool import PiecePool
 from simcore.typing import BoolArray, IntArray
 
-__all__ = ["LEAST_BOUNCE", "ImpactEvents", "is_caught"]
+__all__ = ["ImpactEvents", "is_caught"]
 
-_LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
-LEAST_BOUNCE = 0.15
-"""A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
 _MOST_OF_ONE = 4  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
 _SKIN = 0.002  # [m]
 _MOST_OF_ALL = 16  # impacts of one ball in a part: what is pushed from all sides is the engine's
@@ -60,7 +65,7 @@ class _Body:
         reach = arc.radius + left * math.sqrt(cu * cu + cv * cv + cw * cw) + _SKIN + self._turns
         if x * x + y * y + z * z > (reach + self.body.reach) ** 2:
             return False
-        if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= GENTLE:
+        if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= ENGINE_SPEED:
             return False
         outside, last = 0, 0.0
         for p, speed, low, high in zip(
@@ -74,15 +79,15 @@ class _Body:
             if last > self.slack:
                 return False
             outside += 1
-        return outside != 1 or last < self.slack - (0.0 if arc.is_free else GENTLE)
+        return outside != 1 or last < self.slack - (0.0 if arc.is_free else ENGINE_SPEED)
 
     def first_touch(self, arc: Arc, left: float, least: float) -> FirstTouch | None:
         """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
         (px, py, pz), (u, v, w), (cx, cy, cz), now = arc.pos, self.vel, self.center, arc.time
         x, y, z = px - now * u - cx, py - now * v - cy, pz - now * w - cz
-        a, b, c = _cross(self.rate, (x, y, z))
+        a, b, c = cross(self.rate, (x, y, z))
         x, y, z = x - now * a, y - now * b, z - now * c  # as the robot sees it at the start of the part
-        a, b, c = _cross(self.rate, (x, y, z))
+        a, b, c = cross(self.rate, (x, y, z))
         way = left * (arc.chord[0] - u - a), left * (arc.chord[1] - v - b), left * (arc.chord[2] - w - c)
         ox, oy, oz = self.origin
         place = apply_back(self.axes, (x + cx - ox, y + cy - oy, z + cz - oz))
@@ -91,12 +96,12 @@ class _Body:
 
     def velocity_at(self, place: Vector) -> Vector:
         """Of a place of it [m/s]."""
-        a, b, c = _cross(self.rate, _minus(place, self.center))
+        a, b, c = cross(self.rate, minus(place, self.center))
         return self.vel[0] + a, self.vel[1] + b, self.vel[2] + c
 
     def _turn(self, place: Vector, impulse: Vector) -> Vector:
         """What an impulse [N s] at a place [m] changes of its rate, in its own axes [rad/s]."""
-        a, b, c = apply_back(self.axes, _cross(_minus(place, self.body.pivot or self.center), impulse))
+        a, b, c = apply_back(self.axes, cross(minus(place, self.body.pivot or self.center), impulse))
         ia, ib, ic = self.body.inertia
         return a / ia, b / ib, c / ic
 
@@ -113,7 +118,7 @@ class _Body:
         if self.body.pivot is None:
             self.vel = self.vel[0] + x / mass, self.vel[1] + y / mass, self.vel[2] + z / mass
         else:
-            self.vel = _cross(self.rate, _minus(self.center, self.body.pivot))
+            self.vel = cross(self.rate, minus(self.center, self.body.pivot))
         self.is_hit = True
 
 
@@ -190,9 +195,9 @@ class ImpactEvents:
     def _fast(self, numbers: IntArray) -> IntArray:
         """Which of some balls move fast enough, to what stands or to a robot, for an impact."""
         vel = self._balls.vel[numbers]
-        fast: BoolArray = np.einsum("ij,ij->i", vel, vel) > GENTLE * GENTLE
+        fast: BoolArray = np.einsum("ij,ij->i", vel, vel) > ENGINE_SPEED * ENGINE_SPEED
         for robot in self._robots:
-            relative, least = vel - robot.vel, max(GENTLE - robot.slack, 0.0)
+            relative, least = vel - robot.vel, max(ENGINE_SPEED - robot.slack, 0.0)
             fast |= np.einsum("ij,ij->i", relative, relative) > least * least
         return numbers[fast]
 
@@ -213,7 +218,7 @@ class ImpactEvents:
             other = self._arc(m)
             if is_caught(other):
                 continue
-            time = _meeting_time(arc, other, GENTLE, now)
+            time = _meeting_time(arc, other, ENGINE_SPEED, now)
             if time <= h:
                 heappush(self._events, (time, n, m, arc.changes + other.changes))
             elif arc.is_touched and self._balls.is_frozen(m) and _meeting_time(arc, other, _STANDS, now) <= h:
@@ -224,9 +229,9 @@ class ImpactEvents:
         if arc.surfaces >= _MOST_OF_ONE:
             return
         world, left, is_free = self._world, self._h - arc.time, arc.is_free
-        least, meeting = 0.0 if is_free else GENTLE * left, None
+        least, meeting = 0.0 if is_free else ENGINE_SPEED * left, None
         gap, rise = arc.pos[2] - arc.radius, arc.vel[2]
-        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -GENTLE):
+        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -ENGINE_SPEED):
             time = arc.time + _fall_time(max(0.0, gap), rise, arc.acc[2])
             if time <= self._h:
                 meeting = _Meeting(time, (0.0, 0.0, 1.0), world.floor, None)
@@ -251,7 +256,7 @@ class ImpactEvents:
             (x, y, z), (u, v, w), now = arc.pos, robot.vel, arc.time
             moving = robot.velocity_at((x - now * u, y - now * v, z - now * w))
         away, pull = _along(arc.vel, moving, normal), _along(arc.acc, _STILL, normal)
-        if not arc.is_free and away > -GENTLE:
+        if not arc.is_free and away > -ENGINE_SPEED:
             return known
         gap = max(0.0, -(away + 0.5 * pull * left) * touch.fraction * left)
         time = arc.time + _fall_time(gap, away, pull)
@@ -277,13 +282,13 @@ class ImpactEvents:
             arc.spin,
             normal,
             radius=radius,
-            restitution=own.restitution * other.restitution if approach > _LEAST_APPROACH else 0.0,
-            friction=own.friction * other.friction,
+            restitution=pair_restitution(own.restitution, other.restitution) if approach > REST_SPEED else 0.0,
+            friction=pair_friction(own.friction, other.friction),
             surface_velocity=moving,
             mass_ratio=ratio,
         )
         if robot is not None:
-            u, v, w = _minus(vel, after)
+            u, v, w = minus(vel, after)
             robot.push(place, (mass * u, mass * v, mass * w))
         if not arc.is_flying and after[2] < 0.0:  # something carries it
             after = (after[0], after[1], 0.0)
@@ -291,7 +296,7 @@ class ImpactEvents:
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
         arc.is_landing = (
-            leaves < (LEAST_BOUNCE * normal[2] if robot is None else GENTLE) or arc.surfaces >= _MOST_OF_ONE
+            leaves < (LANDING_SPEED * normal[2] if robot is None else ENGINE_SPEED) or arc.surfaces >= _MOST_OF_ONE
         )
         if arc.is_landing:
             pull = min(0.0, _along(arc.acc, _STILL, normal))
@@ -322,8 +327,8 @@ class ImpactEvents:
             normal,
             radii=(a.radius, b.radius),
             masses=(float(pool.mass[a.slot]), float(pool.mass[b.slot])),
-            restitution=sa.restitution * sb.restitution if approach > _LEAST_APPROACH else 0.0,
-            friction=sa.friction * sb.friction,
+            restitution=pair_restitution(sa.restitution, sb.restitution) if approach > REST_SPEED else 0.0,
+            friction=pair_friction(sa.friction, sb.friction),
         )
         for arc, pos, vel, spin, other in ((a, pos_a, va, wa, b), (b, pos_b, vb, wb, a)):
             if not arc.is_flying and vel[2] < 0.0:  # something carries it
@@ -331,16 +336,7 @@ class ImpactEvents:
             self._turn(arc, now, pos, vel, spin)
             if arc.is_flying and not other.is_flying:
                 leaves = _along(va, vb, normal)
-                arc.is_landing = leaves < GENTLE
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    (ax, ay, az), (bx, by, bz) = a, b
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+                arc.is_landing = leaves < ENGINE_SPEED
 
 
 def _along(a: Vector, b: Vector, normal: Vector) -> float:
@@ -381,7 +377,7 @@ def _first_meetings(balls: BallRows, h: float) -> list[tuple[float, int, int, in
     gap = np.einsum("ij,ij->i", away, away) - contact * contact
     speed2 = np.einsum("ij,ij->i", closing, closing)
     root = along * along - speed2 * gap
-    least = GENTLE * contact
+    least = ENGINE_SPEED * contact
     meet = (along < -least) & (root > least * least)
     i, j, along = i[meet], j[meet], along[meet]
     times = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along)

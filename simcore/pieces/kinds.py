@@ -10,8 +10,14 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion
+from simcore.physics.contact_law import FOAM, FOAM_STIFFNESS, FoamStiffness, TerrainSurface
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shape_extent import (
+from simcore.physics.shapes import (
+    Box,
+    Compound,
+    Cylinder,
+    Hull,
+    Sphere,
     bounding_radius,
     inner_radius,
     mean_frontal_area,
@@ -19,10 +25,7 @@ from simcore.physics.shape_extent import (
     stands,
     support_height,
 )
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
-from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
-from simcore.pieces.foam import FoamStiffness
 from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, STIFFNESS, require, require_fields
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -45,15 +48,14 @@ class GamePieceConfig:
     cones, and `mass_properties.centered`). The piece stands on the ground with the z axis of its shape up."""
     mass: float
     """Mass [kg]."""
-    friction: float = 0.8
+    friction: float = FOAM.friction
     """Coulomb friction factor; a pair has the product of both sides [-]."""
-    restitution: float = 0.5
+    restitution: float = FOAM.restitution
     """Bounce factor; a pair has the product of both sides [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm of the piece itself [m]; what it rolls on adds its own."""
-    stiffness: float | FoamStiffness = 1e5
-    """Of a contact under load, force over depth [N/m]: a piece that a robot presses against a wall with 600 N gives way
-    by 6 mm on each side. Estimate for dense foam, within a factor of 3; softer pieces need more sub-steps."""
+    stiffness: float | FoamStiffness = FOAM_STIFFNESS
+    """Of a contact under load, force over depth [N/m]; softer pieces need more sub-steps."""
     color: str = "#f2c511"
     """Of its drawings, `#rrggbb`."""
     aerodynamics: Aerodynamics | None = None

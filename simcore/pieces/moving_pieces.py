@@ -24,14 +24,14 @@ from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
 from simcore.pieces.reach import ChunkGrid, Footprint, WakeSettings, lengths
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
-from simcore.pieces.sleeping import SETTLE_PERIOD, IdleDetector, Sleeping, WedgedPieces
+from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping, WedgedPieces
 from simcore.pieces.squeezing import Squeezing
-from simcore.pieces.waking import Waking
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["MovingPieces"]
 
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
+_STANDING = 1e-5  # [m/s]; the engine leaves a robot that stands 1e-8
 _SORTED = 15  # ticks after which sleepers that nothing can touch are fixed
 _ASLEEP, _AWAKE, _IN_FLIGHT, _PLACED = (
     int(status) for status in (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
@@ -82,10 +82,9 @@ class MovingPieces:
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._p, self._wake)
-        self._waking = Waking(self._pool, self._sleeping, self._p)
         self.shown = ShownPieces(self._pool, self.attitudes)
         """What the pieces on the field look like."""
-        self._idle = IdleDetector(self._p.chunk_linger + _SORTED)
+        self._still = 0  # ticks since something moved
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._in_contact: IntArray = np.zeros(0, dtype=np.int64)
@@ -156,11 +155,6 @@ class MovingPieces:
 
     # --- one tick -------------------------------------------------------------------------------------------------
 
-    def mark_active(self, x: float, y: float, reach: float) -> None:
-        """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
-        self._chunks.mark_box(x, y, reach)
-        self._idle.end()
-
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> TickPlan:
         """Before the engine moves: wake what can be reached within dt [s], and say how finely that must be stepped.
 
@@ -171,8 +165,9 @@ class MovingPieces:
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
-        self._idle.begin_tick(len(awake), self._robots)
-        if self._idle.is_reached:
+        is_moving = len(awake) > 0 or any([robot.speed >= _STANDING for robot in robots])
+        self._still = 1 if is_moving else self._still + 1
+        if self._is_idle:
             return TickPlan()
         self._flying.land_early(dt)
         awake = self.awake
@@ -187,9 +182,9 @@ class MovingPieces:
         self._apply_chunks(*chunks.update(), dt)
 
         touching = state.status[awake] == _AWAKE
-        for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
+        for slot in self._sleeping.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
-        self._flying.begin_tick(self._waking.guarded, dt)
+        self._flying.begin_tick(self._sleeping.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
         longest = self._squeezing.longest_step(now, robots, dt)
@@ -234,7 +229,7 @@ class MovingPieces:
             self._recover(awake, now)
         self._squeezing.read(awake, dt)
         self._tick += 1
-        if not self._idle.is_reached:
+        if not self._is_idle:
             self._sleeping.read(dt)
 
     def settle(self) -> None:
@@ -242,7 +237,7 @@ class MovingPieces:
         state, awake = self.state, self.in_contact
         if self._tick % SETTLE_PERIOD or not len(awake):
             return
-        ready = self._sleeping.at_rest(awake, self._waking.guarded)
+        ready = self._sleeping.at_rest(awake)
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
@@ -257,6 +252,11 @@ class MovingPieces:
         if name not in self._kinds:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
+
+    @property
+    def _is_idle(self) -> bool:
+        """Whether nothing has moved for so long that nothing needs to be looked for."""
+        return self._still > self._p.chunk_linger + _SORTED
 
     def _forget_awake(self) -> None:
         self._awake_stale = True

@@ -306,12 +306,17 @@ class GamePieceManager(MovingPieces):
         for slot, (x, y) in zip(slots.tolist(), places.tolist(), strict=True):
             self._move_to_free_place(slot, (x, y))
 
-    def make_room(self, robot: Footprint) -> None:
-        """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
+    def make_room(self, robots: Sequence[Footprint]) -> None:
+        """Move the pieces that stand where a robot has just been put, to the nearest free places beside it.
+
+        Args:
+            robots: All of them, where they are now.
+        """
+        self._robots, self._still = list(robots), 0
         here = self.on_field()
-        inside = (robot.gap(self.state.pos[here]) < self._pool.radius[here]) & (self.state.pos[here, 2] < _ROBOT_HEIGHT)
-        self._robots = [*self._robots, robot]
-        for slot in here[inside].tolist():
+        here = here[self.state.pos[here, 2] < _ROBOT_HEIGHT]
+        inside = [robot.gap(self.state.pos[here]) < self._pool.radius[here] for robot in robots]
+        for slot in here[np.any(inside, axis=0)].tolist():
             x, y, _ = self.state.pos[slot].tolist()
             self._move_to_free_place(slot, (x, y))
 

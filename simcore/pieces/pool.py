@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion
+from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.shapes import Sphere
-from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation

@@ -16,9 +16,8 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
 from simcore.geometry.zones import Zone, line_distance
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.contact_law import TerrainSurface, hit_surface, pair_friction, pair_restitution
 from simcore.pieces.flight import FlightState, crossing
-from simcore.pieces.impact_law import hit_surface
 from simcore.quantities import ANGLE, FIELD_PLACE, require, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, TICK
@@ -116,8 +115,8 @@ class _Face:
     def __init__(self, panel: Panel, surface: TerrainSurface, middle: FloatArray) -> None:
         self.corners, normal = panel.corners, _normal(panel.corners)
         self.normal = normal if normal @ (middle - panel.corners[0]) > 0.0 else -normal
-        self.restitution = surface.restitution * panel.surface.restitution
-        self.friction = surface.friction * panel.surface.friction
+        self.restitution = pair_restitution(surface.restitution, panel.surface.restitution)
+        self.friction = pair_friction(surface.friction, panel.surface.friction)
 
 
 def fly_to_opening(

@@ -1,9 +1,10 @@
-"""Which pieces come to rest, and what the engine does to those that sleep.
+"""Which pieces come to rest, which sleepers wake, and what the engine does to those that sleep.
 
 A piece sleeps when it has been slow for a while: under gravity nothing stays slow in the air, so a sleeper is always
-supported. The engine moves sleepers when something touches them; those that really move join the awake. Sleepers that
-nothing can touch for now are fixed, as statics are: then they cost next to nothing, and end the chain of touching
-pieces that one awake piece keeps awake in the engine.
+supported. It wakes before anything can reach it. Of the others, those that a knock or a push may come to within the
+tick are loose: all that touch what can be hit, and all that touch these. The engine moves them when something touches
+them, and those that really move join the awake. The rest are fixed, as statics are: then they cost next to nothing, and
+end the chain of touching pieces that one awake piece keeps awake in the engine.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ import numpy as np
 from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.reach import Footprint, WakeSettings
-from simcore.typing import BoolArray, IntArray
+from simcore.pieces.reach import Footprint, WakeSettings, close_pairs, touching_chain
+from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["SETTLE_PERIOD", "IdleDetector", "Sleeping", "WedgedPieces"]
+__all__ = ["SETTLE_PERIOD", "Sleeping", "WedgedPieces"]
 
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
@@ -27,19 +28,18 @@ _DISTURBED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is a
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _STILL = 1e-3  # [m/s]
-_STANDING = 1e-5  # [m/s]; the engine leaves a robot that stands 1e-8
-_CARRIED = 1e-3  # [m]; one that is farther from where it stood was put elsewhere
 _RETURN = 0.2  # share of the way back to its place that a wedged piece goes in a sub-step
+_REBOUND = 1.5  # speed of a piece that a robot hits, in parts of the robot's
 _AWAKE = int(PieceStatus.AWAKE)
 
 
 class Sleeping:
-    """Finds the pieces that come to rest, and the sleepers that no longer are.
+    """Finds the pieces that come to rest, and the sleepers that wake.
 
     Args:
         world: Where the bodies live.
         pool: The pieces.
-        settings: When pieces sleep.
+        settings: When pieces sleep and wake.
         wake: Lets a sleeping piece move: called with its slot.
     """
 
@@ -58,6 +58,9 @@ class Sleeping:
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
         self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
         """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
+        self._ticks = 0
+        self.guarded = np.zeros(len(pool.rows), dtype=bool)
+        """Which slots are within reach of a moving robot, and may not sleep, shape (slots,)."""
 
     def disturb(self, slot: int) -> None:
         """A piece moves: the time in which it must be slow begins anew."""
@@ -69,9 +72,9 @@ class Sleeping:
         self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slot] = False
         if not self._pool.state.touchable[slot]:
-            self.fix(np.array([slot]))
+            self._fix(np.array([slot]))
 
-    def fix(self, slots: IntArray) -> None:
+    def _fix(self, slots: IntArray) -> None:
         """Let nothing move some sleepers."""
         if len(slots):
             self._pool.state.pos[slots] = self._world.engine.centers(self._pool.rows_of(slots))  # the last one for long
@@ -79,18 +82,83 @@ class Sleeping:
             self._world.engine.fix(self._pool.rows[slot])
         self.is_fixed[slots] = True
 
-    def loosen(self, slots: IntArray) -> None:
+    def _loosen(self, slots: IntArray) -> None:
         """Let what touches some sleepers move them."""
         for slot in slots[self.is_fixed[slots]].tolist():
             self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slots] = False
 
-    def at_rest(self, awake: IntArray, guarded: BoolArray) -> IntArray:
+    def choose(
+        self, awake: IntArray, speed: FloatArray, reach: FloatArray, robots: Sequence[Footprint], dt: float
+    ) -> IntArray:
+        """The sleepers to wake before a tick; the others are fixed or loosened.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            speed: Of each [m/s], shape (n,).
+            reach: How far from its center each may touch another's center within the tick [m], shape (n,).
+            robots: Where robots are.
+            dt: Length of the tick [s].
+        """
+        state, margin = self._pool.state, self._p.margin
+        asleep = (state.touchable & self._pool.is_frozen).nonzero()[0]
+        near = np.concatenate((asleep, awake))
+        pos, radius = state.pos.take(near, axis=0), self._pool.radius.take(near)
+        reached: BoolArray = np.zeros(len(near), dtype=bool)
+        knocked: BoolArray = np.zeros(len(near), dtype=bool)
+        for robot in robots:
+            x, y = robot.beyond(pos)
+            way = _REBOUND * robot.speed * dt
+            grow = radius + (robot.speed * dt + margin)  # what both can move in a tick
+            low, high = robot.heights
+            level = (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
+            knocked |= level & (x < grow + 2.0 * way) & (y < grow + 2.0 * way)
+            if robot.speed > robot.waking_speed:
+                reached |= level & (x < grow) & (y < grow)
+        self.guarded[:] = False
+        self.guarded[near[reached]] = True
+        is_fast = speed > self._p.waking_speed
+        movers = (is_fast | knocked[len(asleep) :]).nonzero()[0]
+        if len(movers) and len(asleep):
+            near_by = reach[movers]
+            i, j, away2 = close_pairs(pos[len(asleep) + movers], pos[: len(asleep)], near_by + speed[movers] * dt)
+            knocked[j] = True
+            reached[j[is_fast[movers[i]] & (away2 < np.square(near_by).take(i))]] = True
+        reached = reached[: len(asleep)]
+        self._fix_and_loosen(asleep, reached, knocked, near)
+        self._ticks += 1
+        return asleep[reached]
+
+    def _fix_and_loosen(self, asleep: IntArray, reached: BoolArray, knocked: BoolArray, near: IntArray) -> None:
+        """Loosen all that touches what is knocked, and fix now and then the others.
+
+        Args:
+            asleep: Slots of the sleepers that the engine sees, shape (n,).
+            reached: Which of them wake, shape (n,).
+            knocked: Which of `near` something can hit within the tick, shape (m,).
+            near: Slots of the sleepers and of the awake after them, shape (m,).
+        """
+        pool, count = self._pool, len(asleep)
+        is_fixed = self.is_fixed[asleep]
+        is_due = self._ticks % self._p.slow_ticks == 0 and not is_fixed.all()
+        if not (is_due or np.count_nonzero(knocked[:count] & is_fixed)):
+            return
+        hidden = (pool.is_frozen & ~pool.state.touchable).nonzero()[0]
+        slots = np.concatenate((near, hidden))
+        first = np.concatenate((knocked, np.zeros(len(hidden), dtype=bool)))
+        loose = touching_chain(pool.state.pos.take(slots, axis=0), pool.radius.take(slots), first)
+        for slot in hidden[loose[len(near) :]].tolist():
+            pool.set_touchable(slot, True)
+            self.stop(slot)
+        self._loosen(asleep[loose[:count] & is_fixed & ~reached])
+        if is_due:
+            self._fix(asleep[~(loose[:count] | is_fixed)])
+
+    def at_rest(self, awake: IntArray) -> IntArray:
         """Which of the awake pieces have been slow for long enough; to be asked every `SETTLE_PERIOD` ticks.
 
         Args:
             awake: Slots that the engine moves, shape (n,).
-            guarded: Which slots may not sleep, shape (slots,).
         """
         state, p = self._pool.state, self._p
         vel = state.vel.take(awake, axis=0)
@@ -100,7 +168,7 @@ class Sleeping:
         # what has been slow for long and stands still is at no apex: half the time is enough
         is_calm = speed2 < _STILL * _STILL
         enough = np.where(is_calm, p.slow_ticks // 2, p.slow_ticks)
-        ready = awake[(self._slow[awake] >= enough) & ~guarded[awake]]
+        ready = awake[(self._slow[awake] >= enough) & ~self.guarded[awake]]
         others = ready[~self._pool.is_ball[ready]]
         if len(others):  # they can turn on the spot
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
@@ -128,44 +196,6 @@ class Sleeping:
             self._wake(slot)
         asleep: IntArray = slots[~woken]
         return asleep
-
-
-class IdleDetector:
-    """Counts ticks in which no piece is awake and no robot moves: after some, nothing needs to be looked for.
-
-    Args:
-        ticks: How many of them it takes: until then chunks fall quiet, and sleepers are sorted.
-    """
-
-    def __init__(self, ticks: int) -> None:
-        self._ticks = ticks
-        self._count = 0
-        self._robots: Sequence[Footprint] = ()
-        self.is_reached = False
-        """Whether nothing has moved for that long."""
-
-    def end(self) -> None:
-        """Count anew."""
-        self._count = 0
-
-    def begin_tick(self, moving: int, robots: Sequence[Footprint]) -> None:
-        """See what moves.
-
-        Args:
-            moving: How many pieces the engine moves.
-            robots: Where robots are.
-        """
-        if moving or not self._stand(robots):
-            self._count = 0
-            self._robots = robots
-        self._count += 1
-        self.is_reached = self._count > self._ticks
-
-    def _stand(self, robots: Sequence[Footprint]) -> bool:
-        return len(robots) == len(self._robots) and all(
-            now.speed < _STANDING and math.hypot(now.x - then.x, now.y - then.y) < _CARRIED
-            for now, then in zip(robots, self._robots, strict=True)
-        )
 
 
 class WedgedPieces:

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simcore.physics.contact_law import relax
 from simcore.physics.engine import Contacts
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.foam import relax
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.reach import TOUCH, Footprint, lengths
 from simcore.typing import FloatArray, IntArray

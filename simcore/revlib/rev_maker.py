@@ -60,7 +60,15 @@ class _Rev(LoopMaker):
             sensor=motor.key if of_sensor else None,
             rotor_per_sensor=ratio,
             has_gains=bool(config.slots[0].p or config.slots[0].kv),
+            free_speed_volts=self._free_speed_volts(motor, config),
         )
+
+    def _free_speed_volts(self, device: BuiltDevice, config: SparkConfiguration) -> float | None:
+        kv = config.slots[0].kv
+        if not kv or config.feedback is not Feedback.PRIMARY:
+            return None
+        rpm = 60.0 * motor(self._usual_motor(device)).free_speed / math.tau
+        return kv * abs(config.primary[1]) * rpm
 
     def _usual_motor(self, device: BuiltDevice) -> str:
         brushless = "NEO Vortex" if device.model == "SPARK Flex" else "NEO"

@@ -138,6 +138,14 @@ class Battery:
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.config = config or BatteryConfig()
+        self.min_voltage = math.inf
+        """Lowest since the start [V]."""
+        self.brownouts = 0
+        """How many times motors began to be off, since the start."""
+        self.off_time = 0.0
+        """For how long they were, since the start [s]."""
+        self.resets = 0
+        """How often the roboRIO went out and had to boot, since the start."""
         self._eased = 0.0, 0.0  # step [s], and how much of its way the slow drop goes in it
         self.on_brownout: Callable[[], None] | None = None
         """Called as a brown-out begins, with `voltage` and `current` of that moment."""
@@ -146,7 +154,7 @@ class Battery:
         self.reset()
 
     def reset(self) -> None:
-        """Swap in a rested battery with the initial charge."""
+        """Swap in a rested battery with the initial charge; what has been lowest so far stays so."""
         self._charge = self.config.initial_charge
         self._slow_drop = 0.0
         self._drawn_as = 0.0
@@ -154,16 +162,9 @@ class Battery:
         """Drawn in the last step [A]; negative while motors feed energy back."""
         self.voltage = self.open_voltage
         """At the terminals, under the load of the last step [V]."""
-        self.min_voltage = self.voltage
-        """Lowest since the start [V]."""
+        self.min_voltage = min(self.min_voltage, self.voltage)
         self.browned_out = False
         """Whether motor controllers keep their bridges off, as the last heartbeat told them."""
-        self.brownouts = 0
-        """How many times it began to, since the start."""
-        self.off_time = 0.0
-        """For how long it did, since the start [s]."""
-        self.resets = 0
-        """How often the roboRIO went out and had to boot, since the start."""
         self._is_low = False  # what the roboRIO itself sees, at once
         self._heard = self.config.heartbeat  # since the last heartbeat [s]
         self._starved = 0.0  # for how long below the voltage that it lives on [s]

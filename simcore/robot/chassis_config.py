@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
 from simcore.physics.bumper_contacts import BumperOutline
+from simcore.physics.contact_law import BUMPER, BUMPER_CLOTH, RUBBER, TerrainSurface
 from simcore.physics.shapes import Box, Compound, Part, Sphere
-from simcore.physics.surface import RUBBER, TerrainSurface
 from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.fixed_wheel_config import FixedWheelConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.units import plain_sum
 
-__all__ = ["BUMPER", "ChassisConfig"]
-
-BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
-"""Noodles under fabric, as pieces meet them; two robots bounce off each other with e = 0.06."""
+__all__ = ["ChassisConfig"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,16 +53,12 @@ class ChassisConfig:
     """Centers of the wheels, robot frame [m]."""
     wheel_radius: float = 0.0508
     """Radius of the wheels [m]."""
-    friction: float = 1.2
+    friction: float = RUBBER.friction
     """Friction of the treads on carpet for the modes without a drivetrain model [-]."""
     surface: TerrainSurface = BUMPER
     """Material of the outside, as pieces meet it."""
-    bumper_friction: float = 0.7
-    """Friction factor of the bumpers' cloth against walls and robots: 0.49 between two of them, 0.35 at a wall [-].
-
-    Source: team 971 measured 0.5 of Cordura on Cordura, 0.3 of ballistic nylon on it and 0.25 of sailcloth on it (Chief
-    Delphi, "Bumper Material", post 1381897, 2014). Nobody has published cloth on polycarbonate; estimate, +-30 %.
-    """
+    bumper_friction: float = BUMPER_CLOTH
+    """Friction factor of the bumpers' cloth against walls and robots [-]."""
 
     def __post_init__(self) -> None:
         owner = "ChassisConfig"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
-from simcore.geometry.rotation import Vector, rotate, rotate_back
+from simcore.geometry.rotation import Vector, minus, rotate, rotate_back
 from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
@@ -145,7 +145,7 @@ class Climber:
         """
         c = self._chassis
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
-        lever = rotate(c.quat, _minus(state.pos, c.distribution.center))
+        lever = rotate(c.quat, minus(state.pos, c.distribution.center))
         hook = tuple(p + a for p, a in zip(c.pos, rotate(c.quat, state.pos), strict=True))
         (lx, ly, lz), (wx, wy, wz) = lever, c.rate
         relative = rotate(c.quat, state.vel)
@@ -181,7 +181,7 @@ class Climber:
         mount = self._mounts.get(self.rung.mount)
         if mount is not None:
             (x0, y0, _), (x1, y1, _) = mount.from_rest(self.rung.start), mount.from_rest(self.rung.end)
-            vel = _minus(vel, mount.velocity_at(near))
+            vel = minus(vel, mount.velocity_at(near))
             # Implicit Euler: a light body that is pulled as stiffly as a robot would jump from side to side.
             softer += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
             dx, dy = dx - vel[0] * h, dy - vel[1] * h
@@ -213,7 +213,3 @@ class Climber:
             rx, ry, rz = (h - p for h, p in zip(hook, frame.pos, strict=True))
             effort = ax * (ry * fz - rz * fy) + ay * (rz * fx - rx * fz) + az * (rx * fy - ry * fx)
         self._mechanisms[joint.mechanism].set_load(effort * joint.ratio)
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

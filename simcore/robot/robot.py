@@ -122,6 +122,10 @@ class Robot:
         """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
         self.estimated_pose: tuple[float, float, float] | None = None
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
+        self.require_place: Callable[[Pose], object] | None = None
+        """Called before it is put somewhere; raises where it cannot stand. Its match sets it."""
+        self.on_put: Callable[[str], object] | None = None
+        """Called after it was put somewhere, with `carried` or `reset`."""
         self._estimated: list[ShaftSim] = []
         self._is_carried = False  # whether a climber was near a rung in the last sub-step
         self._before: PartState
@@ -141,13 +145,13 @@ class Robot:
 
         Raises:
             NonFiniteError: The pose is not finite; nothing has changed.
+            StartError: It cannot stand there; nothing has changed.
         """
-        meant = pose if believed is None else believed
+        if self.require_place is not None:
+            self.require_place(pose)
         self.chassis.set_pose(*pose)
         self.drive.reset()
-        self.gyro.reset(yaw=meant[2], true_yaw=pose[2])
-        self.odometry.reset(meant, gyro_yaw=meant[2])
-        self._note_start(pose, believed)
+        self._note_put(pose, believed, (pose if believed is None else believed)[2], "reset")
 
     def carry_to(self, pose: Pose, *, believed: Pose | None = None) -> None:
         """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
@@ -155,15 +159,27 @@ class Robot:
         Args:
             pose: Where, field frame [m, m, rad].
             believed: Where people meant to put it, and odometry therefore believes it to be; None: there.
-        """
-        self.chassis.set_pose(*pose)
-        self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])
-        self.odometry.reset(pose if believed is None else believed, gyro_yaw=self.gyro.yaw)
-        self._note_start(pose, believed)
 
-    def _note_start(self, pose: Pose, believed: Pose | None) -> None:
+        Raises:
+            StartError: It cannot stand there; nothing has changed.
+        """
+        if self.require_place is not None:
+            self.require_place(pose)
+        self.put(pose, believed=believed)
+
+    def put(self, pose: Pose, *, believed: Pose | None) -> None:
+        """As `carry_to`, to a place that is known to be free."""
+        self.chassis.set_pose(*pose)
+        self._note_put(pose, believed, self.gyro.yaw, "carried")
+
+    def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
+        """Let sensors follow, with a gyro that reads `yaw` [rad]."""
+        self.gyro.reset(yaw=yaw, true_yaw=pose[2])
+        self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
         self._before = self._motion
+        if self.on_put is not None:
+            self.on_put(reason)
 
     @property
     def believed_pose(self) -> Pose:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
+from simcore.robot_file.ci_workflow import write_workflow
 from simcore.robot_file.drivetrain_table import drivetrain_text
 from simcore.robot_file.template import FILE_NAME, FoundCamera, FoundMotor, FoundPort, template
 
@@ -30,7 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder", nargs="?", type=Path, default=Path(), help="the robot project, or its robot.py (default: here)"
     )
-    parser.add_argument("--force", action="store_true", help=f"overwrite a {FILE_NAME} that is there")
+    parser.add_argument("--force", action="store_true", help="overwrite the file if it is there")
+    parser.add_argument(
+        "--ci", action="store_true", help="write a GitHub workflow that runs the robot tests, and nothing else"
+    )
+    parser.add_argument("--source", default="", metavar="ADDRESS", help="with --ci: git+https://... of simcore")
     parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its devices")
 
 
@@ -42,6 +47,10 @@ def run(args: argparse.Namespace) -> int:
         OutputError: The folder cannot be written.
     """
     robot_file = find_robot_py(args.folder)
+    if args.ci:
+        path = write_workflow(robot_file, source=args.source, force=args.force)
+        print(f"wrote {path}; commit and push it: GitHub then runs the robot tests at every push")
+        return 0
     folder = robot_file.parent
     path = folder / FILE_NAME
     if path.exists() and not args.force:

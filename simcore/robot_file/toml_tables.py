@@ -16,7 +16,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["REQUIRED", "Table", "nearest", "read_tables"]
+__all__ = ["REQUIRED", "Table", "nearest", "read_tables", "read_toml"]
 
 REQUIRED: Any = object()
 """Default of a key that must be there."""
@@ -24,7 +24,12 @@ _MOST_BYTES, _MOST_DOTS = 100_000, 100  # a whole robot takes 5 kB and two dots;
 
 
 def read_tables(path: Path) -> Table:
-    """The whole file as one table.
+    """The whole file as one table; see `read_toml`."""
+    return Table(read_toml(path), path.name)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What is in a file.
 
     Raises:
         ConfigError: It cannot be read, or is no TOML; the message has the line.
@@ -37,7 +42,7 @@ def read_tables(path: Path) -> Table:
         for number, line in enumerate(text.splitlines(), 1):
             if line.count(".") > _MOST_DOTS:
                 raise ConfigError(f"{path.name}: line {number} is nested too deep: a key with over {_MOST_DOTS} dots")
-        data = tomllib.loads(text)
+        return tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
@@ -50,7 +55,6 @@ def read_tables(path: Path) -> Table:
         raise
     except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
         raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
-    return Table(data, path.name)
 
 
 class Table:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 
 from simcore import season
 from simcore.match.match import Match
-from simcore.match.starts import StartError, pose_text, require_free_place
+from simcore.match.starts import StartError, pose_text
 from simcore.robotpy.driver_controls import chosen_autos
 
 RobotState = season.wpilib.RobotState
@@ -70,9 +70,8 @@ class AutoStart:
         Raises:
             StartError: It is not on the field, or not free.
         """
-        self._require_free(pose)
-        self.note_place(pose)
         self._match.carry_to(self._number, pose)
+        self.note_place(pose)
 
     def note_place(self, pose: Pose | None) -> None:
         """Somebody has put the robot there [m, m, rad], where it stays; None: at its start, as if nobody had."""
@@ -117,13 +116,12 @@ class AutoStart:
         if math.dist(goal[:2], (x, y)) < near and abs(math.remainder(goal[2] - yaw, math.tau)) < turned:
             return
         try:
-            self._require_free(goal)
+            self._match.carry_to(self._number, goal, by_people=True)
         except StartError as error:
             self._match.beliefs.reasons[self._number] = (
                 f"robot code has set {pose_text(goal)}; there it {error.problem}"
             )
             return
-        self._match.carry_to(self._number, goal, by_people=True)
         self._found = self._robot.chassis.pose
         _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
 
@@ -183,7 +181,3 @@ class AutoStart:
                 self._found = self._robot.chassis.pose
                 _log.info("auto %r starts at %s, as the file says", name, pose_text(pose))
         return True
-
-    def _require_free(self, pose: Pose) -> None:
-        size = self._match.game.field.size
-        require_free_place(self._match.world, self._robot, pose, size, others=self._match.robots)

@@ -1,13 +1,15 @@
 """Physics between the loops of a robot whose loop is its own: its waits are cut, and each part of physics done in time.
 
 Only a TimedRobot has `addPeriodic`. A MagicRobot waits in robotpy's `NotifierDelay`, a LoggedRobot in
-`hal.waitForNotifierAlarm`, a plain RobotBase wherever its author chose: there, in `time.sleep`, `wpilib.wait` or
-`threading.Event.wait`. Volts that stand for a whole loop of 20 ms make a steer motor overshoot by 18 % (5 ms:
-nothing), and a Notifier of our own would be another thread, whose turn against the robot's loop is a matter of luck.
+`hal.waitForNotifierAlarm` (since 2027 `wpiutil.sync.wait_for_object`), a plain RobotBase wherever its author chose:
+there, in `time.sleep`, `wpilib.wait` or `threading.Event.wait`. Volts that stand for a whole loop of 20 ms make a steer
+motor overshoot by 18 % (5 ms: nothing), and a Notifier of our own would be another thread, whose turn against the
+robot's loop is a matter of luck.
 So the robot's own thread does the parts while it would sleep, and all its sleeping follows the FPGA's clock.
 
-Whoever steps that clock waits until every notifier is waited for. So the thread holds one from its start to its end,
-its own or ours: time stands still while the robot computes, also before its first loop and between two modes.
+Whoever steps that clock waits until every notifier is waited for, since 2027 until every alarm is answered. So the
+thread holds one from its start to its end, its own or ours (since 2027 ours, as `NotifierDelay` answers before the
+robot computes): time stands still while the robot computes, also before its first loop and between two modes.
 """
 
 from __future__ import annotations
@@ -34,7 +36,16 @@ __all__ = ["LoopWaits", "TimedParts"]
 _log = logging.getLogger(__name__)
 
 _LOOP = 5  # sleeps on one line make it a loop, in a program that never says that it has started
-_BUILDING = ("__init__", "robotInit", "createObjects", "_simulationInit")
+_STARTS = ("startCompetition", "start_competition")
+_BUILDING = (
+    "__init__",
+    "robotInit",
+    "robot_init",
+    "createObjects",
+    "create_objects",
+    "_simulationInit",
+    "simulation_init",
+)
 _PATIENCE = 10.0  # wall time that a loop may compute in a test [s]
 _INIT_PATIENCE = 60.0  # and the program before its first loop [s]
 _LOOK = 5_000  # [us]
@@ -54,8 +65,9 @@ class TimedParts(Protocol):
         ...
 
 
-_calls: tuple[Any, ...] = season.notifier_calls() or (None,) * 5
-_create, _wait, _update, _stop, _clean = _calls
+_create, _wait, _update, _free = season.notifier_calls()
+_HOLDS_BY_ALARM = season.time_waits_for_answers()
+_COUNTS = season.clock_rate() / 1e6  # of the robot's clock in a microsecond
 _sleep, _event_wait = time.sleep, threading.Event.wait
 
 
@@ -160,20 +172,25 @@ class LoopWaits:
 
     # --- waits of the robot's thread ------------------------------------------------------------------------------
 
-    def alarm(self, handle: int) -> tuple[int, int]:
-        """As `hal.waitForNotifierAlarm`."""
+    def alarm(self, handle: int) -> bool:
+        """Wait for a notifier of the robot's; False: it was stopped."""
         self.start()
-        self._own = handle
-        self._let_go()
+        expiry = self._alarms.pop(handle, None)
+        if _HOLDS_BY_ALARM and expiry is not None:
+            self._sleep_until(expiry)
+            self._end_wait()
+            return True
+        if not _HOLDS_BY_ALARM:
+            self._own = handle
+            self._let_go()
         with _Waiting(self):
-            expiry = self._alarms.pop(handle, None)
             if expiry is not None:
                 if not self._run_until(handle, expiry):
-                    return 0, 0
+                    return False
                 _update(handle, expiry)
-            result = _wait(handle)
+            goes_on = _wait(handle)
         self._end_wait()
-        return result
+        return bool(goes_on)
 
     def sleep(self, seconds: float) -> None:
         """As `time.sleep`; FPGA time."""
@@ -194,11 +211,11 @@ class LoopWaits:
         self._end_wait()
         return event.is_set()
 
-    def set_alarm(self, handle: int, when: int) -> None:
-        """The robot's thread has set an alarm [us]."""
-        self._alarms[handle] = when
+    def set_alarm(self, handle: int, when: int, interval: int = 0, absolute: bool = True, ack: bool = True) -> None:
+        """The robot's thread has set an alarm, by the counts of its clock."""
+        self._alarms[handle] = int(when / _COUNTS) + (0 if absolute else _now())
 
-    def forget(self, handle: int) -> None:
+    def forget(self, handle: int, *_: Any) -> None:
         """The robot's thread is about to stop a notifier."""
         self._alarms.pop(handle, None)
         if handle == self._own:
@@ -228,7 +245,7 @@ class LoopWaits:
                 parts.do_due()  # after a loop that took too long nothing is left to wait for
             while (due := int(1e6 * parts.next_due)) < end:
                 _update(handle, due)
-                if _wait(handle)[0] == 0:
+                if not _wait(handle):
                     return False
                 parts.do_due()
         return True
@@ -254,7 +271,7 @@ class LoopWaits:
         frame = sys._getframe(3)
         line = (frame.f_code.co_filename, frame.f_lineno)
         caller: types.FrameType | None = frame
-        while caller is not None and caller.f_code.co_name != "startCompetition":
+        while caller is not None and caller.f_code.co_name not in _STARTS:
             if caller.f_code.co_name in _BUILDING:
                 return False
             caller = caller.f_back
@@ -263,14 +280,15 @@ class LoopWaits:
 
     def _hold(self) -> int:
         if self._held is None and (self._holds or self._has_started):
-            self._held = _create()[0]
+            self._held = _create()
+            if _HOLDS_BY_ALARM:
+                _update(self._held, _now())  # so that the next step of time waits for an answer
         return self._held or 0
 
     def _let_go(self) -> None:
         held, self._held = self._held, None
         if held is not None:
-            _stop(held)
-            _clean(held)
+            _free(held)
 
     def _watch(self) -> None:
         """Look whether the robot's thread comes by where it can be cut."""
@@ -305,20 +323,19 @@ class LoopWaits:
                 "%s has not waited for its next loop for %.1f s (it is at %s): until it does, physics runs beside it",
                 *(type(self.robot).__name__, time.monotonic() - self._computes_since, self.where()),
             )
-        handle = _create()[0]
+        handle = _create()
         try:
             while not (self._is_waiting or self._is_over):
                 with self._lock:
                     parts.do_due()
                 _update(handle, int(1e6 * parts.next_due))
-                if _wait(handle)[0] == 0:
+                if not _wait(handle):
                     return
         except Exception as error:  # else the robot would go on without physics
             restore_stderr()
             leave(error, program="robotpy sim", folder=self._folder())
         finally:
-            _stop(handle)
-            _clean(handle)
+            _free(handle)
 
     def _is_stuck(self, patience: float) -> bool:
         allowed = patience if self.parts is not None else _INIT_PATIENCE
@@ -328,13 +345,13 @@ class LoopWaits:
         return (
             f"{type(self.robot).__name__} gets no physics: its loop is its own, and in {patience:g} s of wall time it "
             f"has not waited where simulated time can reach it; it is at {self.where()}. What can be reached: "
-            "wpilib.TimedRobot, NotifierDelay, hal.waitForNotifierAlarm, time.sleep, wpilib.wait, threading.Event.wait"
+            "wpilib.TimedRobot, NotifierDelay, notifiers of hal, time.sleep, wpilib.wait, threading.Event.wait"
         )
 
 
 def _now() -> int:
     """FPGA time [us]."""
-    return int(RobotController.get_monotonic_time())
+    return int(RobotController.get_monotonic_time() / _COUNTS)
 
 
 class _Waiting:

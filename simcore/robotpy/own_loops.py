@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.errors import ConfigError
 from simcore.robotpy.loop_waits import LoopWaits, TimedParts
 
 TimedRobot = season.wpilib.TimedRobot
@@ -60,34 +59,30 @@ def with_own_loop(robot_class: Any, interface: Any) -> Any:
     """
     if has_wpilib_loop(robot_class):
         return robot_class
-    if season.notifier_calls() is None:
-        raise ConfigError(
-            f"{robot_class.__name__} has a loop of its own: with WPILib 2027 simcore reaches those of TimedRobot "
-            "and of OpModeRobot"
-        )
+    start = season.own_name(wpilib.RobotBase, "start_competition")
 
-    class OwnLoopRobot(robot_class):  # type: ignore[misc]
-        def startCompetition(self) -> None:
-            def build() -> bool:
-                if interface.engine is None:
-                    interface._simulationInit(self)
-                    return True
-                return False
+    def start_competition(self: Any) -> None:
+        def build() -> bool:
+            if interface.engine is None:
+                interface._simulationInit(self)
+                return True
+            return False
 
-            def every_loop() -> None:
-                hal.sim_periodic_before()
-                interface._simulationPeriodic()
-                hal.sim_periodic_after()
+        def every_loop() -> None:
+            hal.sim_periodic_before()
+            interface._simulationPeriodic()
+            hal.sim_periodic_after()
 
-            waits = _begin(LoopWaits(self, build=build, every_loop=every_loop, holds=not isinstance(self, TimedRobot)))
-            try:
-                super().startCompetition()
-            finally:
-                _end(waits)
+        waits = _begin(LoopWaits(self, build=build, every_loop=every_loop, holds=not isinstance(self, TimedRobot)))
+        try:
+            getattr(super(own_loop_robot, self), start)()
+        finally:
+            _end(waits)
 
-    for name in ("__name__", "__module__", "__qualname__"):
-        setattr(OwnLoopRobot, name, getattr(robot_class, name))
-    return OwnLoopRobot
+    start_competition.__code__ = start_competition.__code__.replace(co_name=start)  # see `with_physics`
+    names = {name: getattr(robot_class, name) for name in ("__module__", "__qualname__")}
+    own_loop_robot = type(robot_class.__name__, (robot_class,), {start: start_competition, **names})
+    return own_loop_robot
 
 
 # --- where the waits are ------------------------------------------------------------------------------------------
@@ -114,6 +109,20 @@ def _replacing(original: Callable[..., Any], name: str, *, before: bool = False)
     return replaced
 
 
+def _wait(original: Callable[..., Any]) -> Any:
+    @functools.wraps(original)
+    def wait(handle: int, *timeout: float) -> Any:
+        waits = _here()
+        if waits is None or timeout:
+            return original(handle, *timeout)
+        goes_on = waits.alarm(handle)
+        if season.time_waits_for_answers():
+            return goes_on
+        return (wpilib.RobotController.get_monotonic_time(), 0) if goes_on else (0, 0)
+
+    return wait
+
+
 def _event(original: Callable[..., bool]) -> Any:
     @functools.wraps(original)
     def wait(self: threading.Event, timeout: float | None = None) -> bool:
@@ -123,15 +132,11 @@ def _event(original: Callable[..., bool]) -> Any:
     return wait
 
 
+_METHODS = {"set": "set_alarm", "forget": "forget"}
 _PLACES: tuple[tuple[Any, str, Callable[[Any], Any]], ...] = (
     *(
-        (hal, name, lambda f, method=method, before=before: _replacing(f, method, before=before))
-        for name, method, before in (
-            ("waitForNotifierAlarm", "alarm", False),
-            ("updateNotifierAlarm", "set_alarm", True),
-            ("stopNotifier", "forget", True),
-            ("cleanNotifier", "forget", True),
-        )
+        (module, name, _wait if kind == "wait" else lambda f, kind=kind: _replacing(f, _METHODS[kind], before=True))
+        for module, name, kind in season.robots_notifier_calls()
     ),
     (hal, season.own_name(hal, "observe_user_program_starting"), lambda f: _replacing(f, "start", before=True)),
     (time, "sleep", lambda f: _replacing(f, "sleep")),

@@ -289,7 +289,7 @@ def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> AngleP
 
 def _strip_colors(strip: Any) -> IntArray:
     """Of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
-    if not strip.getRunning():
+    if not season.is_led_running(strip):
         return np.zeros(int(strip.get_length()), dtype=np.int64)
     return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
 

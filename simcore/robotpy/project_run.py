@@ -19,6 +19,7 @@ from simcore.robotpy.robot_test import RobotTest
 from simcore.start_errors import start_sentence
 from simcore.sweep.child_process import answer_task, read_task
 from simcore.sweep.run_metrics import PlayedRun, measure
+from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
 __all__ = ["ProjectRun", "test_auto"]
@@ -58,6 +59,8 @@ class ProjectRun:
     def _played(self, sim: RobotTest) -> dict[str, Any]:
         task = self._task
         sim.alliance(task["alliance"])
+        if task["log"] is not None:
+            sim.add_sink(WpilogSink(task["log"]))
         sim.start()
         seconds = task["seconds"] or auto_seconds(sim.match.game)
         sim.autonomous(task["auto"], seconds=0.0)

@@ -31,6 +31,7 @@ _SEEDS_MARK = (
     "sim.success"
 )
 _ROBOT_FIXTURES = ("sim", "robot", "control")
+_LONGEST_FAILURE = 2000  # letters of an assertion on a page
 _LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
 _PLUGINS = ("PyFrcPlugin", "RobotTestingPlugin", "IsolatedTestsPlugin")
 _MODES = ("simulated", "real")
@@ -452,6 +453,8 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 
+        test.record.failure = "no success" if call.excinfo is None else call.excinfo.exconly()[:_LONGEST_FAILURE]
+        recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))

@@ -185,7 +185,7 @@ class RobotPhysics:
         _latest = weakref.ref(self)
         self._waits = attach_to_loop(self.robot, self)
         if isinstance(self.robot, season.loop_classes()):
-            self.robot.add_periodic(self.do_due, self._h, self._h / 2.0)  # never at the instant of the robot's loop
+            season.add_between_loops(self.robot, self.do_due, self._h)
 
     replaces_hooks = True
     """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""

@@ -55,8 +55,7 @@ class RoboRioPower:
         """Write input voltage and current; once a robot loop is enough."""
         volts = self._battery.voltage
         RoboRioSim.set_vin_voltage(volts)
-        if hasattr(RoboRioSim, "setVInCurrent"):
-            RoboRioSim.setVInCurrent(_WATTS / volts if volts > 1.0 else 0.0)
+        season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)
         level = float(RoboRioSim.get_brownout_voltage())
         if level != self._level:
             self._follow_level(level)

@@ -38,8 +38,6 @@ from simcore.robotpy.robot_cameras import surveyed_cameras
 from simcore.robotpy.robot_program import load_robot_class
 from simcore.robotpy.simulated_phoenix import phoenix_time
 
-hal = season.hal
-
 __all__ = ["main"]
 
 _SETTLE = 0.1  # [s]; until all devices have sent their signals
@@ -72,10 +70,10 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
     clock = phoenix_time()
     if clock is None:
         unmanaged.set_phoenix_diagnostics_start_time(-1)
-    hal.initialize(500, 0)
+    season.initialize_hal()
     robot = load_robot_class(robot_file)()
     _kept.append(robot)
-    for step in ("robotInit", "_simulationInit"):
+    for step in ("robotInit", "_simulationInit", "simulation_init"):  # of 2026; of 2027
         getattr(robot, step, lambda: None)()
     if clock is not None:
         clock.step(_SETTLE)

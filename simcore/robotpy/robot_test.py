@@ -17,6 +17,7 @@ from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.report import PieceCount, Score
+from simcore.match.run_record import RunRecord
 from simcore.quantities import EFFICIENCY, require
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
@@ -55,6 +56,20 @@ class ConditionError(SimcoreError, AssertionError):
     """What a test waited for did not happen in time."""
 
 
+class _WarningList(logging.Handler):
+    """Keeps warnings in a list, each once."""
+
+    def __init__(self, kept: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self._kept = kept
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Take one."""
+        text = record.getMessage()
+        if text not in self._kept:
+            self._kept.append(text)
+
+
 class RobotTest:
     """The fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
 
@@ -89,6 +104,8 @@ class RobotTest:
         """Names of the program's own threads: while there are any, two runs may differ."""
         self.claims: list[RunClaim] = []
         """What `success` was asked so far."""
+        self.warnings: list[str] = []
+        """What simcore has warned of so far, each once."""
         self._control = control
         self._hang = hang
         self._is_one_of_many = is_one_of_many
@@ -102,6 +119,9 @@ class RobotTest:
         self._mode = "disabled"
         self._auto = self._op_mode = ""
         self._alliance = "blue"
+        handler = _WarningList(self.warnings)
+        logging.getLogger("simcore").addHandler(handler)
+        self._stack.callback(logging.getLogger("simcore").removeHandler, handler)
         self.alliance("blue")
 
     def __enter__(self) -> RobotTest:
@@ -161,6 +181,7 @@ class RobotTest:
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
+        physics.match.record.warnings = self.warnings
         self.run(_SETTLE)
         self.own_threads = own_threads()
         if self.own_threads:
@@ -333,7 +354,7 @@ class RobotTest:
     @property
     def time(self) -> float:
         """Since the robot program started, simulated [s]."""
-        return float(Timer.get_monotonic_timestamp())
+        return float(Timer.get_monotonic_timestamp()) % season.EPOCH
 
     @property
     def pose(self) -> Any:
@@ -360,6 +381,11 @@ class RobotTest:
     def currents(self) -> dict[str, list[float]]:
         """In the motors of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
         return self.robot_sim.drive.motor_currents()
+
+    @property
+    def record(self) -> RunRecord:
+        """Shots, pieces taken in, placements, ways and extremes: what the pages and reports of the run say."""
+        return self.match.record
 
     @property
     def digest(self) -> str:

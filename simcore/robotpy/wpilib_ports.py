@@ -98,9 +98,9 @@ class AbsoluteEncoderPort(AbsoluteEncoderInput):
     ) -> None:
         require("AbsoluteEncoderPort", "full_range", full_range, POSITIVE)
         if isinstance(encoder, DutyCycleEncoder):
-            model, channel = "DIO", encoder.getSourceChannel()
+            model, channel = "DIO", encoder.get_source_channel()
         elif isinstance(encoder, AnalogEncoder):
-            model, channel = "Analog", encoder.getChannel()
+            model, channel = "Analog", encoder.get_channel()
         else:
             raise ConfigError(
                 f"AbsoluteEncoderPort: want a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}"

@@ -134,11 +134,11 @@ class PracticeField:
         storage = self._robot.storage_of(task.shooter)
         storage.discard(slot)
         storage.add([slot])
-        shots = len(match.flow.shots)
+        shots = len(match.record.shots)
         for _ in range(_MOST_WAITS):
             self._set(elevation, speed)
             match.tick()
-            if len(match.flow.shots) > shots:
+            if len(match.record.shots) > shots:
                 break
         else:
             return None
@@ -147,11 +147,11 @@ class PracticeField:
         vel = match.pieces.state.vel[slot].copy()
         for _ in range(_LONGEST):
             match.tick()
-            has_scored = match.flow.shots[-1].scored
+            has_scored = match.record.shots[-1].scored
             is_down = match.pieces.state.pos[slot, 2] < 2.0 * task.kind.bounding_radius
             if has_scored or (is_down and not match.pieces.is_untouched[slot]):
                 break
-        return RealShot(np.array(match.flow.shots[-1].points), vel, has_scored)
+        return RealShot(np.array(match.record.shots[-1].points), vel, has_scored)
 
     def _set(self, elevation: float, speed: float) -> None:
         """Wheels, hood and gate as a shot needs them, this tick."""

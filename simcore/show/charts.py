@@ -24,6 +24,11 @@ __all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "th
 _INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
+_QUANTITIES = (
+    ("HeightM", "height", "m"), ("AngleDeg", "angle", "deg"), ("ExtendedPct", "extended", "%"),
+    ("VelocityRPS", "velocity", "turns/s"),
+)  # fmt: skip
+"""Of a mechanism, what says most first: end of its key, name and unit."""
 PLOT = {"total": 360, "left": 44, "width": 306, "top": 8, "height": 132, "bottom": 178}
 """Where a chart's axes are, in units of its drawing; page.js needs it too."""
 
@@ -74,9 +79,11 @@ def charts_of(track: RunTrack) -> list[Chart]:
         replace(curve, color=tint(curve.label)[1])
         for curve in _curves(recording, [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")], is_stepped=True)
     ]
+    score += _curves(recording, [("old", "Sim/Score/Old"), ("new", "Sim/Score/New")], is_stepped=True)
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
+    volts = [_with_extremes(recording, curve, robot.prefix) for curve, (_, robot) in zip(volts, robots, strict=False)]
     volts = volts or _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))  # logs of old versions
     slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
     charts = [
@@ -114,14 +121,24 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
     ]
 
 
+def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
+    """A curve of a battery's voltage with what was lowest between two rows."""
+    if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
+        return curve
+    lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
+    falls = np.diff(lowest, prepend=lowest[0]) < 0.0
+    return replace(curve, values=np.where(falls, np.minimum(lowest, curve.values), curve.values))
+
+
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """How far each robot was from where it believed to be."""
+    """How far each robot was from where it believed to be, from where it was put before it first drove."""
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
             continue
         rows = np.clip(np.searchsorted(times, at + 1e-9) - 1, 0, None)
         values = np.hypot(*(believed[:, :2] - true[rows, :2]).T)
+        values[at < track.began(number)] = math.nan
         label = str(number) if len(track.robots) > 1 else "estimate to truth"
         style = LINE_STYLES[number % len(LINE_STYLES)]
         curves.append(Curve(label=label, color=_INKS[number % len(_INKS)], dashes=style, times=at, values=values))
@@ -137,11 +154,28 @@ def _mechanism_charts(recording: Recording, prefix: str, whose: str) -> Iterable
             quantity, unit = ("velocity", "turns/s") if found[2] == "VelocityRPS" else ("position", "turns")
             yield Chart(title=f"{key_in_words(found[1]).capitalize()} {quantity}{whose}", unit=unit, curves=curves)
     head = f"{prefix}/Debug/"
+    for name, key, unit in _moved(recording, head):
+        yield Chart(title=f"{name}{whose}", unit=unit, curves=_curves(recording, [("is", key)]), from_zero=False)
     currents = [key for key in recording.keys if key.startswith(head) and key.endswith("CurrentA")]
     named = [(key_in_words(key.removeprefix(head).removesuffix("CurrentA")), key) for key in currents]
     for first in range(0, len(named), 4):
         curves = _curves(recording, named[first : first + 4])
         yield Chart(title=f"Mechanism currents{whose}", unit="A", curves=curves)
+
+
+def _moved(recording: Recording, head: str) -> Iterable[tuple[str, str, str]]:
+    """Title, key and unit of mechanisms that moved and of which no set-point is known, as of real robot code."""
+    known = {key.removesuffix("PositionRotSetpoint").removesuffix("VelocityRPSSetpoint") for key in recording.keys}
+    for key in [key for key in recording.keys if key.startswith(head) and key.endswith("VelocityRPS")]:
+        stem = key.removesuffix("VelocityRPS")
+        if stem in known:
+            continue
+        name = key_in_words(stem.removeprefix(head)).capitalize()
+        looks = [look for look in _QUANTITIES if recording.has(stem + look[0])]
+        for suffix, quantity, unit in looks[:1]:
+            values = recording.series(stem + suffix)[1]
+            if len(values) and np.ptp(values) > 0.01 * max(1.0, float(np.abs(values).max())):
+                yield f"{name} {quantity}", stem + suffix, unit
 
 
 def bounds(chart: Chart) -> tuple[float, float]:

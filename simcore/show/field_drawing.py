@@ -16,7 +16,7 @@ from simcore.show.run_track import Placed, RunTrack
 from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotResult, ShotTrace
 from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["MARGIN", "FieldDrawing", "end_mark", "piece_symbol", "robot_symbol", "side_view"]
 
@@ -87,9 +87,9 @@ class FieldDrawing:
             ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
             times, believed = self.track.estimates[number]
             if len(believed):
-                way = self.points(believed[:: max(1, len(believed) // 500)])
                 look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
-                parts.append(polyline(way, opacity=0.9, class_="believed", **look))
+                for way in self._ways(number, times, np.arange(len(believed)), max(1, len(believed) // 500)):
+                    parts.append(polyline(self.points(believed[way]), opacity=0.9, class_="believed", **look))
             times, path = self.track.robots[number]
             if not len(path):
                 continue
@@ -98,15 +98,28 @@ class FieldDrawing:
             for part in range(max(1, math.ceil((end - start) / step))):
                 begin = start + part * step
                 rows = np.nonzero((times >= begin - 0.021) & (times <= begin + step + 1e-9))[0]
-                rows = np.append(rows[:: max(1, len(rows) // 40)], rows[-1:])
                 strength = 0.35 + 0.65 * (begin - start) / max(end - start, step)
                 look = {"stroke": ink, "stroke_width": 5, "stroke_linecap": "round", "opacity": strength}
                 if len(self.scene.robots) > 1 and robot.alliance == "red":
                     look |= {"stroke_dasharray": "18 9", "stroke_linecap": "butt"}
-                parts.append(polyline(self.points(path[rows]), data_t=round(begin, 2), **look))
-                if stamps:
+                for way in self._ways(number, times, rows, max(1, len(rows) // 40)):
+                    parts.append(polyline(self.points(path[way]), data_t=round(begin, 2), **look))
+                if stamps and len(rows):
                     parts.append(self._stamp(robot, path[rows[0]], ink, strength))
         return element("g", *parts, class_="paths")
+
+    def _ways(self, number: int, times: FloatArray, rows: IntArray, step: int) -> list[IntArray]:
+        """Rows of a robot's path, every `step` of them and the last: a list where it drove, from one place to the next.
+
+        Args:
+            number: Of the robot.
+            times: Of all rows [s].
+            rows: Which are drawn.
+            step: How many are left out.
+        """
+        parts = np.searchsorted(self.track.placed_times(number), times[rows] + 1e-9)
+        found = np.split(rows, np.nonzero(np.diff(parts))[0] + 1)
+        return [np.append(way[::step], way[-1:]) for way in found]
 
     def _stamp(self, robot: RobotLook, pose: FloatArray, ink: str, strength: float) -> str:
         length, width = (100.0 * size for size in robot.bumpers)

@@ -20,7 +20,7 @@ from simcore.show.field_drawing import FieldDrawing, side_view
 from simcore.show.palette import css_variables
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
-from simcore.show.run_events import BoardItem, RunEvent, board_of, events_of
+from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of
 from simcore.show.run_track import RunTrack, Table
 from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shot_rows, shots_of
@@ -34,10 +34,10 @@ __all__ = ["page_style", "write_page"]
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
 _MARKS = {
-    "mode": "\u25b6", "hit": "\u25cf", "miss": "\u2715", "flying": "\u25cb", "score": "\u002b",
+    "mode": "\u25b6", "put": "\u21e9", "hit": "\u25cf", "miss": "\u2715", "flying": "\u25cb", "score": "\u002b",
     "slip": "\u2248", "bump": "\u25b2", "brown-out": "\u25bc", "foul": "\u25c6", "placed": "\u25a3",
 }  # fmt: skip
-_ROWS = ("mode", "hit miss flying", "placed score foul", "slip bump brown-out")
+_ROWS = ("mode put", "hit miss flying", "placed score foul", "slip bump brown-out")
 """Of the time line, by the kinds of their events."""
 
 
@@ -88,9 +88,9 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     side = side_view(scene, shots)
     text = _PAGE.format(
         title=escape(title),
-        subtitle=f'<p class="note">{escape(subtitle)}</p>' if subtitle else "",
+        subtitle="".join(f'<p class="note">{escape(text)}</p>' for text in (subtitle, *ending_of(recording)) if text),
         facts="".join(
-            f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(track, len(taken))
+            f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(track)
         ),
         board="".join(_board_html(item, start) for item in board),
         field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>', counts),
@@ -162,7 +162,7 @@ _PAGE = """<!DOCTYPE html>
 _SIDE = '<figure class="side"><figcaption><strong>Shots from the side</strong></figcaption>{}</figure>'
 
 
-def _facts(track: RunTrack, taken: int) -> list[tuple[str, str]]:
+def _facts(track: RunTrack) -> list[tuple[str, str]]:
     """What the whole run came to."""
     recording, scene = track.recording, track.scene
 
@@ -170,26 +170,28 @@ def _facts(track: RunTrack, taken: int) -> list[tuple[str, str]]:
         return float(recording.series(key)[1][-1]) if recording.has(key) and len(recording.series(key)[1]) else None
 
     facts = []
-    for alliance in ("Blue", "Red"):
+    for alliance in ("Blue", "Red", "Old", "New"):
         points = last(f"Sim/Score/{alliance}")
         if points is not None:
             facts.append((f"score {alliance.lower()}", f"{points:.0f}"))
-    shots, hits = last("Sim/Shots"), last("Sim/Hits")
+    shots, hits, taken = (last(f"Sim/{name}") for name in ("Shots", "Hits", "TakenIn"))
     if shots and hits is not None:
         facts.append(("shots hit", f"{hits:.0f} of {shots:.0f}"))
     if taken:
-        facts.append((f"{scene.piece_names} taken in", str(taken)))
+        facts.append((f"{scene.piece_names} taken in", f"{taken:.0f}"))
     several = len(scene.robots) > 1
     if scene.robots:
-        _, path = track.robots[0]
-        if len(path):
-            driven = float(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum())
+        prefix = scene.robots[0].prefix
+        driven, volts, offs = (
+            last(f"{prefix}/{key}") for key in ("Robot/DistanceDriven", "Debug/BatteryVoltageLowest", "Debug/Brownouts")
+        )
+        if driven is not None:
             facts.append((f"driven{' by robot 0' if several else ''}", f"{driven:.1f} m"))
-        battery = f"{scene.robots[0].prefix}/Debug/BatteryVoltage"
-        volts = f"{battery}Min" if recording.has(f"{battery}Min") else battery  # logs of old versions have one only
-        if recording.has(volts):
-            whose = " of robot 0" if several else ""
-            facts.append((f"lowest battery voltage{whose}", f"{recording.series(volts)[1].min():.2f} V"))
+        whose = " of robot 0" if several else ""
+        if volts is not None:
+            facts.append((f"lowest battery voltage{whose}", f"{volts:.2f} V"))
+        if offs:
+            facts.append((f"brown-outs{whose}", f"{offs:.0f}"))
     if len(recording):
         facts.append(("simulated", f"{track.span[1]:.2f} s"))
     return facts

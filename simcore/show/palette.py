@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from simcore.typing import alliance_in
+
 __all__ = ["COLORS", "LINE_STYLES", "color", "css_variables", "flat", "rgb", "shade", "tint"]
 
 COLORS: dict[str, tuple[str, str]] = {
@@ -70,7 +72,7 @@ def tint(name: str) -> tuple[str, str]:
     >>> tint("blue_tower")
     ('var(--blue-fill)', 'var(--blue)')
     """
-    alliance = next((alliance for alliance in ("blue", "red") if name.lower().startswith(alliance)), "neutral")
+    alliance = alliance_in(name) or "neutral"
     return color(f"{alliance}-fill"), color(alliance)
 
 

@@ -9,6 +9,7 @@ from simcore.show.field_drawing import FieldDrawing, end_mark, side_view
 from simcore.show.palette import color
 from simcore.show.place_board import PlaceBoard
 from simcore.show.raster import save_drawing, writable_picture
+from simcore.show.run_events import ending_of
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shots_of
@@ -48,7 +49,9 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
 
     parts = [
         words(_LEFT, 44, title, 27, ink=color("ink"), bold=True),
-        words(_LEFT, 74, subtitle, 16),
+        words(
+            _LEFT, 74, ". ".join(filter(None, (subtitle, *(text.splitlines()[0] for text in ending_of(recording))))), 16
+        ),
     ]
     scale = min(_FIELD[0] / field.box[2], _FIELD[1] / field.box[3])
     width, height = scale * field.box[2], scale * field.box[3]

@@ -131,11 +131,15 @@ class Replay:
         self.page.scene.forget()
 
     def run(self, *, should_stop: Callable[[], bool] = lambda: False, seconds: float = math.inf) -> None:
-        """Serve until `should_stop` returns true, or for so many seconds of the wall clock."""
+        """Serve until `should_stop` returns true, or for so many seconds of the wall clock.
+
+        It plays from the first viewer on.
+        """
         pacer = Pacer()
         frames = 0
         while not should_stop() and frames * _FRAME < seconds:
-            self.step(_FRAME)
+            if self.page.has_viewers or self.time > self.start:  # a browser takes some seconds to come
+                self.step(_FRAME)
             frames += 1
             pacer.wait(frames * _FRAME, should_stop=should_stop)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simcore.physics.shape_extent import outline
+from simcore.physics.shapes import outline
 from simcore.show.palette import color, tint
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.robot_sketch import RobotSketch, SketchWay

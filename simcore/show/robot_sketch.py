@@ -11,7 +11,7 @@ import numpy as np
 
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
 from simcore.geometry.rotation import Vector, rotate
-from simcore.physics.shape_extent import outline
+from simcore.physics.shapes import outline
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import launch_direction, muzzle_offset
 from simcore.pieces.shooter import ShooterConfig

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -17,9 +18,9 @@ from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "events_of"]
+__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "ending_of", "events_of"]
 
-EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
+EventKind = Literal["mode", "put", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
@@ -56,9 +57,10 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
     for shot in shots:
         whose = f"robot {shot.robot}: " if len(scene.robots) > 1 else ""
         side = f", {shot.side}" if shot.side else ""
-        numbers = f" ({shot.distance:.1f} m, {shot.speed:.1f} m/s)" if shot.is_over else " at the end"
+        speed = f", {shot.speed:.1f} m/s" if math.isfinite(shot.speed) else ""
+        numbers = f" ({shot.distance:.1f} m{speed})" if shot.is_over else " at the end"
         events.append(RunEvent(shot.time, shot.result, f"{whose}shot, {shot.result}{side}{numbers}"))
-    for alliance in ("Blue", "Red"):
+    for alliance in ("Blue", "Red", "Old", "New"):
         for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
     for key in recording.keys:
@@ -83,7 +85,7 @@ def board_of(recording: Recording) -> list[BoardItem]:
         times, left = recording.series("Sim/Match/TimeLeft")
         clocks = [f"{int(second) // 60}:{int(second) % 60:02d}" for second in np.ceil(left - 1e-6).tolist()]
         items.append(BoardItem("time left", *_changes(times, clocks)))
-    for alliance in ("blue", "red"):
+    for alliance in ("blue", "red", "old", "new"):
         key = f"Sim/Score/{alliance.capitalize()}"
         if recording.has(key):
             times, points = recording.series(key)
@@ -94,6 +96,11 @@ def board_of(recording: Recording) -> list[BoardItem]:
             words = _changes(times, ["yes" if flag else "no" for flag in flags.tolist()])
             items.append(BoardItem(key_in_words(key.removeprefix("Sim/Match/")), *words))
     return items
+
+
+def ending_of(recording: Recording) -> list[str]:
+    """What a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
+    return [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
 
 
 # --- inside -------------------------------------------------------------------------------------------------------
@@ -141,6 +148,13 @@ def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
 
 def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind, str]]:
     found: list[tuple[float, EventKind, str]] = []
+    if recording.has(f"{prefix}/Robot/LastPlacement"):
+        times, counts = recording.series(f"{prefix}/Robot/Placements")
+        at, texts = recording.strings(f"{prefix}/Robot/LastPlacement")
+        for row in (np.nonzero(np.diff(counts))[0] + 1).tolist():
+            found.append(
+                (float(times[row]), "put", f"put there, {texts[int(np.searchsorted(at, times[row] + 1e-9)) - 1]}")
+            )
     if recording.has(f"{prefix}/Robot/WheelSlip"):
         times, slip = recording.series(f"{prefix}/Robot/WheelSlip")
         for start, end in _stretches(times, slip > _SLIP):
@@ -158,6 +172,8 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     if recording.has(f"{prefix}/Debug/BrownedOut"):
         times, flags = recording.series(f"{prefix}/Debug/BrownedOut")
         low = flags > 0.5
+        if recording.has(f"{prefix}/Debug/Brownouts"):  # also those between two rows
+            low |= np.diff(recording.series(f"{prefix}/Debug/Brownouts")[1], prepend=0.0) > 0.0
     elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
         times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
         low = volts < BROWNOUT

@@ -19,6 +19,7 @@ IN_AIR = 0.35  # [m]; a flying piece whose center is higher is drawn darker; whe
 AWAY = -1
 """The holder of a piece that is nowhere: scored, or with a human player."""
 _FIELD, _PIECES, _HELD = 0, "Sim/GamePieces/", "Sim/Held/"
+_DRIVES = 0.01  # [m]; a robot that has come so far has driven
 _TALLEST = 1.6  # times its size: a piece high in the air
 
 Table = npt.NDArray[np.int32]
@@ -80,6 +81,19 @@ class RunTrack:
         marks = recording.array_times(_PIECES + self.types[0]) if self.types else times[:: max(1, len(times) // 300)]
         frames: list[float] = np.unique(np.append(marks[:: -(-len(marks) // most)], times[-1])).tolist()
         return frames
+
+    def placed_times(self, number: int) -> FloatArray:
+        """When a robot was put somewhere since the first row [s], shape (n,)."""
+        times, counts = self._numbers(f"{self.scene.robots[number].prefix}/Robot/Placements")
+        jumps: FloatArray = times[1:][np.diff(counts) > 0.0]
+        return jumps
+
+    def began(self, number: int) -> float:
+        """When a robot was last put somewhere before it drove [s]; -inf: it began where it stood."""
+        times, driven = self._numbers(f"{self.scene.robots[number].prefix}/Robot/DistanceDriven")
+        drives = times[driven - driven[:1] > _DRIVES]
+        placed = self.placed_times(number)
+        return float(max(placed[placed <= drives.min(initial=math.inf)], default=-math.inf))
 
     def robot_at(self, number: int, time: float, *, estimate: bool = False) -> tuple[float, float, float] | None:
         """The newest pose of a robot [m, m, rad], or where it believed to be; None before the first."""

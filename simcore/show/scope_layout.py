@@ -24,6 +24,7 @@ from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import alliance_in
 
 __all__ = ["add_arguments", "game_snapshot", "run", "scope_layout"]
 
@@ -200,9 +201,18 @@ def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
 
 def _table(snapshot: Snapshot) -> list[str]:
     values = {**snapshot.doubles, **snapshot.strings, **snapshot.booleans, **snapshot.integers}
-    first = ("Sim/Match/", "Sim/Score/", "Sim/Placed/", "Sim/Shots", "Sim/Hits", "Sim/Intake/", "Sim/Robot/")
+    first = (
+        "Sim/Match/",
+        "Sim/Score/",
+        "Sim/Placed/",
+        "Sim/Shots",
+        "Sim/Hits",
+        "Sim/TakenIn",
+        "Sim/Intake/",
+        "Sim/Robot/",
+    )
     rows = [key for start in first for key in values if key.startswith(start)]
-    rest = ("BatteryVoltage", "AngleDeg", "ExtendedPct", "HeightM")
+    rest = ("BatteryVoltage", "BatteryVoltageLowest", "Brownouts", "AngleDeg", "ExtendedPct", "HeightM")
     rows += [key for key in values if key.startswith("Sim/Debug/") and key.endswith(rest)]
     return [*rows, *(key for key in values if key.startswith("Sim/Performance/"))]
 
@@ -245,5 +255,4 @@ def _colored(keys: Iterable[str], *, start: int = 0) -> dict[str, str]:
 
 
 def _alliance_color(key: str) -> str:
-    name = key.rpartition("/")[2].lower()
-    return _BLUE if name.startswith("blue") else _RED if name.startswith("red") else _GRAY
+    return {"blue": _BLUE, "red": _RED}.get(alliance_in(key.rpartition("/")[2]) or "", _GRAY)

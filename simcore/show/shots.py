@@ -12,8 +12,9 @@ import numpy as np
 
 from simcore.show.scene import Goal, Scene
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, TICK
 
 __all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
 
@@ -24,10 +25,12 @@ MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """One shot piece, from the end of the tick in which it left to its first touch."""
+    """One shot piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
 
+    time: float
+    """When it left [s]."""
     times: FloatArray
-    """[s], shape (n,)."""
+    """Of what was kept of its flight [s], shape (n,), not empty."""
     points: FloatArray
     """Its center at these times, field frame [m], shape (n, 3)."""
     scored: bool
@@ -41,11 +44,6 @@ class ShotTrace:
     """From where it left to the goal along the ground [m]; of a goal that nobody knows to where it touched."""
 
     @property
-    def time(self) -> float:
-        """When it left [s]."""
-        return float(self.times[0])
-
-    @property
     def result(self) -> ShotResult:
         """What came of it."""
         return "hit" if self.scored else "miss" if self.is_over else "flying"
@@ -53,7 +51,7 @@ class ShotTrace:
     @property
     def seconds(self) -> float:
         """Its flight until the first touch [s]."""
-        return float(self.times[-1] - self.times[0])
+        return float(self.times[-1] - self.time)
 
     @property
     def speed(self) -> float:
@@ -72,20 +70,45 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """The shots of a run, oldest first; none of a log in which pieces in flight have no ids."""
-    kept = recording.integers("Sim/ShotIds")
-    if not kept:
+    """The shots of a run, oldest first: each that the record of the run has, with as much of its flight as was kept."""
+    if not recording.integers("Sim/ShotTicks"):
         return []
-    flights = _flights(recording)
-    pieces = kept[-1][1].tolist()
-    robots, hits = (recording.integers_at(key, math.inf).tolist() for key in ("Sim/ShotRobots", "Sim/ShotHits"))
-    shots = []
-    for piece, robot, hit in zip(pieces, robots, hits, strict=False):
-        if flights[piece]:
-            flight = flights[piece].pop(0)
-            is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
-            shots.append(_trace(scene, flight, bool(hit), is_over, robot))
-    return shots
+    columns = (
+        recording.integers_at(f"Sim/Shot{name}", math.inf).tolist() for name in ("Ids", "Robots", "Hits", "Ticks")
+    )
+    shown, flights = _shown_times(recording), _flights(recording)
+    shots: list[ShotTrace] = []
+    for piece, robot, hit, tick, (before, at) in reversed(list(zip(*columns, shown, strict=False))):
+        # A log by another clock than the match's says no more than between which rows it was
+        time = tick * TICK if before < tick * TICK <= at + 1e-6 else at
+        mine = flights[piece]
+        flight = mine.pop() if mine and mine[-1].times[0] > time - 1e-6 else _Flight()
+        while mine and mine[-1].times[0] > time - 1e-6:
+            flight = mine.pop()
+        if not flight.times:  # it came and went between two rows: its robot was not far
+            flight.times.append(time)
+            flight.points.append(_place_of(recording, robot, time))
+        is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
+        shots.append(_trace(scene, time, flight, bool(hit), is_over, robot))
+    return shots[::-1]
+
+
+def _shown_times(recording: Recording) -> list[tuple[float, float]]:
+    """Of each shot: the last time without it, and the first with it [s]."""
+    found: list[tuple[float, float]] = []
+    before = -math.inf
+    for time, ids in recording.integers("Sim/ShotIds"):
+        del found[len(ids) :]  # they count from an auto's beginning
+        found += [(before, time)] * (len(ids) - len(found))
+        before = time
+    return found
+
+
+def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
+    """Where a robot was at a time [s], field frame [m], shape (3,)."""
+    times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
+    place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
+    return place
 
 
 def _flights(recording: Recording) -> dict[int, list[_Flight]]:
@@ -110,11 +133,12 @@ def _flights(recording: Recording) -> dict[int, list[_Flight]]:
     return found
 
 
-def _trace(scene: Scene, flight: _Flight, scored: bool, is_over: bool, robot: int) -> ShotTrace:
+def _trace(scene: Scene, time: float, flight: _Flight, scored: bool, is_over: bool, robot: int) -> ShotTrace:
     points = np.array(flight.points)
     goal = _goal_of(scene, points, robot) if is_over else None
     target = points[-1] if goal is None else np.array(goal.center)
     return ShotTrace(
+        time=time,
         times=np.array(flight.times),
         points=points,
         scored=scored,
@@ -156,23 +180,11 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def intake_places(recording: Recording) -> FloatArray:
-    """Where pieces lay before robots took them in, field frame [m], shape (n, 3)."""
-    places: list[FloatArray] = []
-    for key in recording.keys:
-        if not key.startswith("Sim/HeldIds/"):
-            continue
-        name = key.removeprefix("Sim/HeldIds/")
-        held: set[int] | None = None
-        for time, ids in recording.integers(key):
-            now = set(ids.tolist())
-            fresh = now - held if held is not None else set()
-            held = now
-            if fresh and recording.has(f"Sim/PieceIds/{name}"):
-                before = time - 0.02 - recording.bulk_period
-                lying = recording.integers_at(f"Sim/PieceIds/{name}", before)
-                rows = recording.array_at(f"Sim/GamePieces/{name}", before)
-                places += [row[:3] for piece, row in zip(lying.tolist(), rows, strict=False) if piece in fresh]
-    return np.array(places).reshape(-1, 3)
+    """Where pieces were before robots took them in, field frame [m], shape (n, 2)."""
+    key = "Sim/TakenInPlaces"
+    if not recording.has(key):
+        return np.empty((0, 2))
+    return np.multiply(recording.integers_at(key, math.inf).reshape(-1, 2), 1e-3, dtype=np.float64)
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:

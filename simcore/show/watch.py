@@ -52,6 +52,7 @@ class Watch:
         self._control: Any = None
         self._controlled: Match | None = None
         self._pacer = Pacer() if options.view or options.live else None
+        self._sink: Any = None
         if options.live:
             self._tables = _attempt(lambda: _serve(options.nt_port))
         if options.view:
@@ -80,7 +81,10 @@ class Watch:
         if self._tables is not None:
             from simcore.telemetry.networktables_sink import NetworkTablesSink
 
-            sinks.append(NetworkTablesSink(self._tables))
+            if self._sink is not None:  # of the run before
+                self._sink.withdraw()
+            self._sink = NetworkTablesSink(self._tables, stays=True)
+            sinks.append(self._sink)
         return sinks
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from simcore.errors import VendorError
+from simcore.errors import ConfigError, VendorError
 from simcore.install_text import install_command
 from simcore.sweep.executors import play_all
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.one_run import planned_values, require_playable_runs
 from simcore.sweep.results import BESIDE_METRICS, Results
 from simcore.sweep.run_store import RunStore
-from simcore.sweep.sweep_statistics import wilson_share
+from simcore.sweep.sweep_statistics import sequential_difference, wilson_share
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -138,10 +138,17 @@ class _Rounds:
         if rule.errors is not None and self._failed >= rule.errors:
             return True
         step = 10 ** max(0, len(str(whole)) - 2)  # of many rounds some ninety in each power of ten are asked
-        if not rule.condition or whole < rule.least or whole % step:
+        if not (rule.condition or rule.difference) or whole < rule.least or whole % step:
             return False
         table = rows_table(self._experiment, [self.rows[number] for number in range(whole * self._points)])
-        held = Results(table, self._experiment).succeeded(rule.condition)
+        results, factor = Results(table, self._experiment), self._experiment.factors[:1]
+        if rule.difference:
+            with suppress(ConfigError):  # there are not two seeds yet in which both came to an end
+                first, second = factor[0].values[:2]
+                judged = results.paired(factor[0].name, first, second, rule.difference, judge=sequential_difference)
+                return judged.is_clear
+            return False
+        held = results.succeeded(rule.condition)
         shares = (wilson_share(int(some.sum()), len(some)) for _, some in held.groupby(table["point"]))
         return all(0.5 * (share.upper - share.lower) <= rule.width for share in shares)
 

@@ -19,7 +19,7 @@ from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES, choose_engine
 from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
-from simcore.sweep.factors import Factor, FactorValue
+from simcore.sweep.factors import PROJECT, Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name, named_object
 
 __all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
@@ -60,6 +60,9 @@ class StopRule:
     """Half the width of the 95 % interval of this share (Wilson) that is good enough [-]."""
     least: int = 10
     """Rounds before the share is asked for."""
+    difference: str = ""
+    """Metric of which it is asked whether the first factor's second value makes a clear difference to its first one,
+    by `sequential_difference`; stop when it does. Empty: not asked."""
     errors: int | None = None
     """Stop after the round with which so many runs have failed; None: never."""
     seconds: float | None = None
@@ -219,11 +222,13 @@ class Experiment:
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
         """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
-        apart = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")
+        apart: tuple[str, ...] = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")
+        if PROJECT in (factor.name for factor in self.factors):
+            apart = (*apart, "project")
         common = {name: value for name, value in self.to_json().items() if name not in apart}
         common |= {"engine": choose_engine(self.engine), "code": self._code()}
         base = _short_hash(common)
-        return [_short_hash([base, run.seed, sorted(run.values.items())], 20) for run in runs]
+        return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
         """Digests and versions of everything that a result depends on beside the description."""
@@ -239,7 +244,7 @@ class Experiment:
                 found[name] = module_digest(module)
         if self.robot and Path(self.robot).is_file():
             found["robot"] = files_digest([Path(self.robot)], Path(self.robot).parent)
-        if self.project is not None:
+        if self.project is not None and PROJECT not in (factor.name for factor in self.factors):
             found["project"] = project_digest(Path(self.project))
         return found
 
@@ -288,6 +293,11 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     }
     rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
     return rows
+
+
+def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
+    """Values by which a run is known: of a project what is in it, wherever it is."""
+    return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache

@@ -12,7 +12,10 @@ from typing import Any, Literal, TypeAlias
 from simcore.errors import ConfigError
 from simcore.quantities import Quantity, require, shown
 
-__all__ = ["Distribution", "Factor", "FactorValue", "parse_factor"]
+__all__ = ["PROJECT", "Distribution", "Factor", "FactorValue", "parse_factor"]
+
+PROJECT = "project"
+"""Name of the factor whose values are folders of robot projects."""
 
 FactorValue: TypeAlias = float | int | str
 """What a factor can be: a number, or a name such as that of an auto."""

@@ -26,6 +26,7 @@ from simcore.sweep.factor_paths import RunSetup, vary
 from simcore.sweep.project_runs import play_project, require_project
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
+from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = [
     "failed_row", "game_of", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of",
@@ -58,14 +59,14 @@ def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
         return row
 
 
-def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
-    """Metrics and digest of a run; errors pass through.
+def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
+    """Metrics and digest of a run; errors pass through; its telemetry goes to a log, if one is asked for.
 
     Raises:
         SimcoreError: The run cannot be.
     """
     if experiment.project is not None:
-        return play_project(experiment, planned)
+        return play_project(experiment, planned, log)
     setup = vary(setup_of(experiment), planned.values)
     played = play_auto(
         setup.game,
@@ -77,6 +78,7 @@ def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
         scatter=setup.scatter,
         options=experiment.options,
         engine=setup.engine,
+        sinks=() if log is None else (WpilogSink(log),),
     )
     with played.match:
         metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -154,7 +154,14 @@ class Results:
         return groups.quantile([q / 100.0 for q in at]).unstack().set_axis(list(at), axis=1)
 
     def paired(
-        self, factor: str, first: float | str, second: float | str, metric: str, *, confidence: float = CONFIDENCE
+        self,
+        factor: str,
+        first: float | str,
+        second: float | str,
+        metric: str,
+        *,
+        confidence: float = CONFIDENCE,
+        judge: Callable[..., PairedDifference] = paired_difference,
     ) -> PairedDifference:
         """What it changes to set a factor from one value to another: runs of the same seed are compared.
 
@@ -167,6 +174,7 @@ class Results:
             second: Its value after.
             metric: A column or an expression; of a condition it is the share of successes.
             confidence: Of the interval.
+            judge: `sequential_difference` where the number of seeds follows from what they have shown.
 
         Raises:
             ConfigError: There are not two seeds with pairs.
@@ -190,7 +198,7 @@ class Results:
             raise ConfigError(
                 f"paired: want 2 common seeds or more, got {len(means)} with {factor} = {first} and {second}"
             )
-        return paired_difference(means["value_first"].to_numpy(), means["value_second"].to_numpy(), confidence)
+        return judge(means["value_first"].to_numpy(), means["value_second"].to_numpy(), confidence)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
         """What each value of a factor changes against its first one: clear ones first, by how much factors matter.
@@ -207,7 +215,9 @@ class Results:
         except ConfigError:  # the design cannot tell them apart
             order = list(self.factors)
         for factor in order:
-            values = sorted(self.table[factor].unique().tolist())
+            values = self.table[factor].unique().tolist()
+            if not isinstance(values[0], str):  # words stay in the order in which they were given
+                values.sort()
             for value in values[1:] if len(values) <= MOST_VALUES else ():
                 with suppress(ConfigError):  # no common seeds
                     found.append((factor, values[0], value, self.paired(factor, values[0], value, metric)))

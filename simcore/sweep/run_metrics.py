@@ -13,7 +13,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.match import Match
-from simcore.match.piece_flow import ShotRecord
+from simcore.match.run_record import ShotRecord
 from simcore.quantities import shown
 from simcore.typing import FloatArray
 
@@ -39,41 +39,38 @@ def _score(run: PlayedRun) -> int:
 
 
 def _hit_share(run: PlayedRun) -> float:
-    shots = len(run.match.flow.shots)
-    return run.match.flow.hits / shots if shots else math.nan
+    shots = len(run.match.record.shots)
+    return run.match.record.hits / shots if shots else math.nan
 
 
 def _last_shot(run: PlayedRun) -> float:
-    return max((shot.time for shot in run.match.flow.shots), default=math.nan)
-
-
-def _distance(run: PlayedRun) -> float:
-    return float(np.linalg.norm(np.diff(run.path[:, :2], axis=0), axis=1).sum())
+    return max((shot.time for shot in run.match.record.shots), default=math.nan)
 
 
 def _landings(run: PlayedRun) -> list[list[float]]:
-    return [[*(round(c, 3) for c in _landing(shot)), int(shot.scored)] for shot in run.match.flow.shots]
+    return [[*(round(c, 3) for c in _landing(shot)), int(shot.scored)] for shot in run.match.record.shots]
 
 
 METRICS: dict[str, Callable[[PlayedRun], Any]] = {
     "score": _score,
     "score_of_others": lambda run: run.match.score.total - _score(run),
-    "shots": lambda run: len(run.match.flow.shots),
-    "hits": lambda run: run.match.flow.hits,
+    "shots": lambda run: len(run.match.record.shots),
+    "hits": lambda run: run.match.record.hits,
     "hit_share": _hit_share,
+    "taken_in": lambda run: len(run.match.record.taken_in),
     "last_shot_s": _last_shot,
     "scored": lambda run: run.match.count.scored,
     "placed": lambda run: run.match.count.placed,
     "held": lambda run: run.match.count.held,
-    "distance_m": _distance,
-    "min_battery_v": lambda run: run.match.robots[0].battery.min_voltage,
-    "brownouts": lambda run: run.match.robots[0].battery.brownouts,
+    "distance_m": lambda run: run.match.record.robots[0].distance,
+    "min_battery_v": lambda run: run.match.record.robots[0].battery.min_voltage,
+    "brownouts": lambda run: run.match.record.robots[0].battery.brownouts,
     "seconds": lambda run: run.match.time,
 }
 """What is measured in every run, in this order: points of the robot's own alliance and of the other one; pieces shot,
-of those scored, and their share; when the last one was shot, with which a shooter's cycle ends [s]; pieces scored,
-placed and held by anybody at the end; way driven [m]; lowest battery voltage [V] and brown-outs; simulated time [s].
-`breakdown.<name>` follows for what the game counts, and `landings`."""
+of those scored, and their share; pieces taken in; when the last one was shot, with which a shooter's cycle ends [s];
+pieces scored, placed and held by anybody at the end; way driven, not carried [m]; lowest battery voltage [V] and
+brown-outs; simulated time [s]. `breakdown.<name>` follows for what the game counts, and `landings`."""
 
 LANDINGS = "landings"
 _ROWS: dict[str, Callable[[PlayedRun], Any]] = {LANDINGS: _landings, "path": lambda run: run.path[::5].tolist()}

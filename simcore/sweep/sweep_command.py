@@ -39,7 +39,7 @@ from simcore.sweep.results_page import save_results, summary_text
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["Told", "add_arguments", "chosen_scatter", "run", "scatter_option", "sigterm_as_interrupt"]
 
 _SAID_EVERY = 30.0  # [s]; where no bar can be drawn
 _MOST_SEEDS = 1_000_000
@@ -69,13 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--samples", type=COUNT_FLAG, metavar="N", help=f"size of the designs {', '.join(SAMPLED)} (default: 20)"
     )
-    parser.add_argument(
-        "--scatter",
-        type=text_flag(Scatter.parse),
-        metavar="SPREADS",
-        help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
-        "1,exit_speed=0.03 with one of them otherwise",
-    )
+    scatter_option(parser)
     parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
     parser.add_argument(
         "--until",
@@ -109,6 +103,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def scatter_option(parser: argparse.ArgumentParser) -> None:
+    """The option that `chosen_scatter` reads."""
+    parser.add_argument(
+        "--scatter",
+        type=text_flag(Scatter.parse),
+        metavar="SPREADS",
+        help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
+        "1,exit_speed=0.03 with one of them otherwise",
+    )
+
+
 def run(options: argparse.Namespace) -> int:
     """Play; returns the exit status: 0 all runs are there, 1 some have failed, 130 interrupted.
 
@@ -119,9 +124,9 @@ def run(options: argparse.Namespace) -> int:
         return _repeat(options)
     experiment = _experiment(options)
     out = options.out or Path("out") / (experiment.auto or "sweep").replace("/", "_")
-    progress = _Told(experiment.count)
+    progress = Told(experiment.count)
     try:
-        with progress, _sigterm_as_interrupt():
+        with progress, sigterm_as_interrupt():
             results = sweep(
                 experiment,
                 workers=options.workers,
@@ -143,7 +148,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
+def sigterm_as_interrupt() -> Iterator[None]:
     """A SIGTERM ends a sweep as Ctrl-C does, and its workers with it."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -172,7 +177,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         stop = replace(stop, condition=options.success, width=options.until)
     return Experiment(
         **experiment_fields(options),
-        scatter=_scatter(options),
+        scatter=chosen_scatter(options),
         factors=tuple(options.factors),
         design=design,
         samples=samples,
@@ -192,7 +197,7 @@ def _require_condition(text: str, factors: Sequence[Factor]) -> None:
         raise no_condition(text)
 
 
-def _scatter(options: argparse.Namespace) -> Scatter | None:
+def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
     """As asked for; else a project's own, else the default one: without any, seeds would differ in little."""
     if options.scatter is not None:
         found: Scatter = options.scatter
@@ -228,7 +233,7 @@ def _repeat(options: argparse.Namespace) -> int:
     return 0
 
 
-class _Told:
+class Told:
     """How far it is, and how long it takes: a bar on a terminal, else now and then a line."""
 
     def __init__(self, count: int) -> None:
@@ -244,12 +249,17 @@ class _Told:
         )  # fmt: skip
         self._task = self._bar.add_task("runs", total=count, failed="")
 
-    def __enter__(self) -> _Told:
+    def __enter__(self) -> Told:
         self._bar.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
+
+    @property
+    def minutes(self) -> float:
+        """Wall time so far [min]."""
+        return (monotonic() - self._start) / 60.0
 
     def tell(self, row: dict[str, Any], stored: int) -> None:
         """One more run is there."""
@@ -279,7 +289,7 @@ def _duration(seconds: float) -> str:
 
 
 def _say(sentence: str) -> None:
-    print(f"simcore sweep: {sentence}", file=sys.stderr, flush=True)
+    print(f"simcore: {sentence}", file=sys.stderr, flush=True)
 
 
 def _seeds(text: str) -> tuple[int, ...]:

@@ -13,7 +13,8 @@ from simcore.errors import ConfigError
 from simcore.typing import FloatArray
 
 __all__ = [
-    "CONFIDENCE", "PERCENTILES", "PairedDifference", "Share", "paired_difference", "seed_share", "wilson_share",
+    "CONFIDENCE", "PERCENTILES", "PairedDifference", "Share", "paired_difference", "seed_share",
+    "sequential_difference", "wilson_share",
 ]  # fmt: skip
 
 CONFIDENCE = 0.95
@@ -156,7 +157,9 @@ class PairedDifference:
     less: int
     """Seeds in which it has the lower one."""
     p_value: float
-    """How often chance alone makes such a difference, by Wilcoxon's signed-rank test; 1 where all are equal."""
+    """How often chance alone makes such a difference, by Wilcoxon's signed-rank test; 1 where all are equal.
+
+    Of a sequential one: how often chance alone makes it after any number of seeds."""
     confidence: float = CONFIDENCE
     """Of the interval."""
 
@@ -191,15 +194,72 @@ def paired_difference(
     from scipy.special import stdtrit
     from scipy.stats import wilcoxon
 
+    differences = _differences(first, second, confidence)
+    n = len(differences)
+    half = float(stdtrit(n - 1, 0.5 + 0.5 * confidence) * differences.std(ddof=1) / math.sqrt(n))
+    p_value = float(wilcoxon(differences).pvalue) if differences.any() else 1.0
+    return _paired(differences, half, p_value, confidence)
+
+
+def sequential_difference(
+    first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray, confidence: float = CONFIDENCE
+) -> PairedDifference:
+    """The same after any number of seeds: whoever looks after each one, and stops as soon as 0 is left out, may.
+
+    With t of Student's test, nu = n - 1 and g = 1 + n the evidence against a mean of 0 is
+
+        e = sqrt(g)^-1 ((1 + t^2 / nu) / (1 + t^2 / (nu g)))^((nu + 1) / 2),
+
+    the likelihood of effects spread normally by one standard deviation over that of none. Without an effect it exceeds
+    1 / alpha at any time in a share alpha of all comparisons at most; the interval has the means against which it does
+    not. It is wider than Student's for that: by 7 tenths with 10 seeds. Looked at from 10 to 50 seeds it is wrong in
+    2 % of comparisons of normal differences or small counts without an effect, but in 8 % of exponential ones, and in
+    13 % where four of five seeds lose 1 and the fifth wins 4 (by simulation): what is rare takes more seeds.
+
+    >>> sequential_difference([1.0, 4.0, 2.0, 3.0, 1.0], [2.0, 5.0, 3.0, 4.0, 2.0]).is_clear
+    True
+    >>> sequential_difference([1.0, 4.0], [2.0, 5.0]).lower  # of two seeds nothing is known yet
+    -inf
+
+    Args:
+        first: As `paired_difference` takes them.
+        second: The same.
+        confidence: That the interval holds the mean after all numbers of seeds at once.
+
+    Raises:
+        ConfigError: The same.
+
+    Source: J. Rouder et al., Psychon. Bull. Rev. 16 (2009) 225 (its normal prior); A. Hendriksen, R. de Heide,
+    P. Gruenwald, Bayesian Anal. 16 (2021) 961 (any time); T. Lai, Ann. Stat. 4 (1976) 265 (the interval).
+    """
+    differences = _differences(first, second, confidence)
+    n, mean, spread = len(differences), float(differences.mean()), float(differences.std(ddof=1))
+    nu, g = n - 1.0, n + 1.0
+    most = (math.sqrt(g) / (1.0 - confidence)) ** (2.0 / n)
+    half = math.inf if most >= g else spread * math.sqrt(nu * (most - 1.0) / (1.0 - most / g) / n)
+    if spread > 0.0:
+        u = n * (mean / spread) ** 2 / nu
+        grows = math.log1p(u) - math.log1p(u / g)
+    else:
+        grows = math.log(g) if mean else 0.0
+    p_value = min(1.0, math.exp(0.5 * math.log(g) - 0.5 * n * grows))
+    return _paired(differences, half, p_value, confidence)
+
+
+def _differences(first: Any, second: Any, confidence: float) -> FloatArray:
+    """Second less first, checked."""
     _require_confidence(confidence)
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if a.shape != b.shape or a.ndim != 1 or len(a) < 2:
-        raise ConfigError(f"paired_difference: want two rows of at least 2 values, got shapes {a.shape} and {b.shape}")
+        raise ConfigError(f"a paired difference wants two rows of at least 2 values, got shapes {a.shape}, {b.shape}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise ConfigError("paired_difference: want finite values")
-    differences = b - a
+        raise ConfigError("a paired difference wants finite values")
+    differences: FloatArray = b - a
+    return differences
+
+
+def _paired(differences: FloatArray, half: float, p_value: float, confidence: float) -> PairedDifference:
     n, mean = len(differences), float(differences.mean())
-    half = float(stdtrit(n - 1, 0.5 + 0.5 * confidence) * differences.std(ddof=1) / math.sqrt(n))
     return PairedDifference(
         n=n,
         mean=mean,
@@ -207,7 +267,7 @@ def paired_difference(
         upper=mean + half,
         more=int(np.count_nonzero(differences > 0.0)),
         less=int(np.count_nonzero(differences < 0.0)),
-        p_value=float(wilcoxon(differences).pvalue) if differences.any() else 1.0,
+        p_value=p_value,
         confidence=confidence,
     )
 

@@ -36,13 +36,14 @@ class NetworkTablesSink:
     Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
     """
 
-    def __init__(self, instance: season.NetworkTables, *, period: float = 0.02) -> None:
+    def __init__(self, instance: season.NetworkTables, *, period: float = 0.02, stays: bool = False) -> None:
         """Publish the schemas; topics follow when their key first appears.
 
         Args:
             instance: Where to publish; stays the caller's.
             period: Simulated time between two snapshots [s]. ntcore drops values that arrive faster than they are
                 sent, so a run ahead of real time loses some, never blocks.
+            stays: `close` leaves the last values for whoever looks later, until `withdraw`.
 
         Raises:
             ConfigError: The period is not finite and > 0.
@@ -53,6 +54,7 @@ class NetworkTablesSink:
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
+        self._stays = stays
         self.closed = False
         for name, schema in POSE_SCHEMAS.items():
             if not instance.has_schema(name):
@@ -85,8 +87,13 @@ class NetworkTablesSink:
         )
 
     def close(self) -> None:
-        """Withdraw the topics; may be called twice. The instance lives on."""
+        """Publish no more, and withdraw the topics that should not stay; may be called twice."""
         self.closed = True
+        if not self._stays:
+            self.withdraw()
+
+    def withdraw(self) -> None:
+        """Take the topics off the instance, which lives on; may be called twice."""
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()

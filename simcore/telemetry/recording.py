@@ -13,14 +13,13 @@ import numpy.typing as npt
 from simcore.errors import UnknownNameError
 from simcore.quantities import DURATION, require
 from simcore.telemetry.sinks import Cadence
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import Snapshot, is_bulk
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording"]
 
 _NAN = float("nan")
 _PIECES = "Sim/GamePieces/"
-_BULK = 64  # rows, as in a log
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
 _Kind = Literal["double", "integer", "boolean"]
 _Array = TypeVar("_Array")
@@ -104,11 +103,12 @@ class Recording:
                 columns.extend([_NAN] * 7)
         for key, poses in snapshot.pose_arrays.items():
             kept = self._arrays.setdefault(key, [])
-            if bulk or len(poses) <= _BULK or not kept:
-                self._add_array(kept, time, poses)
+            is_long = is_bulk(key, len(poses))
+            if bulk or not is_long or not kept:
+                self._add_array(kept, time, poses, is_long)
         for key, integers in snapshot.integer_arrays.items():
             kept_integers = self._integer_arrays.setdefault(key, [])
-            if bulk or len(integers) <= _BULK or not kept_integers:
+            if bulk or not is_bulk(key, len(integers)) or not kept_integers:
                 last = kept_integers[-1][1] if kept_integers else None
                 if last is None or not (last is integers or np.array_equal(last, integers)):
                     last = integers if _is_final(integers) else np.array(integers, dtype=np.int64)
@@ -260,8 +260,8 @@ class Recording:
             column.append(value)
 
     @staticmethod
-    def _add_array(kept: list[tuple[float, _Rows]], time: float, poses: FloatArray) -> None:
-        if len(poses) <= _BULK:
+    def _add_array(kept: list[tuple[float, _Rows]], time: float, poses: FloatArray, is_long: bool) -> None:
+        if not is_long:
             kept.append((time, poses if _is_final(poses) else poses.copy()))
             return
         is_upright = bool((poses[:, 3] == 1.0).all())

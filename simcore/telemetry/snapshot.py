@@ -24,6 +24,7 @@ __all__ = [
     "Snapshot",
     "TelemetrySink",
     "checked_integers",
+    "is_bulk",
     "key_in_words",
     "pose_array_bytes",
     "pose_bytes",
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 
+_BULK = 64  # rows of an array
+_RECORD = ("Sim/Shot", "Sim/TakenIn")
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
 SCHEMA_TYPE = "structschema"
@@ -82,6 +85,14 @@ class TelemetrySink(Protocol):
     def close(self) -> None:
         """Flush and free everything; may be called twice."""
         ...
+
+
+def is_bulk(key: str, rows: int) -> bool:
+    """Whether an array is kept less often than the rest: over 64 rows of what moves.
+
+    The record of a run (`Sim/ShotIds`, `Sim/TakenInPlaces`) changes with its events alone, and is always whole.
+    """
+    return rows > _BULK and not key.startswith(_RECORD)
 
 
 def pose_bytes(key: str, pose: FloatArray) -> bytes:

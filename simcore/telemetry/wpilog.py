@@ -28,6 +28,7 @@ from simcore.telemetry.snapshot import (
     SCHEMA_TYPE,
     Snapshot,
     checked_integers,
+    is_bulk,
     pose_array_bytes,
     pose_bytes,
 )
@@ -37,7 +38,6 @@ __all__ = ["WpilogSink"]
 
 _FLUSH_BYTES = 256 * 1024
 _FLUSH_MICROS = 1_000_000
-_BULK = 64  # rows of an array
 _MAX_TIME = 1e9  # [s], 31 years
 
 # Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each. Scalars use the short form; fixed layouts
@@ -123,7 +123,7 @@ class WpilogSink:
         for key, pose in snapshot.poses.items():
             self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
         for key, poses in snapshot.pose_arrays.items():
-            if bulk or len(poses) <= _BULK or key not in self._entries:
+            if bulk or not is_bulk(key, len(poses)) or key not in self._entries:
                 if not self._is_same(key, poses):
                     self._append_changed(key, POSE_ARRAY_TYPE, pose_array_bytes(key, poses), micros)
         self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
@@ -132,7 +132,7 @@ class WpilogSink:
         for key, text in snapshot.strings.items():
             self._append_changed(key, "string", text.encode(), micros)
         for key, integers in snapshot.integer_arrays.items():  # with the poses of the same rows, in the same ticks
-            if bulk or len(integers) <= _BULK or key not in self._entries:
+            if bulk or not is_bulk(key, len(integers)) or key not in self._entries:
                 if not self._is_same(key, integers):
                     self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
         if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:

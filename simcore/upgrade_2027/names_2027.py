@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import re
+import threading
+import unittest
 
 __all__ = [
     "ATTRIBUTES",
@@ -20,7 +23,8 @@ __all__ = [
     "new_path",
 ]
 
-LIBRARIES = {"wpilib", "wpimath", "wpiutil", "hal", "ntcore", "commands2", "rev", "phoenix6", "robotpy_apriltag"}
+LIBRARIES = {"wpilib", "wpimath", "wpiutil", "hal", "ntcore", "commands2", "rev", "phoenix6", "robotpy_apriltag",
+             "magicbot", "robotpy_ext"}  # fmt: skip
 """Their public names are snake_case in 2027."""
 VENDORS = {"pathplannerlib", "photonlibpy", "navx", "phoenix5", "choreo", "playingwithfusion"}
 """Have no release that works with 2027.0.0a7, or keep their names: what comes from them is left as it is."""
@@ -39,7 +43,16 @@ MOVED = {
     "wpilib.DriverStation.silenceJoystickConnectionWarning": (
         "wpilib.DriverStationBackend.silence_joystick_connection_alert"
     ),
-    "wpilib.DriverStation.refreshData": "wpilib.DriverStationBackend.refresh_data",
+    **{
+        f"wpilib.DriverStation.{old}": f"wpilib.DriverStationBackend.{new}"
+        for old, new in (
+            ("refreshData", "refresh_data"),
+            ("getStickAxis", "get_stick_axis"),
+            ("getStickButton", "get_stick_button"),
+            ("isJoystickConnected", "is_joystick_connected"),
+        )
+    },
+    "wpilib.drive": "wpilib",
     "wpilib.DriverStation.Alliance": "wpilib.Alliance",
     "wpilib.DriverStation.MatchType": "wpilib.MatchType",
     **{f"wpilib.SmartDashboard.put{kind}": "telemetry.log" for kind in _PUT},
@@ -65,6 +78,10 @@ MOVED = {
         )
     },
     "wpimath.system.plant.LinearSystemId": "wpimath.Models",
+    **{
+        f"wpimath.system.plant.LinearSystemId.{old}System": f"wpimath.Models.{new}_from_physical_constants"
+        for old, new in (("flywheel", "flywheel"), ("elevator", "elevator"), ("singleJointedArm", "single_jointed_arm"))
+    },
     "pyfrc.tests": "wpilib.testing.robot_tests",
     "pyfrc.tests.basic": "wpilib.testing.robot_tests",
 }
@@ -96,6 +113,7 @@ ATTRIBUTES = {
     "isTest": "is_utility",
     "trackWidth": "trackwidth",
     "with_speeds": "with_velocity",
+    "with_state": "with_velocity",
     "speeds": "velocity",
     "module_states": "module_velocities",
     "set_operator_perspective_forward": "set_operator_forward_direction",
@@ -106,7 +124,10 @@ HOOKS = {
     **{f"{mode}{when}": "" for mode in ("autonomous", "teleop", "disabled") for when in ("Init", "Periodic", "Exit")},
     **{f"test{when}": f"utility_{when.lower()}" for when in ("Init", "Periodic", "Exit")},
     **{f"{what}Periodic": "" for what in ("robot", "simulation")},
-    **{name: "" for name in "isFinished runsWhenDisabled getInterruptionBehavior startCompetition".split()},
+    **{
+        name: ""
+        for name in "isFinished runsWhenDisabled getInterruptionBehavior startCompetition createObjects".split()
+    },
     **{name: "" for name in "simulationInit endCompetition driverStationConnected getRequirements".split()},
     "_simulationInit": "simulation_init",
     "_simulationPeriodic": "simulation_periodic",
@@ -155,6 +176,12 @@ REQUIREMENTS = {
 }
 """Of pip, by package."""
 
+_OF_PYTHON = {
+    name
+    for owner in (logging.Logger, logging.LogRecord, logging.Handler, threading.Thread, unittest.TestCase)
+    for name in dir(owner)
+}
+"""Camel case in the standard library, which stays."""
 _WORDS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _FLAT = re.compile(r"^wpimath\.(geometry|kinematics|controller|filter|trajectory|system|plant|estimator|spline|"
                    r"optimization|interpolation)\.")  # fmt: skip
@@ -166,8 +193,8 @@ def new_name(name: str) -> str:
     >>> [new_name(n) for n in ("robotPeriodic", "isFMSAttached", "kOnboard", "kRed1", "toPose2d", "Pose2d", "k_p")]
     ['robot_periodic', 'is_fms_attached', 'ONBOARD', 'RED_1', 'to_pose2d', 'Pose2d', 'k_p']
     """
-    if name in ATTRIBUTES:
-        return ATTRIBUTES[name]
+    if name in ATTRIBUTES or name in _OF_PYTHON:
+        return ATTRIBUTES.get(name, name)
     if re.match(r"k[A-Z]", name):
         return _WORDS.sub("_", name[1:]).upper()
     return _WORDS.sub("_", name).lower() if re.match(r"_?[a-z]+\w*[A-Z]", name) else name

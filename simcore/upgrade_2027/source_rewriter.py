@@ -22,6 +22,7 @@ from simcore.upgrade_2027.names_2027 import (
 __all__ = ["Rewritten", "names_of_project", "rewrite"]
 
 _WIDTH = 120
+_PHYSICS_INTERFACE = "pyfrc.physics.core.PhysicsInterface"
 _NANO: dict[object, str] = {1e-6: "1e-9", 1e6: "1e9"}
 
 
@@ -171,7 +172,11 @@ class _File:
             self._edits.append((self._end(node) - len(node.attr.encode()), self._end(node), new))
 
     def _rewrite_path(self, node: ast.Attribute | ast.Name, path: str) -> None:
-        if path.split(".")[0] == "self" or path.split(".")[0] not in LIBRARIES | {"pyfrc"}:
+        if (
+            path.split(".")[0] == "self"
+            or path.split(".")[0] not in LIBRARIES | {"pyfrc"}
+            or path == _PHYSICS_INTERFACE
+        ):
             if isinstance(node, ast.Name):
                 self._used.add(node.id)
             return
@@ -247,8 +252,12 @@ class _File:
                 self._note(node, "telemetry.log wants a name first")
         elif path in PHOENIX_DEVICES:
             self._give_bus(node, path)
+        elif path == "hal.initialize" and node.args:  # a time-out, and what to do with other programs
+            self._edits.append((self._at(node.args[0].lineno, node.args[0].col_offset), self._end(node) - 1, ""))
+            self._visit(function)
+            return True
         if isinstance(function, ast.Attribute) and function.attr not in self._own:
-            if function.attr in ("X", "Y", "Z") and not (node.args or node.keywords):
+            if function.attr in ("W", "X", "Y", "Z") and not (node.args or node.keywords):
                 self._edits.append((self._end(function) - 1, self._end(node), function.attr.lower()))
                 self._visit(function.value)
                 return True
@@ -311,6 +320,11 @@ class _File:
         for alias in node.names:
             old = f"{module}.{alias.name}" if module else alias.name
             new, name = new_path(old), alias.asname or alias.name
+            if old == _PHYSICS_INTERFACE:  # a type of arguments, of which simcore passes one of its own
+                lines.setdefault("from typing import ", []).append(f"Any as {name}")
+                self._used.add(name)
+                self._note(node, "PhysicsInterface: simcore passes one of its own, under `robotpy sim --simcore`")
+                continue
             for gone, why in GONE.items():
                 if f"{old}.".startswith(f"{gone}.") and new == old and gone.startswith("pyfrc"):
                     self._note(node, f"{old} {why}")

@@ -54,7 +54,7 @@ class QuestNavTable:
     def __init__(self, instance: season.NetworkTables, clock: NetworkClock) -> None:
         self._clock = clock
         every = season.pub_sub_options(periodic=0.005, send_all=True, keep_duplicates=True, poll_storage=20)
-        topic = instance.getRawTopic
+        topic = instance.get_raw_topic
         self._frames = topic(f"/{TABLE}/frameData").publish(_FRAME, every)
         self._device = topic(f"/{TABLE}/deviceData").publish(_DEVICE, every)
         self._response = topic(f"/{TABLE}/response").publish(_RESPONSE, every)

@@ -51,7 +51,7 @@ def test_two_intakes_a_turret_and_two_wheels(sim):
     sim.run(1.5)
     shooter, = sim.robot_sim.shooters
     print("HELD", by_the_back, by_the_front, "SCORE", sim.score, "DIGEST", sim.digest)
-    assert sim.score.blue >= 0.8 * len(sim.match.flow.shots) and len(sim.match.flow.shots) >= 10
+    assert sim.score.blue >= 0.8 * len(sim.match.record.shots) and len(sim.match.record.shots) >= 10
     assert sim.score.red == 0
 
 

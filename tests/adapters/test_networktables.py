@@ -168,7 +168,7 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
 
     entries = (RobotEntry(), RobotEntry(alliance="red"))
     with RebuiltSim(robots=entries, controllers=[shoot], sinks=[memory]) as sim:
-        while not len(sim.flow.flying):
+        while not len(sim.record.flying):
             assert sim.time < 5.0
             sim.last_tick_ms = 1.5
             sim.tick()

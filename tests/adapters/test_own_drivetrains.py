@@ -141,11 +141,12 @@ def test_its_auto_ends_where_it_believes_and_scores(sim):
     end, estimates = math.dist((sim.pose.X(), sim.pose.Y()), (2.3, 5.4)), sim.robot.container.drive.vision.estimates
     off = math.dist((sim.pose.X(), sim.pose.Y()), (told.X(), told.Y()))
     turned = math.degrees((sim.pose.rotation() - told.rotation()).radians())
-    print("AUTO", off, worst, end, turned, estimates, sim.score, len(sim.match.flow.intakes), len(sim.match.flow.shots))
+    record = sim.record
+    print("AUTO", off, worst, end, turned, estimates, sim.score, len(record.taken_in), len(record.shots))
     assert estimates > 100
     assert off < 0.05 and abs(turned) < 1.0
     assert end < 0.25
-    assert len(sim.match.flow.intakes) >= 8 and sim.score.blue >= 12 and sim.score.red == 0
+    assert len(sim.match.record.taken_in) >= 8 and sim.score.blue >= 12 and sim.score.red == 0
 """
 FILLED = {
     "# mass = 55.0": "mass = 57.0", "# bumper_length = 0.8": "bumper_length = 0.88",

@@ -39,7 +39,7 @@ def test_it_shoots_while_the_trigger_is_held(sim):
     code = sim.robot.superstructure
     stick.press(1)
     sim.run(1.6)
-    shots = len(sim.match.flow.shots)
+    shots = len(sim.match.record.shots)
     assert shots >= 2
     assert code.shooter.getEncoder().getVelocity() == pytest.approx(3500.0, rel=0.1)  # each shot slows it
     assert code.intake.getEncoder().getVelocity() == pytest.approx(-code.intake_follower.getEncoder().getVelocity())

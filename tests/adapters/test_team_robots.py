@@ -259,8 +259,8 @@ X = 3
 
 def test_the_auto_takes_in_and_scores(sim):
     sim.autonomous(seconds=20.0)
-    print("AUTO", sim.score, sim.pieces.held, len(sim.match.flow.intakes))
-    assert len(sim.match.flow.intakes) >= 12
+    print("AUTO", sim.score, sim.pieces.held, len(sim.match.record.taken_in))
+    assert len(sim.match.record.taken_in) >= 12
     assert sim.score.blue >= 20 and sim.score.red == 0
 
 
@@ -268,14 +268,14 @@ def test_nothing_leaves_after_the_trigger(sim):
     pad = sim.xbox(0)
     sim.teleop()
     pad.x = True
-    sim.run_until(lambda: len(sim.match.flow.shots) >= 3, timeout=4.0)
+    sim.run_until(lambda: len(sim.match.record.shots) >= 3, timeout=4.0)
     pad.x = False
     sim.run(0.6)  # feeders that coast, with the friction of unmeasured ones
-    left = len(sim.match.flow.shots)
+    left = len(sim.match.record.shots)
     assert left <= 5
     sim.run(3.0)
-    print("SHOTS", left, len(sim.match.flow.shots))
-    assert len(sim.match.flow.shots) == left
+    print("SHOTS", left, len(sim.match.record.shots))
+    assert len(sim.match.record.shots) == left
     assert sim.pieces.held == 8 - left
 """
 

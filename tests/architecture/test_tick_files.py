@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-MOST = 62
+MOST = 59
 """Files of simcore and games that a tick enters, seven of them the rules of the game that is played. Lower it when it
 falls; 35 is where it should end."""
 

@@ -11,7 +11,7 @@ import pytest
 from simcore.cli import main
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-COMMANDS = re.findall(r"^    simcore (.+)$", PAGE, re.MULTILINE)
+COMMANDS = re.findall(r"^    simcore ((?!compare).+)$", PAGE, re.MULTILINE)
 SHORT = {
     "sweep": ["--seeds", "1", "--seconds", "0.5", "-j", "1"],
     "shots": ["--check", "20", "--distances", "3"],

@@ -49,7 +49,7 @@ def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Ma
         show_time(match, time)
         for robot in match.robots:
             robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
-            robot.carry_to(flipped(game, side, poses.get(robot.number, far[robot.number])))
+            robot.put(flipped(game, side, poses.get(robot.number, far[robot.number])), believed=None)
         match.tick()
         show_time(match, time)
         for number, speeds in (drive or {}).items():

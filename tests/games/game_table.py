@@ -54,7 +54,7 @@ def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings
         seen.poses.append((*chassis.pos, *chassis.quat))
         seen.roll_pitch.append(chassis.roll_pitch_yaw[:2])
         seen.held.append(match.count.held)
-        if not seen.touched and (len(match.pieces.awake) > len(match.flow.flying) or match.flow.intakes):
+        if not seen.touched and (len(match.pieces.awake) > len(match.record.flying) or match.record.taken_in):
             seen.touched = match.ticks
 
     seen.run = play_auto(GAMES[game], auto, alliance=alliance, seed=seed, on_tick=look, **settings)

@@ -210,7 +210,7 @@ def swept(level: int, speed: float) -> tuple[int, float, list[str]]:
                 depth = match.world.engine.depth(match.pieces.row(slot))
             deepest = max(deepest, depth)
         wrong = [] if robot.held else faults(match, np.array([slot]))
-        return match.flow.knocked_out, deepest, wrong
+        return match.record.knocked_out, deepest, wrong
 
 
 def faults(match: Match, slots: np.ndarray) -> list[str]:

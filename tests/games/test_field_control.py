@@ -38,13 +38,13 @@ def test_a_field_that_is_reset_is_as_at_the_start_and_the_robot_stays(name):
         match.tick()
         begin, places = match.count, match.pieces.state.pos[match.pieces.on_field()].copy()
         match.play(4.0)
-        assert match.pieces.awake.size or match.flow.intakes or match.flow.shots or match.count.placed
+        assert match.pieces.awake.size or match.record.taken_in or match.record.shots or match.count.placed
         match.set_controller(0, None)
         match.control.place_at_start()  # away from pieces: its intake may still run
         match.control.reset_field()
         match.tick()
         assert last(match)[0], last(match)
-        assert match.count == begin and match.score.total == 0 and not match.flow.shots
+        assert match.count == begin and match.score.total == 0 and not match.record.shots
         x, y, _ = match.start_pose(0)
         now = match.pieces.state.pos[match.pieces.on_field()]
         away = np.hypot(*(places[:, :2] - (x, y)).T) > 1.5  # the robot's place is not free

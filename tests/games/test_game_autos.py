@@ -25,10 +25,10 @@ def test_the_tracker_the_pieces_and_the_shots_tell_one_story(run):
     assert report.pieces.scored == sum(match.tracker.pieces.values()) == len(match.tracker.events)
     assert report.score.blue == match.tracker.totals["blue"] > 0 or report.auto == "tour"
     assert report.score.red == 0
-    assert report.hits <= report.shots == len(match.flow.shots)
+    assert report.hits <= report.shots == len(match.record.shots)
     preload = run.auto.preload if run.auto.preload is not None else match.game.preload
-    assert report.pieces.held == preload + len(match.flow.intakes) - report.shots - match.flow.put_down
-    assert match.flow.knocked_out == 0, "no held piece is driven into the field"
+    assert report.pieces.held == preload + len(match.record.taken_in) - report.shots - match.record.put_down
+    assert match.record.knocked_out == 0, "no held piece is driven into the field"
     room = match.robots[0].config.storage.capacity + len(match.robots[0].placers)
     assert max(run.held) <= room
     assert report.ticks == round(report.sim_seconds / 0.02) == len(run.poses)
@@ -118,7 +118,7 @@ def test_the_red_match_is_staged_as_the_blue_one_flipped(played, name, auto):
 )
 def test_a_red_shot_flies_as_the_corresponding_blue_one(played, name, auto):
     """The first, before anything was touched: aim, muzzle, speed and spin are mirrored, so the flight is."""
-    blue, red = (played[name, auto, alliance].run.match.flow.shots[0] for alliance in ("blue", "red"))
+    blue, red = (played[name, auto, alliance].run.match.record.shots[0] for alliance in ("blue", "red"))
     assert blue.time == red.time
     flipped = GAMES[name].field.symmetry.flip_points(np.array(red.points))
     n = min(len(flipped), len(blue.points), 25)

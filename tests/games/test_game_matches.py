@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shape_extent import outline_points
+from simcore.physics.shapes import outline_points
 from simcore.pieces.pool import PieceStatus
 
 
@@ -151,7 +151,7 @@ def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game, playe
         assert match.count.is_conserved
         for alliance in ("blue", "red"):
             assert match.tracker.totals[alliance] == pytest.approx(alone.score.blue, abs=6 if game.year == 2026 else 0)
-        assert {shot.robot for shot in match.flow.shots} <= {0, 1}
+        assert {shot.robot for shot in match.record.shots} <= {0, 1}
 
 
 def test_a_gyros_noise_does_not_depend_on_other_robots(game):

@@ -139,12 +139,12 @@ def test_a_second_auto_begins_at_zero(game):
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)
-        assert match.flow.shots or match.flow.intakes or match.flow.put_down
+        assert match.record.shots or match.record.taken_in or match.record.put_down
         match.start_mode("teleop")
         assert match.timer.time == game.clock.start_of_mode("teleop")
         match.play(0.2)
         match.start_mode("auto")
-        assert (match.score.total, match.flow.shots, match.flow.intakes, match.flow.hits) == (0, [], [], 0)
+        assert (match.score.total, match.record.shots, match.record.taken_in, match.record.hits) == (0, [], [], 0)
         assert match.timer.time == 0.0 and match.timer.phase.name == "auto"
         assert not any(match.rules.breakdown().values()) and not any(match.tracker.pieces.values())
         assert match.tracker.events == []

@@ -29,7 +29,7 @@ def depot(tmp_path_factory):
     recording = Recording()
     run = play_auto(REBUILT, "depot", alliance="red", seconds=11.0, sinks=[recording, WpilogSink(log)])
     run.match.close()
-    return scene_of(run.match), recording, log, run.match.flow.shots
+    return scene_of(run.match), recording, log, run.match.record.shots
 
 
 def test_numbers_poses_and_pieces_come_back(depot):

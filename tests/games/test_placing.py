@@ -8,34 +8,80 @@ import numpy as np
 import pytest
 
 from simcore.errors import SimcoreError
+from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.reach import Footprint
 
 GAMES = ("rebuilt", "reefscape")
 _DEEPEST = 0.020  # [m]
 
 
+def ways_to_place(match):
+    """Everything that puts the first robot somewhere exactly; only `reset` lets its gyro begin anew."""
+    robot = match.robots[0]
+
+    def by_command(pose):
+        match.control.place_robot(pose)
+        match.control.before_tick()
+        if not match.control.results[-1].is_done:
+            raise SimcoreError(match.control.results[-1].text)
+
+    return [lambda pose: match.carry_to(0, pose), robot.reset, robot.carry_to, by_command]
+
+
+def require_clear(match, pose):
+    """The robot that was put there is in nothing, and nothing is in it."""
+    engine, robot = match.world.engine, match.robots[0]
+    assert engine.depth(robot.chassis.row) < _DEEPEST, pose
+    footprint = Footprint(*robot.chassis.footprint)
+    pieces, radii = match.pieces.on_field(), match.pieces.radius
+    pieces = pieces[match.pieces.state.pos[pieces, 2] < robot.chassis.config.bumper_top]
+    gaps = footprint.gap(match.pieces.state.pos[pieces]) - radii[pieces]
+    assert gaps.min(initial=0.0) > -_DEEPEST, pose
+
+
 @pytest.mark.parametrize("name", GAMES)
 def test_a_robot_that_is_put_down_is_in_nothing_and_knows_where_it_is(name, whole):
     rng = np.random.default_rng(11)
-    with Match(find_game(name), seed=1) as match:
+    with Match(find_game(name), robots=(RobotEntry(), RobotEntry(alliance="red")), seed=1) as match:
         length, width = match.game.field.size
         robot, placed = match.robots[0], 0
-        for _ in range(5000 if whole else 150):
-            pose = (rng.uniform(0.0, length), rng.uniform(0.0, width), rng.uniform(-math.pi, math.pi))
+        ways = ways_to_place(match)
+        for number in range(5000 if whole else 150):
+            if number % 250 == 249:
+                match.reset_field()
+            pose = (rng.uniform(-1.0, length + 1.0), rng.uniform(-1.0, width + 1.0), rng.uniform(-math.pi, math.pi))
+            way, before = ways[number % len(ways)], (robot.chassis.pose, robot.gyro.yaw, robot.odometry.pose)
             try:
-                match.carry_to(0, pose)
+                way(pose)
             except SimcoreError:
+                assert (robot.chassis.pose, robot.gyro.yaw, robot.odometry.pose) == before, "refused, and nothing moved"
                 continue
             placed += 1
-            chassis = robot.chassis
-            assert match.world.engine.depth(chassis.row) < _DEEPEST, pose
-            assert chassis.pose == pytest.approx(pose, abs=1e-6)
+            assert 0.0 <= pose[0] <= length and 0.0 <= pose[1] <= width
+            require_clear(match, pose)
+            assert robot.chassis.pose == pytest.approx(pose, abs=1e-6)
             assert robot.odometry.pose == pytest.approx(pose, abs=1e-6)
-            soles, ground = chassis.wheel_ground()
+            assert robot.gyro.yaw == pytest.approx(pose[2] if way == robot.reset else before[1], abs=1e-9)
+            soles, ground = robot.chassis.wheel_ground()
             assert (soles[:, 2] > ground - 0.001).all(), pose  # no wheel in what it stands on
-        assert placed > 50
+            last = match.record.robots[0].placements[-1]
+            assert last.pose == robot.chassis.pose and last.reason == ("reset" if way == robot.reset else "carried")
+        assert placed > 40 and match.record.robots[0].distance == 0.0
+
+
+@pytest.mark.parametrize("name", GAMES)
+def test_pieces_lie_again_where_a_robot_was_that_was_carried_on(name):
+    """Within a tick, too: where it stands last alone is taken."""
+    kind = find_game(name).pieces[0].kind
+    with Match(find_game(name)) as match:
+        for x in (3.0, 6.0):
+            match.carry_to(0, (x, 5.8, 0.0))
+        slots = match.pieces.spare(kind.name, 1)
+        match.pieces.put_down(slots, np.array([[3.0, 5.8]]))
+        assert match.pieces.state.pos[slots[0], :2] == pytest.approx((3.0, 5.8))
 
 
 def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
@@ -51,8 +97,11 @@ def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
 def test_a_place_in_a_wall_is_refused_and_a_free_one_named(place):
     with Match(find_game("rebuilt")) as match:
         before = match.robots[0].chassis.pose
-        with pytest.raises(SimcoreError, match=r"inside of a field element.*is free"):
-            match.carry_to(0, place)
+        for way in (lambda pose: match.carry_to(0, pose), match.robots[0].reset, match.robots[0].carry_to):
+            with pytest.raises(SimcoreError, match=r"inside of a field element.*is free"):
+                way(place)
+            with pytest.raises(SimcoreError, match="outside of the field"):
+                way((-3.0, 2.0, 0.0))
         assert match.robots[0].chassis.pose == before
 
 
@@ -73,6 +122,8 @@ def public_calls(match, rng):
         lambda: match.tick(int(rng.integers(-1, 4))),
         lambda: match.tick(),
         lambda: match.carry_to(number, place),
+        lambda: match.robots[number % robots].reset(place),
+        lambda: match.robots[number % robots].carry_to(place),
         lambda: match.set_alliance(number, rng.choice(["blue", "red", "green"])),
         lambda: match.pieces.release(slots, high),
         lambda: match.pieces.push(slots, rng.normal(size=(len(slots), 3))),
@@ -90,13 +141,18 @@ def public_calls(match, rng):
 
 
 def require_one_owner(match):
-    """The laws: pieces are conserved, and robots and pieces say the same of who holds what."""
+    """The laws: pieces are conserved, robots and pieces agree on who holds what, and the record is of this run."""
     state = match.pieces.state
     assert match.count.is_conserved
     for robot in match.robots:
         held = np.nonzero((state.status == PieceStatus.HELD) & (state.holder == robot.number))[0]
         assert sorted(robot.held) == held.tolist()
     assert np.isfinite(state.pos).all()
+    record = match.record
+    assert record.hits <= len(record.shots) and set(record.flying) <= {shot.slot for shot in record.shots}
+    for robot, own in zip(match.robots, record.robots, strict=True):
+        assert math.isfinite(own.distance) and own.battery is robot.battery
+        assert own.battery.min_voltage <= robot.battery.voltage
 
 
 @pytest.mark.parametrize("name", GAMES)

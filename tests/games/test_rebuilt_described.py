@@ -77,13 +77,13 @@ def test_shots_leave_when_fed_where_the_shooter_looks():
         robot = match.robots[0]
         robot.mechanisms["wheels"].set_volts(6.0)
         match.play(1.2)
-        assert match.flow.shots == []
+        assert match.record.shots == []
         assert robot.shooters[0].aim.speed == pytest.approx(robot.mechanisms["wheels"].velocity * 0.05 * 0.5)
         robot.mechanisms["hood"].reset(0.4)
         assert robot.shooters[0].aim.elevation == pytest.approx(0.8)
         robot.mechanisms["roller"].set_volts(6.0)
         match.play(0.8)
-        assert len(match.flow.shots) == 3 and match.count.held == 0
-        first, second = match.flow.shots[0].points[1], match.flow.shots[0].points[3]
+        assert len(match.record.shots) == 3 and match.count.held == 0
+        first, second = match.record.shots[0].points[1], match.record.shots[0].points[3]
         assert second[0] < first[0], "it flies to the back"
         assert abs(second[1] - first[1]) < 0.01

@@ -11,10 +11,10 @@ from mesh_checks import is_free, points, span
 
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD
+from simcore.physics.contact_law import POLYCARBONATE
 from simcore.physics.field import FieldGeometry
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Hull
-from simcore.physics.surface import POLYCARBONATE
 from simcore.units import inches
 
 ROOT = Path(__file__).resolve().parents[2]

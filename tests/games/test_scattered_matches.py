@@ -20,7 +20,7 @@ def played(game: str, **settings):
     run = play_auto(GAMES[game], seconds=SECONDS, **settings)
     with run.match as match:
         assert match.count.is_conserved
-        return run.report.digest, match.robots[0].chassis.pose, [(s.time, s.points[0]) for s in match.flow.shots]
+        return run.report.digest, match.robots[0].chassis.pose, [(s.time, s.points[0]) for s in match.record.shots]
 
 
 def test_scatter_of_none_is_no_scatter_and_the_same_seed_is_the_same_match():

@@ -49,11 +49,11 @@ def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
         (path,) = preview.complete()
         assert match.digest.hexdigest() == before and match.count.is_conserved, "the match is only looked at"
         match.set_controller(0, aim(speed, 0.75, 20.0))
-        while not match.flow.shots:
+        while not match.record.shots:
             match.tick()
         match.set_controller(0, aim(speed, 0.75, 0.0))
         match.play(3.0)
-        shot = match.flow.shots[0]
+        shot = match.record.shots[0]
     assert (path.zone == "BlueHub") == shot.scored == scores, str(path)
     assert str(path) == "scores in BlueHub, 1 point" if scores else str(path).startswith("misses, touches at x")
     flown = np.array(shot.points)

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import CARPET, WALL, TerrainSurface, hit_ball, hit_surface
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import CARPET, TerrainSurface
 from simcore.physics.shapes import Box, Cylinder, Sphere
-from simcore.physics.surface import CARPET, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig

@@ -10,8 +10,8 @@ import pytest
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import from_rpy
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

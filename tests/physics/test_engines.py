@@ -12,10 +12,10 @@ import pytest
 
 from simcore.errors import EngineError
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.shapes import Box, Compound, Hull, Part, Sphere
-from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
@@ -183,7 +183,7 @@ def test_a_closed_world_says_so(engine):
 SCENE = """
 import hashlib, numpy as np
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL, TerrainSurface
+from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 
 def digest():

@@ -12,10 +12,10 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import FieldDefinition, Game, PieceSupply
 from simcore.match.match import Match
+from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus

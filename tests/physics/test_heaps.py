@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

@@ -14,9 +14,9 @@ from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
@@ -138,7 +138,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         assert [storage.pieces for storage in one.storages] == [front, behind] and one.held == front + behind
         one.mechanisms["back wheels"].reset(velocity=200.0)
         match.play(0.1)
-        assert [shot.slot for shot in match.flow.shots] == behind and one.held == front
+        assert [shot.slot for shot in match.record.shots] == behind and one.held == front
         assert match.count.is_conserved
     with pytest.raises(UnknownNameError, match="no storage \\(of intake\\) named 'bakc'"):
         replace(both, intakes=(IntakeConfig(zone=back, storage="bakc"),))
@@ -238,10 +238,10 @@ def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
     for _ in range(14):
         one.mechanisms["wheels"].velocity = 160.0
         bare.tick()
-    assert len(bare.flow.shots) == 2
+    assert len(bare.record.shots) == 2
     up = 160.0 * 0.1 * 0.5 * math.sin(1.0)
     muzzle = one.chassis.pos[2] + 0.6
-    for shot, flown in zip(bare.flow.shots, (0.02, 0.01), strict=True):
+    for shot, flown in zip(bare.record.shots, (0.02, 0.01), strict=True):
         height = muzzle + up * flown - 0.5 * GRAVITY * flown**2
         assert shot.points[0][2] == pytest.approx(height, abs=0.02 * up * flown + 0.002)
 
@@ -294,7 +294,7 @@ def test_a_held_piece_that_is_driven_into_something_comes_loose_before_it(speed,
             elif state.pos[slot, 2] > 0.5:  # beside the post still
                 loose = max(loose, match.world.engine.depth(match.pieces.row(slot)))
         assert one.held == [] and one.chassis.pos[1] > 5.5, "the robot goes on"
-        assert match.flow.knocked_out == 1 and match.flow.put_down == 0
+        assert match.record.knocked_out == 1 and match.record.put_down == 0
         assert "Crate in a placer was driven into the field" in caplog.text
         assert deepest < 0.015 and loose < 0.03
         match.play(1.5)
@@ -313,7 +313,7 @@ def test_a_piece_that_was_in_something_when_it_was_taken_stays_until_it_has_been
         for vy, seconds, knocked in ((0.2, 0.1, 0), (-0.5, 0.8, 0), (0.5, 0.8, 1)):
             one.drive.set_chassis_speeds(0.0, vy, 0.0)
             match.play(seconds)
-            assert match.flow.knocked_out == knocked, vy
+            assert match.record.knocked_out == knocked, vy
             assert bool(one.held) is not bool(knocked)
 
 

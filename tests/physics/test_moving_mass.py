@@ -13,10 +13,10 @@ from simcore.geometry.rotation import from_rpy
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig

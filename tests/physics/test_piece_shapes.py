@@ -12,12 +12,11 @@ from simcore import Match
 from simcore.geometry.rotation import IDENTITY, from_rpy, matrix, multiply, rotate
 from simcore.match.game import PieceSupply
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import CARPET, TerrainSurface
 from simcore.physics.field import FieldElement
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.round_shapes import cone, torus, tube
-from simcore.physics.shape_extent import outline_points
-from simcore.physics.shapes import Box, Cylinder, Hull
-from simcore.physics.surface import CARPET, TerrainSurface
+from simcore.physics.shapes import Box, Cylinder, Hull, outline_points
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

@@ -11,8 +11,8 @@ from scipy.spatial import ConvexHull
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

@@ -13,10 +13,10 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy
 from simcore.geometry.zones import CylinderZone
 from simcore.match.game import Game, PieceSupply
+from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldElement, box_element
 from simcore.physics.round_shapes import tube
 from simcore.physics.shapes import Cylinder, Sphere
-from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace

@@ -10,8 +10,8 @@ import pytest
 
 from simcore.match.match import Match
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig

@@ -66,10 +66,10 @@ def spin_wheels(match, exit_speed) -> None:
 
 def tick_and_find(match):
     """One tick; of each shot in it, place and velocity at its end."""
-    before = len(match.flow.shots)
+    before = len(match.record.shots)
     match.tick()
     state = match.pieces.state
-    return [(state.pos[shot.slot].copy(), state.vel[shot.slot].copy()) for shot in match.flow.shots[before:]]
+    return [(state.pos[shot.slot].copy(), state.vel[shot.slot].copy()) for shot in match.record.shots[before:]]
 
 
 def traced_back(pos, velocity, chassis, muzzle):
@@ -169,11 +169,11 @@ def test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off(
     """Muzzle 0.1 m before the bumpers: its center would be 0.09 m in the wall."""
     with match_with(robot(forward=0.5), (0.41, 4.0, math.pi)) as match:
         play_shooting(match, 1.0, 9.0)
-        assert match.count.held == 60 and match.flow.shots == []
+        assert match.count.held == 60 and match.record.shots == []
         assert caplog.text.count("boundary_blue is in front of a muzzle") == 1
         match.robots[0].drive.set_chassis_speeds(-1.5, 0.0, 0.0)
         low, _ = play_shooting(match, 1.0, 9.0)
-        assert 4 <= len(match.flow.shots) <= 8 and low[0] > 0.0
+        assert 4 <= len(match.record.shots) <= 8 and low[0] > 0.0
 
 
 @pytest.mark.parametrize("exit_speed", [6.0, 12.0, 25.0])
@@ -184,7 +184,7 @@ def test_a_robot_before_a_thin_wall_shoots_none_through_it(exit_speed, yaw):
     half = 0.4 * (math.cos(yaw) + math.sin(yaw))
     with match_with(robot(elevation=0.2), (8.0 - half - 0.01, 4.0, yaw), elements=(wall,)) as match:
         _, high = play_shooting(match, 2.0, exit_speed)
-        assert len(match.flow.shots) == 15
+        assert len(match.record.shots) == 15
         assert high[0] < 8.0, "no center beyond the face"
         assert high[0] > 8.0 - RADIUS - 0.03, "they do meet it"
 
@@ -212,7 +212,7 @@ def test_a_robot_on_its_head_shoots_none_under_the_carpet():
         assert match.count.held == 60
         match.robots[0].reset((8.0, 4.0, 0.0))
         low, _ = play_shooting(match, 1.0, 9.0)
-        assert len(match.flow.shots) == 8 and low[2] > 0.0
+        assert len(match.record.shots) == 8 and low[2] > 0.0
 
 
 def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
@@ -224,7 +224,7 @@ def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
         assert caplog.text.count("robot 1 is in front of a muzzle") == 1
         match.robots[1].reset((8.0, 6.0, 0.0))
         play_shooting(match, 0.5, 9.0)
-        assert len(match.flow.shots) == 4
+        assert len(match.record.shots) == 4
 
 
 @pytest.mark.parametrize("exit_speed", [1.0, 2.0])
@@ -255,7 +255,7 @@ def test_a_ball_that_lies_on_the_muzzle_is_struck_away_and_shots_go_on(offset, c
         match.pieces.launch(0, place, (0.0, 0.0, 0.0), slot=slot, flying=False)
         spin_wheels(match, 9.0)
         match.tick()
-        assert match.flow.shots == [] and caplog.text.count("another Ball is in front of a muzzle") == 1
+        assert match.record.shots == [] and caplog.text.count("another Ball is in front of a muzzle") == 1
         line, velocity = np.array([math.cos(1.2), 0.0, math.sin(1.2)]), match.pieces.state.vel[slot]
         offset = np.array(offset)
         beside = np.linalg.norm(offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
@@ -263,7 +263,7 @@ def test_a_ball_that_lies_on_the_muzzle_is_struck_away_and_shots_go_on(offset, c
         normal = math.sqrt(1.0 - beside**2) * line + (offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
         assert velocity @ normal == pytest.approx(gained, abs=2.0 * GRAVITY * TICK)
         play_shooting(match, 0.2, 9.0)
-        assert len(match.flow.shots) >= 1, "its way is free within some ticks"
+        assert len(match.record.shots) >= 1, "its way is free within some ticks"
 
 
 def test_the_wheels_and_the_robot_lose_what_a_struck_ball_gains():
@@ -287,9 +287,9 @@ def test_a_shot_that_rests_above_the_carpet_can_still_score(height, hits):
     table = box_element("table", (8.0, 5.0, 0.0), (10.0, 7.0, 0.4))
     with match_with(robot(), (3.0, 2.0, 0.0), elements=(table,), count=1) as match:
         play_shooting(match, 0.5, 8.0)
-        slot = match.flow.shots[0].slot
+        slot = match.record.shots[0].slot
         place = (9.0, 6.0, height + 0.3) if height else (6.0, 6.0, 0.3)
         match.pieces.release(np.array([slot]), np.array([place]))
         match.play(6.0)
-        match.flow.note_scored(slot)
-        assert match.flow.hits == hits
+        match.record.note_scored(slot)
+        assert match.record.hits == hits

@@ -11,8 +11,8 @@ import pytest
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull
-from simcore.physics.surface import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.shapes import Box, Hull, Mesh, Shape, Sphere
-from simcore.physics.surface import WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 
 THICKNESS = 0.05

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError, UnknownNameError
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import CARPET, WALL, TerrainSurface
 from simcore.physics.shapes import Box, Cylinder, Shape, Sphere
-from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig

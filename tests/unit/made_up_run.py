@@ -83,6 +83,7 @@ def snapshot(tick: int) -> Snapshot:
             "Sim/InFlightIds/Fuel": np.array([1000, *(piece for piece, _ in flying)], dtype=np.int64),
             "Sim/HeldIds/Fuel": np.array([3000]),
             "Sim/ShotIds": np.array([piece for piece, *_ in shot], dtype=np.int64),
+            "Sim/ShotTicks": np.array([round(start / 0.02) for _, start, *_ in shot], dtype=np.int64),
             "Sim/ShotRobots": np.zeros(len(shot), dtype=np.int64),
             "Sim/ShotHits": np.array([hit and time > start + lasts for _, start, lasts, hit in shot], dtype=np.int64),
             "few": np.arange(tick % 3),

@@ -58,7 +58,7 @@ def look() -> dict[str, float]:
         "yaw": yaw,
         "hood_deg": math.degrees(robot.mechanisms["hood"].position),
         "intake": robot.mechanisms["intake_deploy"].extended_fraction,
-        "shots": len(physics.match.flow.shots),
+        "shots": len(physics.match.record.shots),
     }
 
 
@@ -86,7 +86,7 @@ def drive() -> None:
         xdotool("keyup", key)
         time.sleep(0.9)
         did[key] = {name: value - before[name] for name, value in look().items()}
-    print(json.dumps({"lateness_ms": 0.0, "did": did, "hits": running[-1].match.flow.hits}), flush=True)
+    print(json.dumps({"lateness_ms": 0.0, "did": did, "hits": running[-1].match.record.hits}), flush=True)
     os._exit(0)
 
 

@@ -62,9 +62,9 @@ class Play:
                 {
                     **self.results,
                     "score": match.tracker.totals,
-                    "shots": len(match.flow.shots),
-                    "hits": match.flow.hits,
-                    "taken_in": len(match.flow.intakes),
+                    "shots": len(match.record.shots),
+                    "hits": match.record.hits,
+                    "taken_in": len(match.record.taken_in),
                     "staged": count.staged,
                     "counted": count.on_field
                     + count.in_flight
@@ -117,7 +117,7 @@ class Play:
         yield from self.wait(1.0)
         self.enable(autonomous=False)
         yield from self.wait(0.2)
-        feeder, plant, shots = physics.robot.container.feeder, physics.robot_sim, physics.match.flow.shots
+        feeder, plant, shots = physics.robot.container.feeder, physics.robot_sim, physics.match.record.shots
         DriverStationSim.setJoystickButton(0, Y, True)
         DriverStationSim.notifyNewData()
         for _ in range(100):
@@ -136,7 +136,7 @@ class Play:
         self.results["wheels_rps_while_jammed"] = plant.mechanisms["shooter"].velocity / math.tau
         feeder.set_turning = feed
         yield from self.hold(Y, 2.0)
-        self.results["hits_of_preload"] = physics.match.flow.hits
+        self.results["hits_of_preload"] = physics.match.record.hits
         start = physics.robot_sim.chassis.pose
         self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
         yield from self.wait(0.6)
@@ -329,7 +329,7 @@ class Play:
         self.results["lights"] = snapshot.strings["Sim/Lights/CANdle40/Shows"]
         DriverStationSim.setJoystickButton(0, A, False)
         yield from self.hold(X, 1.5)
-        self.results["left"] = len(physics.match.flow.shots)
+        self.results["left"] = len(physics.match.record.shots)
 
     def shape(self, physics):
         """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""

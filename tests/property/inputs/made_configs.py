@@ -22,9 +22,9 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.clock import Phase
 from simcore.match.registry import installed_games
+from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
-from simcore.physics.surface import WALL
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import RestingPlace

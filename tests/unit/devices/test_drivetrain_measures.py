@@ -87,6 +87,16 @@ def test_what_contradicts_the_program_is_one_sentence_each(planned):
     assert "but 0.0511 m by positions" in way
 
 
+@pytest.mark.parametrize(("volts", "is_weak"), [(1.0, True), (11.4, False)])
+def test_a_feed_forward_that_is_a_share_of_full_output_is_said(tmp_path, volts, is_weak):
+    """As MAXSwerve's velocityFF was, 1 / free speed, before REVLib 2026 took volts: 1 V where 12 are needed."""
+    found = swerve(0.05)
+    found = replace(found, measures={**found.measures, "drive_free_speed_volts": Measure(volts, "SPARK MAX 11")})
+    known = complete_measures(found, RobotSettings(), tmp_path)
+    assert [("SPARK MAX 11" in sentence and "1 V" in sentence) for sentence in known.differences] == [True] * is_weak
+    assert "drive_free_speed_volts" not in known.measures
+
+
 def test_the_file_overrides_all(planned):
     table = DrivetrainSettings(measures={"wheel_diameter": 0.1, "drive_motor": "Kraken X60"})
     settings = replace(RobotSettings(), drivetrain=table, mass=48.0, given=frozenset({"mass"}))

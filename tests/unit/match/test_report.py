@@ -38,6 +38,7 @@ REPORT = RunReport(
     fouls=("1.20 s: G7, red robot 1 pushes: blue +6",),
     shots=31,
     hits=27,
+    taken_in=23,
     distance_m=14.33,
     tick_ms=TickTimes(median=1.83, p95=3.2, p99=4.1, max=9.77),
     substeps=Spread(mean=4.2, max=11),
@@ -76,6 +77,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "ticks",
         ),
         *("score", "match_state", "pieces", "piece_name", "breakdown", "placed", "fouls", "shots", "hits"),
+        "taken_in",
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "resets", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}

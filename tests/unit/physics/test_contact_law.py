@@ -1,13 +1,17 @@
-"""What a contact on MuJoCo wants, for one contact of a body of 1 kg: (A + R) f = a_ref - a_0, f >= 0, A = 1."""
+"""Materials, and what a contact wants of a solver, of a body of 1 kg: (A + R) f = a_ref - a_0, f >= 0, A = 1."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simcore.physics.contact_law import REST_SPEED, RIGID, normal_rows
+from simcore.errors import ConfigError
+from simcore.physics.contact_law import CARPET, REST_SPEED, RIGID, TerrainSurface, normal_rows
 
 SOFT = 1e4
 
@@ -46,3 +50,27 @@ def test_under_load_the_force_is_that_of_the_spring_and_damper_at_the_end_of_the
     damping = 4.0 * np.sqrt(SOFT)
     pushed = (speed + h * SOFT * depth) / (1.0 + h * (SOFT * h + damping))
     assert speed_after(-depth, speed, k=SOFT, h=h) == pytest.approx(max(pushed, speed), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("friction", -0.1),
+        ("friction", math.nan),
+        ("restitution", -0.1),
+        ("restitution", 1.1),
+        ("restitution", math.nan),
+        ("rolling", -1e-3),
+        ("rolling", math.inf),
+    ],
+)
+def test_impossible_materials_are_refused_by_name(field, value):
+    values = {"friction": 1.0, "restitution": 0.5, "rolling": 0.0, field: value}
+    with pytest.raises(ConfigError, match=f"ICE: {field}"):
+        TerrainSurface(name="ICE", **values)
+
+
+def test_a_preset_cannot_be_changed_but_varied():
+    with pytest.raises(FrozenInstanceError):
+        CARPET.friction = 0.1
+    assert replace(CARPET, friction=0.1).restitution == CARPET.restitution

@@ -9,10 +9,10 @@ import trimesh
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
+from simcore.physics.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
 from simcore.physics.obj import ObjGroup, format_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere
-from simcore.physics.surface import CARPET, POLYCARBONATE, RUBBER, WALL
 
 
 def group(name, mesh, shift=(0.0, 0.0, 0.0)):

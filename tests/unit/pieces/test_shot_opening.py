@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.contact_law import TerrainSurface
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.flight import FlightState
 from simcore.pieces.shot_opening import Panel, ShotOpening, fly_to_opening

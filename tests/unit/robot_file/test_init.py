@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -227,3 +228,46 @@ def test_an_unknown_subcommand_is_a_wrong_call(capsys):
         main(["inti"])
     assert end.value.code == 2
     assert "init" in capsys.readouterr().err
+
+
+@pytest.fixture
+def repository(project):
+    """A robot in a folder of a git repository, with what RobotPy installs for it."""
+    (project / ".git").mkdir()
+    robot = project / "2026 robot"
+    robot.mkdir()
+    (robot / "robot.py").write_text("")
+    (project / "robot.py").unlink()
+    told = 'robotpy_version = "2026.2.2"\ncomponents = ["commands2"]\nrequires = ["phoenix6>=26.1,<27"]\n'
+    (robot / "pyproject.toml").write_text(f"[tool.robotpy]\n{told}")
+    return project
+
+
+def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repository, capsys):
+    yaml = pytest.importorskip("yaml")
+    source = "git+https://github.com/team/simcore@v1"
+    words = ["init", "--ci", "--source", source, "2026 robot"]
+    assert main(words) == 0
+    path = repository / ".github" / "workflows" / "robot-tests.yml"
+    job = yaml.safe_load(path.read_text())["jobs"]["robot-tests"]
+    assert job["defaults"]["run"]["working-directory"] == "2026 robot"
+    steps = [step["run"] for step in job["steps"] if "run" in step]
+    assert shlex.split(steps[0]) == [
+        *("python", "-m", "pip", "install", f"simcore[phoenix6,robotpy] @ {source}"),
+        *("robotpy[commands2]==2026.2.2", "phoenix6>=26.1,<27"),
+    ]
+    assert steps[1:] == ["python -m pytest"]
+    assert job["steps"][-1]["with"]["path"] == "2026 robot/test_output"
+    assert not (repository / "2026 robot" / "simcore.toml").exists()
+    (repository / "2026 robot" / "requirements.txt").write_text("numpy\n")
+    assert main(words) == 1 and "init --ci --force overwrites it" in capsys.readouterr().err
+    assert main([*words, "--force"]) == 0 and "-r requirements.txt" in path.read_text()
+
+
+def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypatch):
+    monkeypatch.setattr("simcore.robot_file.ci_workflow.source_address", lambda: "")
+    assert main(["init", "--ci", "2026 robot"]) == 1
+    assert "which GitHub cannot reach: say where it is, e.g. simcore init --ci --source git+" in capsys.readouterr().err
+    (repository / ".git").rmdir()
+    assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
+    assert "is in no git repository" in capsys.readouterr().err

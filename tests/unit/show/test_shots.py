@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_run import SCENE, flight, held, recorded
+from made_up_run import SCENE, flight, recorded
 
 from simcore.show.run_events import board_of, events_of
 from simcore.show.scene import Goal
@@ -38,7 +38,8 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
 )
 def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: str) -> None:
     recording = Recording()
-    results = {"Sim/ShotIds": np.array([5]), "Sim/ShotRobots": np.array([0]), "Sim/ShotHits": np.array([0])}
+    one = {"Ids": 5, "Robots": 0, "Hits": 0, "Ticks": 0}
+    results = {f"Sim/Shot{name}": np.array([value]) for name, value in one.items()}
     for tick in range(60):
         row = flight(0.02 * tick, 0.0)
         flies = int(row[2] > -0.2)  # its last point is below the carpet, so that it crosses a goal on it
@@ -49,17 +50,24 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
     assert shot.side == side
 
 
-def test_a_log_without_ids_has_no_shots_and_one_with_them_has_intakes() -> None:
-    assert shots_of(Recording(), SCENE) == [] and intake_places(Recording()).shape == (0, 3)
+def test_a_log_of_before_there_was_a_record_has_neither_shots_nor_intakes() -> None:
+    assert shots_of(Recording(), SCENE) == [] and intake_places(Recording()).shape == (0, 2)
+
+
+def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
+    """Three rows a second: of the flights of 0.2 s and 0.1 s one row at most is kept."""
+    full, thin = (shots_of(recorded(50, period=period), SCENE) for period in (0.02, 0.3))
+    assert [shot.scored for shot in thin] == [shot.scored for shot in full] == [True, False]
+    assert [shot.time for shot in thin] == pytest.approx([shot.time for shot in full])
+    assert len(thin[1].points) == 1 < len(full[1].points)
+    assert thin[0].distance == pytest.approx(full[0].distance, abs=2.0), "from where its robot was"
+
+
+def test_shots_of_a_log_by_another_clock_have_its_times() -> None:
     recording = Recording()
-    lying = np.array([[2.0, 1.0, 0.1, 1.0, 0.0, 0.0, 0.0], [3.0, 1.0, 0.1, 1.0, 0.0, 0.0, 0.0]])
-    for tick in range(10):
-        taken = tick >= 5
-        arrays = {"Sim/PieceIds/Fuel": np.array([4] if taken else [3, 4]), "Sim/HeldIds/Fuel": np.array([3] * taken)}
-        poses = {"Sim/GamePieces/Fuel": lying[int(taken) :], "Sim/Held/Fuel": held(0.1)[None][: int(taken)]}
-        snapshot = Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=arrays)
-        recording.write(snapshot)
-    assert intake_places(recording).tolist() == [[2.0, 1.0, 0.1]]
+    for snapshot in recorded(50).snapshots():
+        recording.write(replace(snapshot, time=snapshot.time + 100.0))
+    assert [shot.time for shot in shots_of(recording, SCENE)] == pytest.approx([100.4, 100.6])
 
 
 def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:

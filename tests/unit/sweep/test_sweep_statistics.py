@@ -90,5 +90,5 @@ def test_a_difference_without_scatter_is_exact(shift, values):
 
 def test_what_is_no_pair_is_refused():
     for first, second in (([1.0], [2.0]), ([1.0, 2.0], [1.0]), ([1.0, math.nan], [1.0, 2.0])):
-        with pytest.raises(ConfigError, match="paired_difference: want"):
+        with pytest.raises(ConfigError, match="a paired difference wants"):
             paired_difference(first, second)

@@ -3,7 +3,7 @@
 import math
 
 import wpilib
-from phoenix6 import configs, hardware, signals, swerve
+from phoenix6 import CANBus, configs, hardware, signals, swerve
 from phoenix6.swerve import requests
 from wpimath.geometry import Pose2d, Rotation2d, Translation2d
 from wpimath.kinematics import ChassisSpeeds
@@ -68,19 +68,19 @@ def build(drivetrain=swerve.SwerveDrivetrain, *, bus="", **settings):
 
 def driver_request():
     """What the first gamepad's sticks ask for, robot-centric: 3 m/s and 3 rad/s at the most."""
-    pad = wpilib.DriverStation
+    axis = wpilib.DriverStation.getStickAxis
     return (
         requests.RobotCentric()
-        .with_velocity_x(-3.0 * pad.getStickAxis(0, 1))
-        .with_velocity_y(-3.0 * pad.getStickAxis(0, 0))
-        .with_rotational_rate(-3.0 * pad.getStickAxis(0, 4))
+        .with_velocity_x(-3.0 * axis(0, 1))
+        .with_velocity_y(-3.0 * axis(0, 0))
+        .with_rotational_rate(-3.0 * axis(0, 4))
         .with_drive_request_type(swerve.SwerveModule.DriveRequestType.VELOCITY)
     )
 
 
 def talon(number, *, cls=hardware.TalonFX, ratio=1.0, arrangement=None, **gains):
     """A configured motor controller."""
-    device = cls(number)
+    device = cls(number, CANBus(""))
     config = configs.TalonFXConfiguration() if cls is hardware.TalonFX else configs.TalonFXSConfiguration()
     feedback = config.feedback if cls is hardware.TalonFX else config.external_feedback
     feedback.sensor_to_mechanism_ratio = ratio

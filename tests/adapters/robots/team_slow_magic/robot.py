@@ -5,7 +5,7 @@ import magicbot
 import measures
 import wpilib
 from magicbot import feedback, tunable
-from phoenix6 import StatusCode, configs, controls, hardware, signals, swerve
+from phoenix6 import CANBus, StatusCode, configs, controls, hardware, signals, swerve
 from phoenix6.swerve import SwerveModule, requests
 from wpimath.geometry import Pose2d
 
@@ -18,7 +18,7 @@ class Swerve(swerve.SwerveDrivetrain):
 
 def configured(number: int, config: configs.TalonFXConfiguration, cls=hardware.TalonFX):
     """Applies and reads back until both are fine, five times at the most."""
-    device = cls(number)
+    device = cls(number, CANBus(""))
     for _ in range(5):
         back = type(config)()
         if device.configurator.apply(config).is_ok() and device.configurator.refresh(back) == StatusCode.OK:

@@ -1,0 +1,212 @@
+"""What has happened in a run so far: shots, pieces taken in, placements, ways, and extremes of the batteries.
+
+A match writes it. The report, a row of a sweep, telemetry, and by it logs, pages, pictures and layouts read it, so that
+no two of them count for themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.geometry.symmetry import Pose
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import ON_FIELD, PieceStatus
+from simcore.robot.battery import Battery
+from simcore.robot.robot import Robot
+from simcore.typing import IntArray
+
+__all__ = ["Placement", "RobotRecord", "RunRecord", "ShotRecord", "TakenIn"]
+
+_DRAWN = 100  # ticks of a shot's way that are kept at least
+_LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
+
+
+@dataclass(slots=True)
+class ShotRecord:
+    """One shot piece, from the muzzle until it scores, is taken in again or lies on the carpet."""
+
+    time: float
+    """At the end of the tick in which it left [s]."""
+    slot: int
+    robot: int
+    points: list[tuple[float, float, float]]
+    """Its flight, a point a tick [m]: of 2 s, and until it touches something."""
+    scored: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TakenIn:
+    """One piece that an intake or a placer took."""
+
+    time: float
+    """[s]"""
+    slot: int
+    robot: int
+    place: tuple[float, float, float]
+    """Where it was, field frame [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A robot was put somewhere: it has not driven there."""
+
+    time: float
+    """[s]"""
+    pose: Pose
+    """Where, field frame [m, m, rad]."""
+    reason: str
+    """`start`; `carried` by people, its gyro keeps its reading; `reset`, all of it begins anew."""
+
+
+class RobotRecord:
+    """What one robot has done since the run began."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._place = robot.chassis.pose[:2]
+        self.distance = 0.0
+        """How far it has driven; not from where it was to where it was put [m]."""
+        self.placements = [Placement(0.0, robot.chassis.pose, "start")]
+        """In order, its start first."""
+
+    @property
+    def battery(self) -> Battery:
+        """Its lowest voltage, brown-outs and resets of the roboRIO since the run began."""
+        return self._robot.battery
+
+    def put(self, time: float, reason: str) -> None:
+        """Note that it was put to where it stands now."""
+        pose = self._robot.chassis.pose
+        self._place = pose[:2]
+        self.placements.append(Placement(time, pose, reason))
+
+    def after_tick(self) -> None:
+        """Add the way of a tick."""
+        x, y, _ = self._robot.chassis.pos
+        self.distance += math.hypot(x - self._place[0], y - self._place[1])
+        self._place = x, y
+
+
+@dataclass(frozen=True, slots=True)
+class RecordColumns:
+    """Shots and pieces taken in as telemetry has them: a row each, in order; read-only."""
+
+    shot_ids: IntArray
+    shot_robots: IntArray
+    shot_hits: IntArray
+    """1 of those that have scored."""
+    shot_ticks: IntArray
+    """Ticks of the run when each had left."""
+    taken_places: IntArray
+    """x and y of where each piece was that was taken in, one after the other [mm], shape (2 n,)."""
+
+
+class RunRecord:
+    """The record of one run of a match; `Match.record`.
+
+    Args:
+        pieces: Of the match.
+        robots: Of the match, where they start.
+        tick: Length of a tick [s].
+    """
+
+    def __init__(self, pieces: GamePieceManager, robots: Sequence[Robot], tick: float) -> None:
+        self._pieces = pieces
+        self._tick = tick
+        self.time = 0.0
+        """End of the last tick [s]."""
+        self.robots = [RobotRecord(robot) for robot in robots]
+        """By their numbers."""
+        self.failure = ""
+        """What a test of this run failed of; empty: it did not, or there is none."""
+        self.warnings: list[str] = []
+        """What was warned of while a test ran it."""
+        self.forget_pieces()
+
+    def forget_pieces(self) -> None:
+        """Shots and pieces taken in count from here on, as an auto begins or the field is reset."""
+        self.shots: list[ShotRecord] = []
+        """In order."""
+        self.taken_in: list[TakenIn] = []
+        """In order."""
+        self.put_down = 0
+        """Pieces that placers have let go."""
+        self.knocked_out = 0
+        """Pieces that the field has knocked out of placers."""
+        self._followed: dict[int, ShotRecord] = {}
+        self._columns: RecordColumns | None = None
+
+    # --- what a match notes -----------------------------------------------------------------------------------------
+
+    def after_tick(self, time: float) -> None:
+        """Follow robots and shots to the end of a tick [s]."""
+        self.time = time
+        for robot in self.robots:
+            robot.after_tick()
+        state = self._pieces.state
+        for slot, shot in list(self._followed.items()):
+            x, y, z = state.pos[slot].tolist()
+            is_touched = not self._pieces.is_untouched[slot]
+            if not is_touched or len(shot.points) <= _DRAWN:
+                shot.points.append((x, y, z))
+            rest_height = self._pieces.types[state.kind[slot]].rest_height
+            lies = state.status[slot] == PieceStatus.ASLEEP and z < rest_height + _LIES
+            if state.status[slot] not in ON_FIELD or (lies and is_touched):
+                del self._followed[slot]
+
+    def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:
+        """A robot has shot a piece, which is at a place [m] at the end of the tick."""
+        shot = ShotRecord(self.time, slot, robot, [pos])
+        self.shots.append(shot)
+        self._followed[slot] = shot
+        self._columns = None
+
+    def note_scored(self, slot: int) -> None:
+        """A piece has scored: if it was shot, its shot hit."""
+        shot = self._followed.pop(slot, None)
+        if shot is not None:
+            shot.scored = True
+            self._columns = None
+
+    def note_taken_in(self, slots: IntArray, robot: int) -> None:
+        """A robot takes pieces from where they are."""
+        for slot, (x, y, z) in zip(slots.tolist(), self._pieces.state.pos[slots].tolist(), strict=True):
+            self.taken_in.append(TakenIn(self.time, slot, robot, (x, y, z)))
+        self._columns = None
+
+    # --- what it comes to -------------------------------------------------------------------------------------------
+
+    @property
+    def hits(self) -> int:
+        """Shots that scored."""
+        return len([shot for shot in self.shots if shot.scored])
+
+    @property
+    def flying(self) -> IntArray:
+        """Slots of the shots that have not touched anything yet, oldest first."""
+        untouched = self._pieces.is_untouched
+        return np.array([slot for slot in self._followed if untouched[slot]], dtype=np.int64)
+
+    @property
+    def columns(self) -> RecordColumns:
+        """For telemetry; the same object until something happens."""
+        if self._columns is None:
+            shots = self.shots
+            self._columns = RecordColumns(
+                shot_ids=_column([shot.slot for shot in shots]),
+                shot_robots=_column([shot.robot for shot in shots]),
+                shot_hits=_column([shot.scored for shot in shots]),
+                shot_ticks=_column([round(shot.time / self._tick) for shot in shots]),
+                taken_places=_column([round(1e3 * place) for one in self.taken_in for place in one.place[:2]]),
+            )
+        return self._columns
+
+
+def _column(values: Sequence[int]) -> IntArray:
+    column = np.array(values, dtype=np.int64)
+    column.setflags(write=False)
+    return column

@@ -1,0 +1,111 @@
+"""Two runs on one clock: the robot of the second one drives on the field of the first, with its shots and its score."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from simcore.show.log_page import recording_of, scene_of_log
+from simcore.show.page import write_page
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["merged", "write_page_of_two"]
+
+_OWN = ("Sim/Robot/", "Sim/Debug/", "Sim/Intake/")
+_OF_ONE = ("Sim/Robots/", "Sim/Score/", "Sim/Placed/", "Sim/Performance/")
+_FLYING = "Sim/InFlight"
+_OF_BOTH = (_FLYING, "Sim/Held", "Sim/Shot", "Sim/TakenInPlaces")
+_APART = 100_000  # between the numbers of the pieces of the two runs
+_Value = TypeVar("_Value")
+
+
+def write_page_of_two(
+    path: str | Path, old: str | Path, new: str | Path, *, title: str = "", subtitle: str = ""
+) -> None:
+    """Write the page of two logs: one robot each, robot 0 of the old run and robot 1 of the new one.
+
+    Raises:
+        LogError: One cannot be read, or there is no run in it.
+        OutputError: The page cannot be written.
+    """
+    both = merged(recording_of(read_log(old)), recording_of(read_log(new)))
+    write_page(path, both, scene_of_log(both), title=title, subtitle=subtitle)
+
+
+def merged(old: Recording, new: Recording) -> Recording:
+    """One recording of two runs, tick by tick, as long as the longer one.
+
+    Pieces that lie are those of the old run. Of both there are the first robot, what it holds, and all shots; points
+    are those of that robot's alliance, as `Sim/Score/Old` and `Sim/Score/New`.
+    """
+    both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
+    last: list[Snapshot | None] = [None, None]
+    for pair in zip_longest(_filled(old), _filled(new)):
+        last = [now or _landed(before) for now, before in zip(pair, last, strict=True)]
+        if last[0] is not None and last[1] is not None:
+            both.write(_both(last[0], last[1]))
+    return both
+
+
+def _filled(recording: Recording) -> Iterator[Snapshot]:
+    """Its snapshots, each with the newest of all arrays."""
+    poses: dict[str, FloatArray] = {}
+    integers: dict[str, IntArray] = {}
+    for snapshot in recording.snapshots():
+        poses, integers = poses | dict(snapshot.pose_arrays), integers | dict(snapshot.integer_arrays)
+        yield replace(snapshot, pose_arrays=poses, integer_arrays=integers)
+
+
+def _landed(end: Snapshot | None) -> Snapshot | None:
+    """The end of a run with no piece in the air: what flew then is not seen any more."""
+    if end is None:
+        return None
+    poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}
+    ids = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.integer_arrays.items()}
+    return replace(end, pose_arrays=poses, integer_arrays=ids)
+
+
+def _both(old: Snapshot, new: Snapshot) -> Snapshot:
+    integers = _kept(old.integers, new.integers)
+    for name in ("Shots", "Hits", "TakenIn"):
+        integers[f"Sim/{name}"] = old.integers.get(f"Sim/{name}", 0) + new.integers.get(f"Sim/{name}", 0)
+    for name, run in (("Old", old), ("New", new)):
+        is_red = run.booleans.get("Sim/Robot/IsRed", False)
+        integers[f"Sim/Score/{name}"] = run.integers.get(f"Sim/Score/{'Red' if is_red else 'Blue'}", 0)
+    poses, ids = _kept(old.pose_arrays, new.pose_arrays), _kept(old.integer_arrays, new.integer_arrays)
+    for key, rows in new.pose_arrays.items():
+        if key.startswith(_OF_BOTH):
+            poses[key] = np.concatenate((old.pose_arrays.get(key, rows[:0]), rows))
+    for key, numbers in new.integer_arrays.items():
+        if key.startswith(_OF_BOTH):
+            own = np.ones_like(numbers) if key == "Sim/ShotRobots" else numbers
+            own = own + _APART if "Ids" in key else own
+            ids[key] = np.concatenate((old.integer_arrays.get(key, numbers[:0]), own))
+    if "Sim/ShotTicks" in ids:  # shots stand in the order in which they left
+        order = np.argsort(ids["Sim/ShotTicks"], kind="stable")
+        ids |= {key: numbers[order] for key, numbers in ids.items() if key.startswith("Sim/Shot")}
+    return Snapshot(
+        time=max(old.time, new.time),
+        tick=max(old.tick, new.tick),
+        poses=_kept(old.poses, new.poses),
+        pose_arrays=poses,
+        doubles=_kept(old.doubles, new.doubles),
+        integers=integers,
+        booleans=_kept(old.booleans, new.booleans),
+        integer_arrays=ids,
+        strings=_kept(old.strings, new.strings),
+    )
+
+
+def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
+    """Of the old run its first robot, pieces and match; of the new one its first robot, as number 1."""
+    kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
+    return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

@@ -1,0 +1,236 @@
+"""`simcore compare OLD NEW`: two versions of robot code, two autos or two sweeps on common seeds."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import subprocess
+import tarfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+
+from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.show.two_runs import write_page_of_two
+from simcore.sweep.api import sweep
+from simcore.sweep.column_expressions import names_in
+from simcore.sweep.experiment import Experiment, StopRule
+from simcore.sweep.experiment_options import COUNT_FLAG, WORKERS_FLAG, add_played_options, experiment_fields
+from simcore.sweep.factors import PROJECT, Factor
+from simcore.sweep.one_run import game_of, play_values
+from simcore.sweep.results import Results
+from simcore.sweep.results_page import save_results
+from simcore.sweep.run_metrics import METRICS
+from simcore.sweep.run_store import FILE_NAME, RunStore
+from simcore.sweep.sweep_command import Told, chosen_scatter, scatter_option, sigterm_as_interrupt
+from simcore.sweep.sweep_statistics import PairedDifference, paired_difference, sequential_difference
+
+__all__ = ["add_arguments", "compare", "run"]
+
+_LEAST = 10
+"""Seeds before a difference may be clear: see `sequential_difference`."""
+_RESULTS = "results"
+
+
+@dataclass(frozen=True, slots=True)
+class _Side:
+    """What one of the two words means."""
+
+    kind: str
+    """`project`, `auto` or `results`: the name of the factor whose value it is."""
+    value: str
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.allow_abbrev = False
+    for name in ("old", "new"):
+        parser.add_argument(
+            name, help="a folder with a robot.py, a git branch or commit of this one, an auto, or the --out of a sweep"
+        )
+    parser.add_argument("--game", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
+    parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
+    parser.add_argument(
+        "--seeds", type=COUNT_FLAG, default=50, metavar="N", help="stop undecided after so many (default: 50)"
+    )
+    scatter_option(parser)
+    add_played_options(parser)
+    parser.add_argument(
+        "-j", "--workers", type=WORKERS_FLAG, default=0, metavar="N", help="processes (default: 0, one for each core)"
+    )
+    parser.add_argument("--out", type=Path, default=Path("out/compare"), metavar="FOLDER", help="default: out/compare")
+    parser.set_defaults(robot=None, project=None)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compare, and print what came of it; returns 0 if all runs are there, 1 if some have failed.
+
+    Raises:
+        SimcoreError: What was asked for cannot be.
+    """
+    sides = [_side(word, options) for word in (options.old, options.new)]
+    if sides[0].kind != sides[1].kind:
+        raise ConfigError(
+            f"{options.old!r} is of the kind {sides[0].kind}, {options.new!r} {sides[1].kind}; want two alike"
+        )
+    if sides[0] == sides[1] or options.old == options.new:
+        raise ConfigError(f"{options.old!r} and {options.new!r} are the same")
+    took = ""
+    for name in names_in(options.metric) if sides[0].kind != _RESULTS else ():
+        if name not in METRICS and not name.startswith("breakdown."):
+            raise UnknownNameError("metric", name, METRICS)
+    if sides[0].kind == _RESULTS:
+        results, judge = _stored(sides, (options.old, options.new)), paired_difference
+    else:
+        results, took = _played(sides, options)
+        judge = sequential_difference
+    difference = compare(results, options.metric, judge)
+    print(f"{options.metric}, {options.new} less {options.old}: {difference}")
+    if difference.is_clear:
+        print(f"A clear difference.{took}")
+    else:
+        more = f" --seeds {2 * options.seeds} goes on from here." if took else ""
+        print(f"No clear difference: it may be anywhere in this interval.{took}{more}")
+    for failure, count in results.failures["error"].value_counts().head(5).items():
+        print(f"{count} runs ended with an error: {failure}")
+    named = _named(results, sides, (options.old, options.new))
+    print(save_results(named, options.out)["page.html"])
+    if sides[0].kind != _RESULTS:
+        print(_page_of_both(results, options, difference))
+    return 1 if len(results.failures) else 0
+
+
+def compare(results: Results, metric: str, judge: Callable[..., PairedDifference]) -> PairedDifference:
+    """What the second value of the first factor changes against its first one.
+
+    Raises:
+        ConfigError: There are not two common seeds in which both came to an end.
+        UnknownNameError: There is no such metric.
+    """
+    factor = results.experiment.factors[0]
+    first, second = factor.values
+    return results.paired(factor.name, first, second, metric, judge=judge)
+
+
+# --- what the words mean ------------------------------------------------------------------------------------------
+
+
+def _side(word: str, options: argparse.Namespace) -> _Side:
+    folder = Path(word)
+    if (folder / "robot.py").is_file():
+        return _Side(PROJECT, str(folder))
+    if (folder / FILE_NAME).is_file():
+        return _Side(_RESULTS, str(folder))
+    if not Path("robot.py").is_file() and word in game_of(options.game).autos:
+        return _Side("auto", word)
+    commit = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{word}^{{commit}}").decode().strip()
+    if commit:
+        return _Side(PROJECT, str(_checked_out(commit, options.out / "versions" / commit[:12])))
+    raise ConfigError(
+        f"{word!r} is neither a folder with a robot.py or {FILE_NAME} in it, nor a commit of the git "
+        "repository here, nor an auto of the game"
+    )
+
+
+def _git(*words: str) -> bytes:
+    """What git answers; nothing where it cannot."""
+    try:
+        return subprocess.run(["git", *words], capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return b""
+
+
+def _checked_out(commit: str, folder: Path) -> Path:
+    """The working folder as it was in a commit, in a folder of its own.
+
+    Raises:
+        OutputError: It cannot be written.
+        ConfigError: There was no robot.py in it.
+    """
+    if not (folder / "robot.py").is_file():
+        packed = _git("archive", "--format=tar", commit, ".")  # of this folder, whatever the repository has beside it
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if packed:
+                with tarfile.open(fileobj=io.BytesIO(packed)) as tar:
+                    tar.extractall(folder, filter="data")
+        except OSError as error:
+            raise OutputError(f"cannot write {commit[:12]} to {str(folder)!r}: {error.strerror or error}") from error
+    if not (folder / "robot.py").is_file():
+        raise ConfigError(f"{commit[:12]} has no robot.py in this folder")
+    return folder
+
+
+# --- the runs -----------------------------------------------------------------------------------------------------
+
+
+def _played(sides: list[_Side], options: argparse.Namespace) -> tuple[Results, str]:
+    """Both on one seed after the other, until their difference is clear; and how long that took, in words."""
+    kind, values = sides[0].kind, tuple(side.value for side in sides)
+    if kind == PROJECT:
+        options.project = Path(values[0])
+    experiment = Experiment(
+        **experiment_fields(options),
+        scatter=chosen_scatter(options),
+        factors=(Factor(kind, values),),
+        seeds=tuple(range(options.seeds)),
+        stop=StopRule(difference=options.metric, least=min(_LEAST, options.seeds)),
+    )
+    progress = Told(experiment.count)
+    with progress, sigterm_as_interrupt():
+        results = sweep(experiment, workers=options.workers, out=options.out, on_row=progress.tell)
+    seeds = results.table["seed"].nunique()
+    return results, f" {seeds} seeds, {progress.minutes:.1f} min."
+
+
+def _stored(sides: list[_Side], words: tuple[str, str]) -> Results:
+    """The tables of two sweeps as one, with the sweep as a factor."""
+    tables, experiments = [], []
+    for side, word in zip(sides, words, strict=True):
+        store = RunStore(Path(side.value), must_exist=True)
+        try:
+            experiments.append(store.experiment())
+        finally:
+            store.close()
+        try:
+            table = pd.read_parquet(Path(side.value) / "results.parquet")
+        except OSError as error:
+            raise ConfigError(f"{side.value} has no results.parquet: its sweep has not come to an end") from error
+        tables.append(table.assign(**{_RESULTS: word}))
+    first, second = ({factor.name for factor in experiment.factors} for experiment in experiments)
+    if first != second:
+        raise ConfigError(f"the sweeps vary different factors, {sorted(first)} and {sorted(second)}")
+    table = pd.concat(tables, ignore_index=True)
+    table["run"] = range(len(table))
+    factors = (Factor(_RESULTS, words), *experiments[0].factors)
+    return Results(table, replace(experiments[0], factors=factors, stop=StopRule()))
+
+
+def _named(results: Results, sides: list[_Side], words: tuple[str, str]) -> Results:
+    """The same with what the user has called them in place of folders."""
+    first, *rest = results.experiment.factors
+    names = dict(zip(first.values, words, strict=True))
+    table = results.table.assign(**{first.name: results.table[first.name].map(names)})
+    return Results(table, replace(results.experiment, factors=(Factor(first.name, words), *rest)))
+
+
+def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
+    """The page of the seed that shows the difference most, played again with a log each."""
+    factor = results.experiment.factors[0]
+    by_seed = [
+        results.whole[results.whole[factor.name] == value].set_index("seed")[options.metric] for value in factor.values
+    ]
+    apart = (by_seed[1] - by_seed[0]).dropna() * (1.0 if difference.mean >= 0.0 else -1.0)
+    seed = int(apart.idxmax())
+    logs = [options.out / f"{name}.wpilog" for name in ("old", "new")]
+    planned = [run for run in results.experiment.runs() if run.seed == seed]
+    for one, log in zip(planned, logs, strict=True):
+        play_values(results.experiment.common, one, log)
+    page: Path = options.out / "both.html"
+    says = [f"{word}: {by.loc[seed]:g}" for word, by in zip((options.old, options.new), by_seed, strict=True)]
+    title = f"{options.old} (robot 0) and {options.new} (robot 1), seed {seed}"
+    write_page_of_two(page, *logs, title=title, subtitle=f"{options.metric} of {', '.join(says)}; {difference}")
+    return page

@@ -1,0 +1,334 @@
+"""What is told of a run is the same everywhere: console, JSON, page, picture, log, layout and a row of a sweep."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from game_table import GAMES
+from rich.console import Console
+
+import simcore
+from simcore.match.game import Auto, RobotEntry
+from simcore.match.match import Match
+from simcore.match.report import print_report
+from simcore.match.runner import play_auto
+from simcore.show.charts import charts_of
+from simcore.show.log_page import recording_of, scene_of_log
+from simcore.show.page import write_page
+from simcore.show.picture import draw_summary
+from simcore.show.run_track import RunTrack
+from simcore.show.scene import scene_of
+from simcore.show.scope_layout import scope_layout
+from simcore.show.view_models import ViewModels
+from simcore.sweep.run_metrics import PlayedRun, measure
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.wpilog import WpilogSink
+
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
+EXAMPLE = PACKAGES / "examples" / "rebuilt_robot"
+
+
+@dataclass(frozen=True)
+class Figures:
+    """As people read them; None where an output does not say."""
+
+    blue: int | None = None
+    red: int | None = None
+    shots: int | None = None
+    hits: int | None = None
+    taken: int | None = None
+    driven: str | None = None
+    volts: str | None = None
+    brownouts: int | None = None
+
+
+def require_same(told: dict[str, Figures]) -> None:
+    """No output contradicts another, and each figure is told by two at least."""
+    for name in Figures.__dataclass_fields__:
+        values = {output: getattr(figures, name) for output, figures in told.items()}
+        values = {output: value for output, value in values.items() if value is not None}
+        assert len(values) >= 2 and len(set(values.values())) == 1, (name, values)
+
+
+def number(pattern: str, text: str) -> int:
+    """A number that may not be told when it is none."""
+    found = re.search(pattern, text)
+    return int(found[1]) if found else 0
+
+
+def of_match(match: Match) -> Figures:
+    record, own = match.record, match.record.robots[0]
+    return Figures(
+        blue=match.score.blue,
+        red=match.score.red,
+        shots=len(record.shots),
+        hits=len([shot for shot in record.shots if shot.scored]),
+        taken=len(record.taken_in),
+        driven=f"{own.distance:.1f}",
+        volts=f"{own.battery.min_voltage:.2f}",
+        brownouts=own.battery.brownouts,
+    )
+
+
+def of_page(path: Path) -> Figures:
+    text = path.read_text(encoding="utf-8")
+    facts = dict(re.findall(r"<li><span>([^<]*)</span><b>([^<]*)</b></li>", text.partition("</ul>")[0]))
+    facts = {name.removesuffix(" by robot 0").removesuffix(" of robot 0"): value for name, value in facts.items()}
+    hits, shots = map(int, facts.get("shots hit", "0 of 0").split(" of "))
+    taken = next((int(value) for name, value in facts.items() if name.endswith("taken in")), 0)
+    # On the page itself: the table of shots, the key of the drawing, and what is drawn
+    assert shots == number(r"<summary>Shots \((\d+)\)", text)
+    assert text.count('class="shot"') == 2 * shots, "from above and from the side"
+    row = re.search(r"<th scope=row>hits</th>(.*?)</tr>", text)
+    assert hits == sum(map(int, re.findall(r"<td>(\d+)", row[1] if row else ""))) == number(r"hit \((\d+)\)", text)
+    assert taken == number(r"taken in \((\d+)\)", text)
+    return Figures(
+        blue=int(facts["score blue"]),
+        red=int(facts["score red"]),
+        shots=shots,
+        hits=hits,
+        taken=taken,
+        driven=facts["driven"].split()[0],
+        volts=facts["lowest battery voltage"].split()[0],
+        brownouts=int(facts.get("brown-outs", 0)),
+    )
+
+
+def of_picture(path: Path) -> Figures:
+    """A vector picture: its key."""
+    text = path.read_text(encoding="utf-8")
+    return Figures(hits=number(r">hit \((\d+)\)", text), taken=number(r">taken in \((\d+)\)", text))
+
+
+def of_log(path: Path) -> Figures:
+    log = read_log(path)
+    last = log.snapshot_at(log.span[1])
+    return Figures(
+        blue=last.integers["Sim/Score/Blue"],
+        red=last.integers["Sim/Score/Red"],
+        shots=last.integers["Sim/Shots"],
+        hits=int(last.integer_arrays["Sim/ShotHits"].sum()),
+        taken=len(last.integer_arrays["Sim/TakenInPlaces"]) // 2,
+        driven=f"{last.doubles['Sim/Robot/DistanceDriven']:.1f}",
+        volts=f"{last.doubles['Sim/Debug/BatteryVoltageLowest']:.2f}",
+        brownouts=last.integers["Sim/Debug/Brownouts"],
+    )
+
+
+def of_layout(path: Path) -> set[str]:
+    """Keys of which AdvantageScope shows the values."""
+    log = read_log(path)
+    text = json.dumps(scope_layout(log.snapshot_at(log.span[1]), ViewModels()))
+    return {key for key in re.findall(r"NT:/(Sim/[\w/]+)", text)}
+
+
+def of_chart(recording: Recording, scene) -> Figures:
+    (battery,) = (chart for chart in charts_of(RunTrack(recording, scene)) if chart.title.startswith("Battery"))
+    return Figures(volts=f"{battery.curves[0].values.min():.2f}")
+
+
+def files_of(recording: Recording, scene, folder: Path, log: Path) -> dict[str, Figures]:
+    """Figures of page, picture and log of a run, and of the page that is made of the log."""
+    write_page(folder / "a.html", recording, scene)
+    draw_summary(folder / "a.svg", recording, scene)
+    again = recording_of(read_log(log))
+    write_page(folder / "b.html", again, scene_of_log(again))
+    shown = of_layout(log)
+    assert {"Sim/Shots", "Sim/Hits", "Sim/TakenIn", "Sim/Robot/DistanceDriven"} <= shown
+    assert {"Sim/Debug/BatteryVoltageLowest", "Sim/Debug/Brownouts", "Sim/Score/Blue", "Sim/Score/Red"} <= shown
+    return {
+        "page": of_page(folder / "a.html"),
+        "picture": of_picture(folder / "a.svg"),
+        "log": of_log(log),
+        "page of the log": of_page(folder / "b.html"),
+        "chart": of_chart(recording, scene),
+    }
+
+
+def of_report(report) -> dict[str, Figures]:
+    out = io.StringIO()
+    print_report(report, Console(file=out, width=100, force_terminal=False))
+    text = out.getvalue()
+    spoken = Figures(
+        blue=number(r"blue (\d+)", text),
+        red=number(r"red (\d+)", text),
+        shots=number(r"\d+ of (\d+) shots", text),
+        hits=number(r"(\d+) of \d+ shots", text),
+        taken=number(r"taken in\D+(\d+)", text),
+        driven=re.search(r"way driven\D+([\d.]+) m", text)[1],
+        volts=re.search(r"lowest battery\D+([\d.]+) V", text)[1],
+        brownouts=number(r"(\d+) brown-outs", text),
+    )
+    data = json.loads(report.to_json())
+    told = Figures(
+        blue=data["score"]["blue"],
+        red=data["score"]["red"],
+        **{name: data[name] for name in ("shots", "hits", "brownouts")},
+        taken=data["taken_in"],
+        driven=f"{data['distance_m']:.1f}",
+        volts=f"{data['min_battery_v']:.2f}",
+    )
+    return {"console": spoken, "json": told}
+
+
+def of_row(row) -> Figures:
+    return Figures(
+        shots=row["shots"],
+        hits=row["hits"],
+        taken=row["taken_in"],
+        driven=f"{row['distance_m']:.1f}",
+        volts=f"{row['min_battery_v']:.2f}",
+        brownouts=row["brownouts"],
+    )
+
+
+def played(tmp_path: Path, game: str, auto: Auto | str, *, seconds: float, alliance="blue", **settings):
+    """An auto with everything that tells of it; and the way and the lowest voltage as seen from tick to tick."""
+    recording, log = Recording(), tmp_path / "run.wpilog"
+    places, volts = [], []
+
+    def look(match: Match) -> None:
+        if not places:
+            places.append(match.record.robots[0].placements[0].pose[:2])
+        places.append(match.robots[0].chassis.pose[:2])
+        volts.append(match.robots[0].battery.tick_min_voltage)
+
+    run = play_auto(
+        *(GAMES[game], auto), alliance=alliance, seconds=seconds, seed=3, sinks=[recording, WpilogSink(log)],
+        on_tick=look, **settings,
+    )  # fmt: skip
+    steps = [math.dist(a, b) for a, b in pairwise(places)]
+    seen = Figures(driven=f"{sum(step for step in steps if step < 0.3):.1f}", volts=f"{min(volts):.2f}")
+    with run.match as match:
+        told = {"match": of_match(match), "seen": seen, **of_report(run.report)}
+        told["sweep"] = of_row(measure(PlayedRun(match, run.path), ()))
+        scene = scene_of(match)
+    return told | files_of(recording, scene, tmp_path, log)
+
+
+@pytest.mark.parametrize(
+    ("game", "auto", "alliance", "seconds"),
+    [
+        ("rebuilt", "depot", "blue", 11.0),
+        ("rebuilt", "depot", "red", 9.0),
+        ("reefscape", "three_l4", "blue", 8.0),
+    ],
+)
+def test_all_outputs_of_an_auto_say_the_same(tmp_path, game, auto, alliance, seconds):
+    told = played(tmp_path, game, auto, seconds=seconds, alliance=alliance)
+    require_same(told)
+    assert float(told["console"].driven) > 1.0 and (game == "reefscape" or told["console"].shots > 5)
+
+
+def test_a_robot_that_is_put_elsewhere_has_not_driven_there(tmp_path):
+    """Its battery is a fresh one then; what was lowest before stays in the record."""
+    depot = GAMES["rebuilt"].auto("depot")
+
+    def put_twice(match, alliance):
+        inner = depot.controller(match, alliance)
+
+        def control(robot, now):
+            inner(robot, now)
+            if match.ticks in (200, 300):
+                robot.reset((2.0, 2.0 + match.ticks / 100.0, 0.0))
+
+        return control
+
+    auto = replace(depot, controller=put_twice)
+    told = played(tmp_path, "rebuilt", auto, seconds=7.0)
+    require_same(told)
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert text.count("put there, reset: (2.00, 4.00) m") == 2, "in the time line, and in the list of events"
+    log = read_log(tmp_path / "run.wpilog")
+    assert log.snapshot_at(log.span[1]).integers["Sim/Robot/Placements"] == 3
+
+
+def test_all_outputs_of_six_robots_say_the_same(tmp_path):
+    game, recording, log = GAMES["rebuilt"], Recording(), tmp_path / "run.wpilog"
+    entries = [RobotEntry(alliance=alliance) for alliance in ("blue", "red") for _ in range(3)]
+    with Match(game, robots=entries, seed=1, sinks=[recording, WpilogSink(log)]) as match:
+        for robot in (0, 3):
+            match.set_controller(robot, game.auto("depot").controller(match, match.alliances[robot]))
+        match.play(6.0)
+        told = {"match": of_match(match), "sweep": of_row(measure(PlayedRun(match, np.empty((0, 3))), ()))}
+        scene = scene_of(match)
+    require_same(told | files_of(recording, scene, tmp_path, log))
+
+
+TEST = """
+import json
+from pathlib import Path
+
+
+def test_scores_a_lot(sim):
+    sim.alliance("red")
+    sim.autonomous("depot", seconds=SECONDS)
+    record, own = sim.record, sim.record.robots[0]
+    Path("told.json").write_text(json.dumps({
+        "blue": sim.score.blue, "red": sim.score.red, "shots": len(record.shots), "hits": record.hits,
+        "taken": len(record.taken_in), "driven": f"{own.distance:.1f}", "volts": f"{sim.battery.min_voltage:.2f}",
+        "brownouts": sim.battery.brownouts,
+    }))
+    assert sim.score.red >= 800
+"""
+
+
+def needs_robot_packages() -> None:
+    for module in ("phoenix6", "pyfrc"):
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
+
+
+@pytest.mark.slow
+def test_the_page_of_a_failed_test_says_what_the_test_saw(tmp_path):
+    """It was recorded ten times a second; between two rows shots come and go, and the battery is lowest."""
+    needs_robot_packages()
+    project = tmp_path / "project"
+    shutil.copytree(EXAMPLE, project, ignore=shutil.ignore_patterns("tests", "test_output", "out", "__pycache__"))
+    (project / "tests").mkdir()
+    (project / "tests" / "auto_test.py").write_text(TEST.replace("SECONDS", "9.0"))
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "tests"],
+        cwd=project, env={**os.environ, "PYTHONPATH": str(PACKAGES)}, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    (page,) = project.rglob("test_output/**/*.html")
+    (log,) = project.rglob("test_output/**/*.wpilog")
+    said = Figures(**json.loads(next(project.rglob("told.json")).read_text()))
+    recording = recording_of(read_log(log))
+    told = {"test": said, "page": of_page(page), "log": of_log(log)}
+    told |= {"chart": of_chart(recording, scene_of_log(recording))}
+    require_same(told)
+    assert said.shots > 5 and float(said.driven) < 8.0, run.stdout[-2000:]
+    text = page.read_text(encoding="utf-8")
+    assert "&gt;= 800" in text, "what failed"
+    assert "put there, carried" in text, "red's start is not where the match has begun"
+
+
+@pytest.mark.slow
+def test_a_row_of_a_project_says_what_its_match_saw():
+    needs_robot_packages()
+    from simcore.sweep.experiment import Experiment
+    from simcore.sweep.one_run import play_run
+
+    names = ("shots", "hits", "taken_in", "distance_m", "min_battery_v", "brownouts", "path")
+    experiment = Experiment(project=str(EXAMPLE), auto="depot", seconds=7.0, metrics=names)
+    row = play_run(experiment, experiment.runs()[0])
+    assert row["error"] == ""
+    path = json.loads(row["path"])  # ten a second
+    way = sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path))
+    assert 0.94 * row["distance_m"] < way < row["distance_m"]
+    assert row["shots"] >= row["hits"] > 0
