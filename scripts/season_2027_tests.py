@@ -8,9 +8,9 @@ teams will meet as well. `scripts/season_2027.sh` runs the copy.
 
 from __future__ import annotations
 
+import argparse
 import ast
 import shutil
-import sys
 from pathlib import Path
 
 from simcore.upgrade_2027.source_rewriter import names_of_project, rewrite
@@ -66,4 +66,6 @@ def _with_programs(text: str) -> str:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="that is not there yet")
+    main(parser.parse_args().folder)

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from simcore.match.game import FieldDefinition
 from simcore.physics.field import FieldElement
-from simcore.physics.shape_extent import outline_points
+from simcore.physics.shapes import outline_points
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["RouteMap"]
