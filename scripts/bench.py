@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from games.rebuilt import RebuiltSim
+from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
 from games.reefscape import REEFSCAPE
@@ -31,6 +31,7 @@ from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.reach import WakeSettings
+from simcore.players.lineup import entries, lineup, take_seats
 from simcore.typing import FloatArray
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
@@ -292,6 +293,39 @@ def reefscape_auto(_seconds: float) -> dict[str, Any]:
         return result
 
 
+def six_robots(seconds: float) -> dict[str, Any]:
+    """Six robots that drive back and forth through 360 fuel of the neutral zone, each in a lane of its own."""
+    engine = TimedEngine()
+
+    def lane(y: float) -> Callable[[ScriptedRobot], Steps]:
+        def script(robot: ScriptedRobot) -> Steps:
+            while True:
+                yield from robot.drive_through([(5.9, y), (10.6, y)], 0.0, speed=3.0, timeout=4.0)
+                yield from robot.drive_through([(10.6, y), (5.9, y)], 0.0, speed=3.0, timeout=4.0)
+
+        return script
+
+    lanes = [1.2 + 1.13 * k for k in range(6)]
+    robots = [RobotEntry(start=(5.9, y, 0.0), preload=0, alliance="blue" if y < 4.0 else "red") for y in lanes]
+    staging = Staging(neutral=360, depot=24, chute=0, preload_per_robot=0, robots=6)
+    with RebuiltSim(seed=1, robots=robots, staging=staging, engine=engine) as match:
+        for number, y in enumerate(lanes):
+            match.set_controller(number, ScriptedRobot(lane(y), match, "blue"))
+        return _play(match, engine, seconds, lambda number: None)
+
+
+def whole_match(seconds: float) -> dict[str, Any]:
+    """The first seconds of a match of six scripted players."""
+    engine = TimedEngine()
+    seats = lineup(REBUILT, red="collector:3,collector:2,defender", blue="collector:3,shuttle,climber")
+    options = [option.name for option in REBUILT.options if option.in_matches]
+    with Match(REBUILT, robots=entries(REBUILT, seats), seed=4, options=options, engine=engine) as match:
+        take_seats(match, seats)
+        result = _play(match, engine, seconds, lambda number: None)
+        result["check"] |= {"points": match.score.total, "taken_in": len(match.record.taken_in)}
+        return result
+
+
 def start_up(_seconds: float) -> dict[str, Any]:
     """A fresh interpreter from nothing to the end of the first tick, imports and all."""
     code = "from games.rebuilt import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.count.staged)"
@@ -313,6 +347,8 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "cameras": cameras,
     "reefscape-rest": reefscape_rest,
     "reefscape-auto": reefscape_auto,
+    "six-robots": six_robots,
+    "match": whole_match,
     "start-up": start_up,
 }
 
