@@ -255,10 +255,11 @@ def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = Fals
         return document((0, 0, PLOT["total"], PLOT["bottom"]), *parts)
     parts.append(words(left, -8, chart.title, 13, ink=color("ink"), bold=True))
     x = float(right)
+    sample, gap = (18, 12) if len(chart.curves) <= 3 else (12, 5)  # six robots leave the title its room
     for curve in reversed(chart.curves):
         parts.append(words(x, -8, curve.label, 11.5, anchor="end"))
-        x -= 5.6 * len(curve.label) + 8
+        x -= 5.6 * len(curve.label) + min(gap, 8)
         look = {"stroke": curve.color, "stroke_width": 2, "stroke_dasharray": curve.dashes or None}
-        parts.append(line(x - 18, -12, x, -12, **look))
-        x -= 30
+        parts.append(line(x - sample, -12, x, -12, **look))
+        x -= sample + gap
     return document((0, -22, PLOT["total"], PLOT["bottom"] + 22), element("g", *parts))
