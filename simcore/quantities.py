@@ -224,7 +224,7 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     Raises:
         ConfigError: With which of them, counted from 0.
     """
-    if isinstance(values, str) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
+    if isinstance(values, (str, bytes)) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     try:
         numbers = list(values)

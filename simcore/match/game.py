@@ -379,7 +379,7 @@ class Game:
         if len(set(names)) < len(names):
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
         if not self.starts:
-            raise ConfigError(f"Game {self.name}: give at least one start")
+            raise ConfigError(f"Game {self.name}: starts must have at least one place, got none")
         require_fields(
             self,
             f"Game {self.name}",

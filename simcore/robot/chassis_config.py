@@ -91,7 +91,9 @@ class ChassisConfig:
         ):
             raise ConfigError(f"{owner}: bay must leave frame in front and on both sides, got {self.bay} m")
         if len(self.wheel_positions) < 3:
-            raise ConfigError(f"{owner}: at least 3 wheels are needed to stand, got {len(self.wheel_positions)}")
+            raise ConfigError(
+                f"{owner}: wheel_positions must have at least 3 wheels to stand on, got {len(self.wheel_positions)}"
+            )
         for x, y in self.wheel_positions:
             if abs(x) > self.bumper_length / 2 or abs(y) > self.bumper_width / 2:
                 raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")

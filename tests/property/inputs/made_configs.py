@@ -46,7 +46,7 @@ MADE_BY_SIMCORE = frozenset(
     "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "
-    "Spread TagLayout TickPlan TickTimes TippingLimit WheelContact".split()
+    "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
@@ -164,7 +164,9 @@ def units(kind: type) -> dict[str, str]:
     except OSError:
         return {}
     (body,) = [node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
-    found = {}
+    found = {
+        name: unit for base in kind.__bases__ if dataclasses.is_dataclass(base) for name, unit in units(base).items()
+    }
     for line, below in itertools.pairwise(body):
         if isinstance(line, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
             brackets = re.findall(r"\[([^\]]*)\]", str(below.value.value))
