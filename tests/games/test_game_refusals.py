@@ -194,7 +194,7 @@ def test_a_game_that_cannot_be_is_refused():
     crates = GAMES["crates"]
     for change, words in (
         ({"name": "my game"}, "letters, digits"),
-        ({"starts": ()}, "at least one start"),
+        ({"starts": ()}, "starts must have at least one place"),
         ({"pieces": crates.pieces[:1] * 2}, "kinds of pieces must differ"),
     ):
         with pytest.raises(ConfigError, match=words):
