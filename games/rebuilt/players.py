@@ -97,6 +97,7 @@ def _go_and_shoot(player: Player) -> Steps:
     yield from player.pursue(spot, near=0.3, timeout=8.0)
     player.stop()
     player.intake(False)
+    yield from player.shake_off()
     while cares and not _counts(player) and player.time < MATCH.duration:
         yield
     yield from player.shoot(HUB_TARGET, until=lambda: cares and not _counts(player))

@@ -25,7 +25,7 @@ from simcore.units import TICK, degrees
 
 __all__ = ["SKILLS", "PlayScript", "Player", "SeenRobot", "Skill"]
 
-_RAMP_SPEED = 1.6  # [m/s]; faster, a robot jumps off what it climbs over
+_RAMP_SPEED = 1.4  # [m/s]; faster, a robot jumps off what it climbs over
 _AHEAD = 0.6  # [m] that a robot looks ahead for ramps
 _REPLAN = 0.4  # [s] for which a route holds, while its goal stays within _MOVED
 _MOVED = 0.5  # [m]
@@ -219,7 +219,7 @@ class Player(ScriptedRobot):
             if math.dist(here, anchor) > _STUCK or left < max(near, _STUCK):
                 since, anchor = now, here
             elif now - since > _STUCK_TIME:
-                yield from self._shake_off() if self.is_tilted else self._back_off(way[0])
+                yield from self.shake_off() if self.is_tilted else self._back_off(way[0])
                 since, anchor, planned = self.match.time, self.pose[:2], -math.inf
             yield
 
@@ -261,7 +261,7 @@ class Player(ScriptedRobot):
             until: Asked every tick; True ends it.
             timeout: Gives up after this long [s].
         """
-        yield from self._shake_off()
+        yield from self.shake_off()
         since, ends = self.match.time, self.match.time + timeout
         while self.held and not until() and self.match.time < ends:
             for _ in self.shoot_until_empty(target, timeout=_IN_THE_WAY):
@@ -281,6 +281,19 @@ class Player(ScriptedRobot):
                 since = self.match.time
         yield
 
+    def shake_off(self) -> Steps:
+        """Drive off what is under the robot: it rolls along half as fast, so two robots' lengths are enough."""
+        x, y, _ = self.pose
+        way = math.atan2(self._middle[1] - y, self._middle[0] - x)
+        for number in range(round(_SHAKING / TICK)):
+            if not self.is_tilted:
+                break
+            if number % round(_BACK_OFF / TICK) == 0:
+                way += self.rng.uniform(-1.5, 1.5) + (math.pi if number else 0.0)
+            self.accelerate_to(2.0 * math.cos(way), 2.0 * math.sin(way), math.cos(6.0 * number * TICK))
+            yield
+        self.stop()
+
     # --- inside -----------------------------------------------------------------------------------------------------
 
     def _pace(self, toward: Place, speed: float) -> float:
@@ -299,19 +312,6 @@ class Player(ScriptedRobot):
         for _ in range(round(_BACK_OFF / TICK)):
             self.accelerate_to(math.cos(way), math.sin(way))
             yield
-
-    def _shake_off(self) -> Steps:
-        """Drive off what is under the robot: it rolls along half as fast, so two robots' lengths are enough."""
-        x, y, _ = self.pose
-        way = math.atan2(self._middle[1] - y, self._middle[0] - x)
-        for number in range(round(_SHAKING / TICK)):
-            if not self.is_tilted:
-                break
-            if number % round(_BACK_OFF / TICK) == 0:
-                way += self.rng.uniform(-1.5, 1.5) + (math.pi if number else 0.0)
-            self.accelerate_to(2.0 * math.cos(way), 2.0 * math.sin(way))
-            yield
-        self.stop()
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray]) -> Place | None:
         """The place that is most worth driving to of those with pieces [m]; None: there is none."""

@@ -31,7 +31,8 @@ _FINE = 4  # points a cell and axis, at which elements are looked for
 _FLAT = 0.05  # [m]; what is no higher does not slow a robot down
 _HALF = 0.42  # [m]; half of a robot, and a little: its center comes no nearer to a wall
 _CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
-_BLOCKED, _TIGHT, _RAMP = 60.0, 2.0, 1.5  # cost of a meter; high and not infinite, so that who is inside gets out
+_BLOCKED, _TIGHT = 60.0, 1.5  # cost of a meter; high and not infinite, so that who is inside gets out
+_RAMP = 4.0  # the same; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
 _ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the cost added there
 _DETOUR = 1.03  # a straight line may cost this much more than the cells of a route, which go in steps of 45 degrees
 

@@ -14,7 +14,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (2973, 20),
-    "games/rebuilt": (1857, 16),
+    "games/rebuilt": (1858, 16),
     "games/reefscape": (1397, 13),
     "games/shipped.py": (19, 1),
     "geometry": (702, 6),
@@ -27,7 +27,7 @@ BUDGET = {
     "photonvision": (645, 3),
     "physics": (6431, 25),
     "pieces": (5122, 23),
-    "players": (713, 4),
+    "players": (714, 4),
     "revlib": (903, 7),
     "robot": (8592, 38),
     "robot_file": (3766, 18),
