@@ -186,19 +186,6 @@ def rest(seconds: float) -> dict[str, Any]:
         return _play(match, engine, seconds, lambda number: None)
 
 
-def rest_in_view(seconds: float) -> dict[str, Any]:
-    """408 asleep with every chunk shown to the engine: what the Java original's figure for rest measures."""
-    engine = TimedEngine()
-    with _match(engine, pose=(2.5, 2.5, 0.0)) as match:
-
-        def show(number: int) -> None:
-            for x in range(-1, 18, 2):
-                for y in range(-1, 10, 2):
-                    match.pieces.mark_active(float(x), float(y), 0.5)
-
-        return _play(match, engine, seconds, show)
-
-
 def shooting(seconds: float) -> dict[str, Any]:
     """16 fuel a second at 12 m/s from a robot that drives through the neutral zone."""
     engine = TimedEngine()
@@ -342,7 +329,6 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "real-use": real_use,
     "churn": churn,
     "rest": rest,
-    "rest, all in view": rest_in_view,
     "shooting": shooting,
     "cameras": cameras,
     "reefscape-rest": reefscape_rest,
@@ -372,7 +358,7 @@ def main() -> int:
     for name, r in results.items():
         if "tick_ms" not in r:
             continue
-        t, java = r["tick_ms"], JAVA_MS.get(name.split(",")[0])
+        t, java = r["tick_ms"], JAVA_MS.get(name)
         table.add_row(
             name, *(f"{t[k]:.2f}" for k in ("median", "p95", "p99", "max")), f"{r['engine_ms']['median']:.2f}",
             f"{r['ratio']:.2f}", f"{r['awake']['mean']:.0f}", f"{r['substeps_mean']:.1f}",
