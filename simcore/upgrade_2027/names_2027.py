@@ -193,8 +193,10 @@ def new_name(name: str) -> str:
     >>> [new_name(n) for n in ("robotPeriodic", "isFMSAttached", "kOnboard", "kRed1", "toPose2d", "Pose2d", "k_p")]
     ['robot_periodic', 'is_fms_attached', 'ONBOARD', 'RED_1', 'to_pose2d', 'Pose2d', 'k_p']
     """
-    if name in ATTRIBUTES or name in _OF_PYTHON:
-        return ATTRIBUTES.get(name, name)
+    if name in ATTRIBUTES:
+        return ATTRIBUTES[name]
+    if name in _OF_PYTHON:
+        return name
     if re.match(r"k[A-Z]", name):
         return _WORDS.sub("_", name[1:]).upper()
     return _WORDS.sub("_", name).lower() if re.match(r"_?[a-z]+\w*[A-Z]", name) else name

@@ -38,7 +38,7 @@ BUDGET = {
     "sweep": (4882, 27),
     "telemetry": (1397, 7),
     "testing": (189, 3),
-    "upgrade_2027": (694, 4),
+    "upgrade_2027": (696, 4),
     "vision": (3914, 17),
 }
 LONGEST_CLASS = 500
