@@ -27,7 +27,7 @@ BUDGET = {
     "photonvision": (645, 3),
     "physics": (6431, 25),
     "pieces": (5122, 23),
-    "players": (714, 4),
+    "players": (748, 4),
     "revlib": (903, 7),
     "robot": (8592, 38),
     "robot_file": (3766, 18),
