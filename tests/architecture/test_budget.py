@@ -33,7 +33,7 @@ BUDGET = {
     "robot_file": (3766, 18),
     "robotpy": (8135, 42),
     "shooting": (1283, 7),
-    "show": (7674, 43),
+    "show": (7881, 44),
     "simcore": (1470, 10),
     "sweep": (4882, 27),
     "telemetry": (1397, 7),
