@@ -33,7 +33,7 @@ BUDGET = {
     "robot_file": (3769, 18),
     "robotpy": (8150, 42),
     "shooting": (1286, 7),
-    "show": (7764, 44),
+    "show": (7971, 45),
     "simcore": (1474, 10),
     "sweep": (5109, 28),
     "telemetry": (1397, 7),
