@@ -1,18 +1,27 @@
-"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [scenario ...]`.
+"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [--against COMMIT] [scenario ...]`.
 
 Each scenario is played on a fixed seed. The time inside the engine's own step is measured in the same run, so the
 ratio of the two holds on any machine; a check beside each figure shows that the work was really done.
+
+With `--against` a commit's package is measured as well, in turns with this one and in processes of their own. Of each
+tick the shortest of all turns counts, so that a busy machine, which only ever adds time, spoils little.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import math
+import os
 import subprocess
 import sys
+import tarfile
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -40,6 +49,7 @@ JAVA_MS = {"real-use": 1.26, "churn": 1.81, "rest": 0.82, "shooting": 6.8}
 """Tick medians of the Java original on this class of machine, quiet [ms]."""
 
 _WARM_UP = 25  # ticks
+ROOT = Path(__file__).resolve().parents[1]
 
 CAMERAS = (
     CameraConfig(
@@ -130,6 +140,7 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
     return {
         "tick_ms": _spread(tick),
         "engine_ms": _spread(step),
+        "ticks_ms": ticks,
         "ratio": round(float(np.median(tick) / np.median(step)), 3),
         "ratio_of_sums": round(float(tick.sum() / step.sum()), 3),
         "loaded": {  # ticks with a heap or something pinned, which ask for shorter steps
@@ -325,6 +336,30 @@ def start_up(_seconds: float) -> dict[str, Any]:
     return {"seconds": {"median": round(float(np.median(times)), 3), "max": round(max(times), 3)}}
 
 
+def robot_test(_seconds: float) -> dict[str, Any]:
+    """All tests of the example robot, in a pytest of their own."""
+    if find_spec("phoenix6") is None or find_spec("wpilib") is None:
+        return {"check": "needs phoenix6: pip install .[phoenix6,robotpy]"}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"]
+    start = perf_counter()
+    out = subprocess.run(command, cwd=ROOT / "examples/rebuilt_robot", capture_output=True, text=True, check=True)
+    words = next(line for line in out.stdout.splitlines() if " passed" in line)
+    return {"seconds": {"median": round(perf_counter() - start, 2)}, "check": words}
+
+
+def on_mujoco(scenario: Callable[[float], dict[str, Any]]) -> Callable[[float], dict[str, Any]]:
+    """The same scenario on MuJoCo."""
+
+    def play(seconds: float) -> dict[str, Any]:
+        before, ENGINE[0] = ENGINE[0], "mujoco"
+        try:
+            return scenario(seconds)
+        finally:
+            ENGINE[0] = before
+
+    return play
+
+
 SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "real-use": real_use,
     "churn": churn,
@@ -335,8 +370,50 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "reefscape-auto": reefscape_auto,
     "six-robots": six_robots,
     "match": whole_match,
+    "mujoco-real-use": on_mujoco(real_use),
+    "mujoco-churn": on_mujoco(churn),
+    "mujoco-six-robots": on_mujoco(six_robots),
+    "robot-test": robot_test,
     "start-up": start_up,
 }
+
+
+def compare(
+    commit: str, names: list[str], seconds: float, rounds: int, engine: str | None
+) -> dict[str, dict[str, Any]]:
+    """Ticks of this package over those of a commit, by scenario: medians and means [ms], and their ratios.
+
+    Raises:
+        SystemExit: There is no such commit.
+    """
+    best: dict[tuple[str, str], FloatArray] = {}
+    with tempfile.TemporaryDirectory(prefix="simcore-bench-") as folder:
+        packed = subprocess.run(["git", "archive", commit], cwd=ROOT, capture_output=True, check=False)
+        if packed.returncode:
+            raise SystemExit(f"no commit {commit!r} to compare with: {packed.stderr.decode().strip()}")
+        with tarfile.open(fileobj=io.BytesIO(packed.stdout)) as tar:
+            tar.extractall(folder, filter="data") if hasattr(tarfile, "data_filter") else tar.extractall(folder)
+        command = [sys.executable, str(Path(__file__).resolve()), "--json", "--seconds", str(seconds), *names]
+        for _ in range(rounds):
+            for side, root in (("before", folder), ("now", str(ROOT))):
+                environment = {**os.environ, "PYTHONPATH": root} | ({"SIMCORE_ENGINE": engine} if engine else {})
+                out = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
+                if out.returncode:
+                    raise SystemExit(f"the scenarios do not run {side}:\n{out.stderr[-1500:]}")
+                for name, result in json.loads(out.stdout).items():
+                    ticks = np.array(result.get("ticks_ms") or [1e3 * result["seconds"]["median"]])
+                    best[name, side] = np.minimum(best.get((name, side), np.inf), ticks)
+    return {name: _compared(best[name, "before"], best[name, "now"]) for name in names}
+
+
+def _compared(before: FloatArray, now: FloatArray) -> dict[str, Any]:
+    medians, means = ([round(float(of(side)), 3) for side in (before, now)] for of in (np.median, np.mean))
+    return {
+        "median_ms": medians,
+        "mean_ms": means,
+        "ratio": round(medians[1] / medians[0], 3),
+        "ratio_of_means": round(means[1] / means[0], 3),
+    }
 
 
 def main() -> int:
@@ -345,13 +422,23 @@ def main() -> int:
     parser.add_argument("scenario", nargs="*", help="default: all")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--seconds", type=float, default=12.0, help="simulated time of each (default: 12)")
+    parser.add_argument("--against", metavar="COMMIT", help="measure that commit as well, in turns, and print ratios")
+    parser.add_argument("--rounds", type=int, default=3, help="turns with --against (default: 3)")
     add_engine_option(parser)
     options = parser.parse_args()
     ENGINE[0] = options.engine
+    if options.against is not None:
+        names = options.scenario or ["real-use", "churn", "rest", "six-robots", "mujoco-real-use"]
+        ratios = compare(options.against, names, options.seconds, options.rounds, options.engine)
+        for name, r in ratios.items():
+            print(json.dumps({name: r}) if options.json else f"{name:18} {r}")
+        return 0
     results = {name: SCENARIOS[name](options.seconds) for name in options.scenario or SCENARIOS}
     if options.json:
         print(json.dumps(results))
         return 0
+    for r in results.values():
+        r.pop("ticks_ms", None)
     table = Table(title="Tick of 20 ms, in milliseconds", title_justify="left")
     for column in ("scenario", "median", "p95", "p99", "max", "engine", "ratio", "awake", "sub-steps", "Java"):
         table.add_column(column, justify="left" if column == "scenario" else "right")

@@ -33,7 +33,7 @@ COMMANDS = {
     "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
-    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -157,8 +158,12 @@ def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) 
 
 
 def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
-    """Rotation matrix R, shape (3, 3): `p_field = R @ p_robot`, and `points_robot @ R.T` for rows."""
-    x, y, z, w = q
+    """Rotation matrix R, shape (3, 3): `p_field = R @ p_robot`, and `points_robot @ R.T` for rows.
+
+    Of n rotations, shape (4, n), it is (3, 3, n).
+    """
+    parts: Any = q  # four numbers or four arrays
+    x, y, z, w = parts
     return np.array(
         [
             [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],

@@ -128,9 +128,8 @@ class PieceFlow:
             state = self._pieces.state
             self._record.note_taken_in(slots, robot.number)
             for slot in slots.tolist():
-                robot.balance.exchange(
-                    float(self._pieces.mass[slot]), state.pos[slot].tolist(), state.vel[slot].tolist()
-                )
+                (x, y, z), (u, v, w) = state.pos[slot].tolist(), state.vel[slot].tolist()
+                robot.balance.exchange(float(self._pieces.mass[slot]), (x, y, z), (u, v, w))
             self._pieces.hold(slots, robot.number)
 
     def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:

@@ -122,9 +122,8 @@ class StructureRecoil:
         for element in elements:
             for pattern in masses:
                 if fnmatchcase(element.name, pattern):
-                    self._boxes.setdefault(pattern, StaticBoxes()).add(
-                        element.shape, element.position.tolist(), IDENTITY
-                    )
+                    x, y, z = element.position.tolist()
+                    self._boxes.setdefault(pattern, StaticBoxes()).add(element.shape, (x, y, z), IDENTITY)
         self._masses = masses
         self._before: dict[int, FloatArray] = {}
         self._near: list[tuple[Robot, str]] = []

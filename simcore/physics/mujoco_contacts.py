@@ -22,7 +22,7 @@ from simcore.physics.contact_law import (
     pair_spring,
 )
 from simcore.physics.engine import BodyDefinition
-from simcore.physics.mujoco_model import CompiledModel
+from simcore.physics.mujoco_model import ITERATIONS, CompiledModel
 from simcore.physics.shapes import Sphere
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -41,6 +41,7 @@ _AWAKE = -11  # MuJoCo's value of a tree that is fully awake
 _STATIC = -1  # its state of a body of the world
 _PASSES = 8  # solutions of a step at most
 _MANY = 900  # rows; with more, Newton's method takes up to seconds a step, conjugate gradients some 10 ms
+_OF_GRADIENTS = 20  # iterations of these in each solution: what is left is for the next, which starts from the last
 _LIFT_TOLERANCE, _OF_BALLS = 0.001, 0.05  # [m/s], of what is taken off the normals: a box that slides must not hop
 _TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
 _TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
@@ -304,7 +305,9 @@ class ContactRows:
         In each body frame the mass matrix is diagonal, so the inverse mass of a row is the sum of its entries squared.
         """
         mj, m, d = self._mj, self._m, self._d
-        m.opt.solver = mj.mjtSolver.mjSOL_CG if d.nefc > _MANY else mj.mjtSolver.mjSOL_NEWTON
+        is_large = d.nefc > _MANY
+        m.opt.solver = mj.mjtSolver.mjSOL_CG if is_large else mj.mjtSolver.mjSOL_NEWTON
+        m.opt.iterations = _OF_GRADIENTS if is_large else ITERATIONS
         contact, address = d.contact, d.contact.efc_address
         used = np.nonzero(address >= 0)[0]
         row = address[used]

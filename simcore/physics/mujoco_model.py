@@ -35,7 +35,7 @@ __all__ = [
 
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
-_ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
+ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
 _MEMORY = 48_000_000  # [bytes] for contacts; a system gives it page by page, when it is touched
 _MEMORY_PER_BODY = 250_000  # [bytes]: in a heap a ball has 6 contacts of 3 rows
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
@@ -89,7 +89,7 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    option.iterations, option.tolerance = _ITERATIONS, _TOLERANCE
+    option.iterations, option.tolerance = ITERATIONS, _TOLERANCE
     option.sleep_tolerance = 0.0
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -149,6 +149,16 @@ class BallRows:
         """Whether a ball sleeps."""
         return bool(self._is_frozen[number])
 
+    def flies(self, numbers: IntArray) -> BoolArray:
+        """Which of some balls fly, shape (n,)."""
+        flies: BoolArray = self._is_flying[self.slots[numbers]]
+        return flies
+
+    def at_start(self, numbers: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Places [m], chords [m/s] and radii [m] of balls that fly or may have impacts, as they begin the part."""
+        pull = np.where(self.flies(numbers)[:, None], (0.5 * self._h) * self.acc[numbers], 0.0)
+        return self.pos[numbers], self.vel[numbers] + pull, self.radius[numbers]
+
     def arc(self, number: int) -> Arc:
         """How a ball begins the part."""
         slot, radius = int(self.slots[number]), float(self.radius[number])

@@ -29,7 +29,8 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import air_acceleration
 from simcore.pieces.ball_rows import Arc, BallRows
 from simcore.pieces.pool import PiecePool
-from simcore.typing import BoolArray, IntArray
+from simcore.pieces.reach import lengths
+from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["ImpactEvents", "is_caught"]
 
@@ -51,7 +52,9 @@ class _Body:
         self.axes = as_rows(matrix(quat))
         speed = self.body.reach * math.hypot(*self.rate)
         self._turns, self.slack = h * speed, 2.0 * speed + _STANDS  # how far, and twice how fast, it turns
-        self._low, self._high = (corner.tolist() for corner in self.body.surfaces.bounds)
+        low, high = self.body.surfaces.bounds
+        self._low: Vector = (float(low[0]), float(low[1]), float(low[2]))
+        self._high: Vector = (float(high[0]), float(high[1]), float(high[2]))
         x, y, z = apply(self.axes, self.body.center_of_mass)
         self.center = self.origin[0] + x, self.origin[1] + y, self.origin[2] + z
         """Center of mass [m]."""
@@ -67,19 +70,33 @@ class _Body:
             return False
         if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= ENGINE_SPEED:
             return False
+        p, q, r = apply_back(self.axes, (x, y, z))
+        (lx, ly, lz), (hx, hy, hz) = self._low, self._high
+        if not (lx - reach < p < hx + reach and ly - reach < q < hy + reach and lz - reach < r < hz + reach):
+            return False
+        a, b, c = apply_back(self.axes, (cu, cv, cw))
         outside, last = 0, 0.0
-        for p, speed, low, high in zip(
-            apply_back(self.axes, (x, y, z)), apply_back(self.axes, (cu, cv, cw)), self._low, self._high, strict=True
-        ):
-            if not low - reach < p < high + reach:
-                return False
-            if low <= p <= high:
+        for place, speed, low, high in ((p, a, lx, hx), (q, b, ly, hy), (r, c, lz, hz)):
+            if low <= place <= high:
                 continue
-            last = speed if p > high else -speed
+            last = speed if place > high else -speed
             if last > self.slack:
                 return False
             outside += 1
         return outside != 1 or last < self.slack - (0.0 if arc.is_free else ENGINE_SPEED)
+
+    def may_meet(self, pos: FloatArray, chord: FloatArray, radius: FloatArray, h: float) -> BoolArray:
+        """The same for many balls at the start of a part of h [s], by the sphere around it alone.
+
+        Args:
+            pos: [m], shape (n, 3).
+            chord: [m/s], shape (n, 3).
+            radius: [m], shape (n,).
+            h: [s]
+        """
+        room = radius + (_SKIN + _SKIN + self._turns + self.body.reach) + h * lengths(chord - self.vel)
+        near: BoolArray = lengths(pos - self.origin) < room
+        return near
 
     def first_touch(self, arc: Arc, left: float, least: float) -> FirstTouch | None:
         """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
@@ -158,12 +175,11 @@ class ImpactEvents:
         self._robots = [_Body(self._world, row, h) for row in self._world.hit_bodies]
         lying = balls.is_beside.copy()
         lying[flying] = False
-        meets = [*flying.tolist(), *self._fast(lying.nonzero()[0]).tolist()]
+        meets = np.concatenate((flying, self._fast(lying.nonzero()[0])))
         self._arcs: dict[int, Arc] = {}
         self._surface: dict[int, _Meeting] = {}
         heapify(self._events)
-        for n in meets:
-            self._look_for_surface(self._arc(n))
+        self._look_first(meets)
         while self._events:
             now, n, m, changes = heappop(self._events)
             a = self._arc(n)
@@ -183,11 +199,11 @@ class ImpactEvents:
                 arc.aim(h)
             for arc in hit:
                 self._look_for_balls(arc)
-                self._look_for_surface(arc)
+                self._look_for_surface(arc, self._robots)
         for robot in self._robots:
             if robot.is_hit:
                 self._world.set_velocity(robot.row, robot.vel, robot.rate)
-        touched = [arc for arc in self._arcs.values() if arc.is_touched]
+        touched = sorted([arc for arc in self._arcs.values() if arc.is_touched], key=lambda arc: arc.number)
         for arc in touched:
             balls.strike(arc)
         return touched
@@ -224,8 +240,22 @@ class ImpactEvents:
             elif arc.is_touched and self._balls.is_frozen(m) and _meeting_time(arc, other, _STANDS, now) <= h:
                 self.pressed.append(other.slot)
 
-    def _look_for_surface(self, arc: Arc) -> None:
-        """Note what a ball meets next of the floor, the field and robots: in scalars, because most meet nothing."""
+    def _look_first(self, numbers: IntArray) -> None:
+        """Note what balls meet first of floor, field and robots, looking only at those that have one of them near."""
+        if not len(numbers):
+            return
+        pos, chord, radius = self._balls.at_start(numbers)
+        reach = radius + self._h * lengths(chord) + _SKIN
+        rest: BoolArray = self._world.near_field(pos, reach)
+        if self._world.floor is not None:
+            rest |= (pos[:, 2] < reach) & (self._balls.flies(numbers) | (chord[:, 2] <= -ENGINE_SPEED))
+        near = [robot.may_meet(pos, chord, radius, self._h) for robot in self._robots]
+        for k in np.logical_or.reduce([rest, *near]).nonzero()[0].tolist():
+            robots = [robot for robot, may in zip(self._robots, near, strict=True) if may[k]]
+            self._look_for_surface(self._arc(int(numbers[k])), robots)
+
+    def _look_for_surface(self, arc: Arc, robots: list[_Body]) -> None:
+        """Note what a ball meets next of the floor, the field and some robots."""
         if arc.surfaces >= _MOST_OF_ONE:
             return
         world, left, is_free = self._world, self._h - arc.time, arc.is_free
@@ -239,7 +269,7 @@ class ImpactEvents:
         touch = world.first_touch(arc.pos, (left * u, left * v, left * w), arc.radius, least)
         if touch is not None:
             meeting = self._earlier(arc, meeting, touch, None)
-        for robot in self._robots:
+        for robot in robots:
             if robot.is_near(arc, left):
                 touch = robot.first_touch(arc, left, least)
                 if touch is not None:

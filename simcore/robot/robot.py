@@ -61,9 +61,9 @@ class Robot:
     Args:
         world: Where it stands.
         config: What it is built of.
+        rng: For the noise of its sensors.
         number: Its place in the list of robots; also the holder of its pieces.
         pose: Start, field frame [m, m, rad].
-        rng: For the noise of its sensors.
         rungs: What its climbers can hang on.
         mounts: Hanging bodies that rungs are parts of, by name.
         built: What it really is, where that is not what the config says; None: it is.
@@ -74,9 +74,9 @@ class Robot:
         world: PhysicsWorld,
         config: RobotConfig,
         *,
+        rng: np.random.Generator,
         number: int = 0,
         pose: Pose = (0.0, 0.0, 0.0),
-        rng: np.random.Generator,
         rungs: Sequence[Rung] = (),
         mounts: Mapping[str, HangingBody] | None = None,
         built: BuiltRobot | None = None,

@@ -24,10 +24,23 @@ import pytest
 from simcore import season
 from simcore.sweep.child_process import run_process
 
-__all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "run_isolated", "wait_longer"]
+__all__ = ["INIT_TIMEOUT", "WARM", "ChildTask", "end_process", "load_robot_plugin", "run_isolated", "wait_longer"]
 
 INIT_TIMEOUT = 30.0
 """In which a robot program must come through robotInit [s]."""
+WARM = (
+    *("numpy", "scipy.spatial", "pybullet", "mujoco", "wpilib.simulation", "ntcore", "pyfrc.test_support"),
+    *(
+        "phoenix6.hardware",
+        "phoenix6.swerve",
+        "simcore.robotpy.robot_physics",
+        "simcore.robotpy.simulated_phoenix",
+        "hypothesis",
+    ),
+)
+"""What a process of a robot test imports in any case (hypothesis: its plugin does, where it is installed).
+
+Nothing of this is built and no thread is started by importing it."""
 _TAIL = 4000  # characters of a dead child's words, at the start and at the end
 
 
@@ -168,7 +181,8 @@ def end_process(code: int) -> NoReturn:
     os._exit(code)
 
 
-def _main() -> int:
+def main() -> int:
+    """Run the test that `sys.argv` describes; returns the exit code, or ends the process with it."""
     task = ChildTask(**json.loads(sys.argv[1]))
     reporter = _Reporter(task)
     try:
@@ -176,8 +190,8 @@ def _main() -> int:
     except BaseException:
         print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
         return 3
-    return int(pytest.main([task.test, *task.arguments], plugins=[robot, reporter]))
+    end_process(int(pytest.main([task.test, *task.arguments], plugins=[robot, reporter])))
 
 
 if __name__ == "__main__":
-    end_process(_main())
+    end_process(main())

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.isolation import end_process, load_robot_plugin
+from simcore.robotpy.isolation import WARM, end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
 from simcore.start_errors import start_sentence
 from simcore.sweep.child_process import answer_task, read_task
@@ -22,7 +22,7 @@ from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
-__all__ = ["ProjectRun", "test_auto"]
+__all__ = ["WARM", "ProjectRun", "main", "test_auto"]
 
 
 class ProjectRun:
@@ -77,7 +77,8 @@ def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
     project_run.play(sim)
 
 
-def _main() -> None:
+def main() -> None:
+    """Play the run that `sys.argv` names a file for, and end the process."""
     task = read_task()
     run = ProjectRun(task)
     folder = Path(task["project"])
@@ -86,6 +87,7 @@ def _main() -> None:
     except Exception as error:
         run.answer = {"error": _sentence(error, folder)}
     answer_task({**run.answer, "cpu_seconds": process_time()})
+    end_process(0)
 
 
 def _sentence(error: BaseException, folder: Path) -> str:
@@ -108,5 +110,4 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    _main()
-    end_process(0)
+    main()

@@ -1,7 +1,8 @@
-"""A new Python process for what may crash, hang, or wants one to itself, and its answer."""
+"""A Python process for what may crash, hang, or wants one to itself, and its answer."""
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import signal
@@ -14,12 +15,12 @@ from typing import Any
 
 from simcore.errors import SimcoreError
 from simcore.sweep.time_limit import GRACE
+from simcore.sweep.warm_process import CAN_FORK, PARENT, WarmParent
 
 __all__ = ["answer_task", "ask_process", "cores", "end_with_parent", "read_task", "run_process"]
 
 _START = 60.0  # [s]; all imports, on a busy machine
 _LOOKS = 0.5  # [s] between two looks whether the parent lives
-_PARENT = "SIMCORE_PARENT_PROCESS"  # variable with the process id of who has started this one
 _LAST_WORDS = 300  # characters of what a dead process has said
 
 
@@ -56,10 +57,10 @@ def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path |
 def run_process(
     module: str, argument: str, *, said: Path, timeout: float | None, folder: Path | None, **environment: str
 ) -> int | None:
-    """Run a module in a new process, which imports from where this one does.
+    """Run a module in a process of its own, which imports from where this one does; on Linux it begins warm.
 
     Args:
-        module: As `python -m` wants it.
+        module: Its `main` is called, `WARM` names what it will import.
         argument: For it.
         said: File for all that it says.
         timeout: Wall time after which it is ended [s]; None: no limit.
@@ -69,6 +70,12 @@ def run_process(
     Returns:
         Its exit code; None: it was ended, for it took too long.
     """
+    variables = {**os.environ, **environment, "PYTHONPATH": _python_path(), PARENT: str(os.getpid())}
+    if CAN_FORK:
+        where = Path.cwd() if folder is None else folder
+        return _warm_parent(module, variables).run(
+            [argument], said=said, timeout=timeout, folder=where, environment=variables
+        )
     with said.open("wb") as stream:
         process = subprocess.Popen(
             [sys.executable, "-m", module, argument],
@@ -76,7 +83,7 @@ def run_process(
             stdin=subprocess.DEVNULL,
             stdout=stream,
             stderr=subprocess.STDOUT,
-            env={**os.environ, **environment, "PYTHONPATH": _python_path(), _PARENT: str(os.getpid())},
+            env=variables,
         )
         try:
             return process.wait(timeout)
@@ -85,6 +92,21 @@ def run_process(
         finally:
             process.kill()
             process.wait()
+
+
+def _warm_parent(module: str, variables: dict[str, str]) -> WarmParent:
+    """The one of a module in this process, which is started when it is first needed."""
+    with _starting:
+        owner, parent = _parents.get(module, (0, None))
+        if parent is None or owner != os.getpid():
+            parent = WarmParent(module, variables)
+            atexit.register(parent.close)
+            _parents[module] = os.getpid(), parent
+        return parent
+
+
+_starting = threading.Lock()
+_parents: dict[str, tuple[int, WarmParent]] = {}
 
 
 def end_with_parent(parent: int) -> None:
@@ -106,7 +128,7 @@ def end_with_parent(parent: int) -> None:
 
 def read_task() -> Any:
     """What `ask_process` asks this process, which ends with the asker."""
-    end_with_parent(int(os.environ[_PARENT]))
+    end_with_parent(int(os.environ[PARENT]))
     return json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
 
 

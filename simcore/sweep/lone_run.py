@@ -23,10 +23,15 @@ def play_alone(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
     return row
 
 
-def _main() -> None:
+WARM = ()
+"""Besides this module."""
+
+
+def main() -> None:
+    """Play the run that `sys.argv` names a file for."""
     task = read_task()
     answer_task(play_run(Experiment.from_json(task["experiment"]), PlannedRun(**task["planned"])))
 
 
 if __name__ == "__main__":
-    _main()
+    main()
