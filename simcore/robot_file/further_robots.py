@@ -17,13 +17,13 @@ from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import WhileEnabled, find_role, read_player
+from simcore.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
 from simcore.robot.robot import Controller
 from simcore.robot_file.key_tables import Key, KeyTable
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "read_further_robot"]
+__all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
 ROLES = ("partner", "opponent")
 FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot beside yours, whichever alliance yours "
@@ -141,6 +141,37 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
         x, y, heading = v["start"]
         v["start"] = (x, y, math.radians(heading))
     return FurtherRobot(**v, role=role, where=t.where, folder=folder)
+
+
+def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
+    """Scripted partners and opponents of a robot in a whole match.
+
+    Args:
+        game: Which is played.
+        match: A name of the game's practice matches, or `PARTNERS/OPPONENTS` as line-ups are typed:
+            `collector:3/collector:2,defender`.
+
+    Raises:
+        ConfigError: It is neither, or these are more robots than an alliance has.
+        UnknownNameError: The game has no such role.
+    """
+    with_me, slash, against = match.partition("/")
+    if not slash:
+        if match not in game.practice_matches:
+            raise UnknownNameError(f"match of {game.name} (or PARTNERS/OPPONENTS)", match, game.practice_matches)
+        with_me, against = game.practice_matches[match]
+    seats = lineup(game, blue=f"{ME},{with_me}" if with_me.strip() else ME, red=against)
+    return tuple(
+        FurtherRobot(
+            name=f"{seat} {number}",
+            role="partner" if seat.alliance == "blue" else "opponent",
+            player=str(seat),
+            preload=game.preload,
+            where=f"match {match!r}, robot {number}",
+        )
+        for number, seat in enumerate(seats)
+        if seat.role != ME
+    )
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
