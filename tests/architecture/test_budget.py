@@ -30,7 +30,7 @@ BUDGET = {
     "players": (748, 4),
     "revlib": (903, 7),
     "robot": (8592, 38),
-    "robot_file": (3807, 18),
+    "robot_file": (3964, 19),
     "robotpy": (8152, 42),
     "shooting": (1283, 7),
     "show": (7971, 45),
