@@ -36,8 +36,8 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
     Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
-    Key("log", str, None, "a .wpilog of an earlier run beside this file: robot 0 in it drives again, or another: "
-        '"run.wpilog:2"', "out/match.wpilog:2"),
+    Key("log", str, None, 'a .wpilog of an earlier run beside this file, whose robot 0 drives again; "run.wpilog:2" is '
+        "robot 2"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip
 

@@ -26,7 +26,7 @@ from simcore.units import TICK
 
 __all__ = ["Recorded", "RecordedRobot"]
 
-# Tried on two autos of REBUILT over 6 s: 8/s leaves the path by 8 cm where it brakes, 15/s by 6 cm, 20/s by 4 cm.
+# Tried on two autos of 6 s: 8/s leaves the path by 8 cm where it brakes, 15/s by 6 cm, 20/s by 4 cm.
 _PULL = 20.0  # [1/s]: an error of 5 cm is answered with 1 m/s
 _MOST_PULL = 2.0  # [m/s, rad/s]; who was held up goes on no faster than this
 _LEAD = 0.06  # [s] by which a velocity is told ahead: about what a drivetrain's loop lags behind
