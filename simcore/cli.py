@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import os
 import sys
@@ -88,7 +89,10 @@ def _run(words: list[str], program: str) -> int:
         parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
     args, unknown = parser.parse_known_args(words)
     if unknown:
-        subparsers.choices.get(args.command, parser).error(f"unrecognized arguments: {' '.join(unknown)}")
+        asked = subparsers.choices.get(args.command, parser)
+        near = difflib.get_close_matches(unknown[0].partition("=")[0], asked.format_usage().split(), n=1)
+        hint = f". Did you mean {near[0].strip('[]')}?" if near and near[0].startswith("[-") else ""
+        asked.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     if args.command is None:
         parser.print_help()
         return 0
