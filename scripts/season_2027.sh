@@ -66,11 +66,11 @@ run "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 14))' || skip
 run "$python" -m venv "$venv"
 run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco,sweep]" "$phoenix6" \
   "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" "hatchling>=1.24" \
-  "robotpy-wpilib-utilities>=2027.0.0a7,<2028"
+  "robotpy-wpilib-utilities>=2027.0.0a7,<2028" "robotpy-rev>=2027.0.0a7.post1,<2028"
 run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"
 
 # Adapters' tests and example robots, rewritten by `simcore upgrade-2027`. Left out: devices that 2027 has no more, what
-# was recorded with Phoenix 6 26.3 or uses pyfrc or notifiers of 2026 itself, and SPARKs.
+# was recorded with Phoenix 6 26.3 or uses pyfrc or notifiers of 2026 itself, and SPARKs with conversion factors.
 copy="$copies/tests_2027"
 rm -rf "$folder/tests_2027"
 run "$venv/bin/python" "$here/scripts/season_2027_tests.py" "$copy"

@@ -67,6 +67,30 @@ NAMES: dict[str, dict[str, str]] = {
         "Value": "is_valid time value " + " ".join(f"is_{kind} get_{kind}" for kind in _KINDS.split()),
         "EventFlags": "VALUE_ALL IMMEDIATE PUBLISH",
     },
+    "rev": {
+        "": "MotorType=SparkLowLevel.MotorType IdleMode=SparkBaseConfig.IdleMode",
+        "SparkBase": "get_device_id get_motor_type is_follower",
+        **{spark: "config_accessor" for spark in ("SparkMax", "SparkFlex")},
+        "SparkBaseConfigAccessor": "absolute_encoder analog_sensor closed_loop limit_switch soft_limit get_idle_mode "
+        "get_closed_loop_ramp_rate get_follower_mode_inverted get_follower_mode_leader_id get_open_loop_ramp_rate "
+        "get_smart_current_limit get_voltage_compensation get_voltage_compensation_enabled",
+        "SparkMaxConfigAccessor": "alternate_encoder",
+        "SparkFlexConfigAccessor": "external_encoder",
+        "ClosedLoopConfigAccessor": "feed_forward max_motion get_allowed_closed_loop_error get_d get_d_filter get_i "
+        "get_feedback_sensor get_i_zone get_max_i_accumulation get_max_output get_min_output get_p "
+        "get_position_wrapping_enabled",
+        "FeedForwardConfigAccessor": "getk_a getk_cos getk_cos_ratio getk_g getk_s getk_v",
+        "MAXMotionConfigAccessor": "get_allowed_profile_error get_cruise_velocity get_max_acceleration",
+        "LimitSwitchConfigAccessor": "get_forward_limit_switch_trigger_behavior "
+        "get_reverse_limit_switch_trigger_behavior",
+        "SoftLimitConfigAccessor": "get_forward_soft_limit get_forward_soft_limit_enabled get_reverse_soft_limit "
+        "get_reverse_soft_limit_enabled",
+        "ClosedLoopSlot": "SLOT0 SLOT1 SLOT2 SLOT3",
+        "FeedbackSensor": "PRIMARY_ENCODER ABSOLUTE_ENCODER ALTERNATE_OR_EXTERNAL_ENCODER ANALOG_SENSOR",
+        "ResetMode": "RESET_SAFE_PARAMETERS",
+        "MotorType": "BRUSHED",
+        "IdleMode": "BRAKE",
+    },
     "hal": {
         "": "sim_periodic_before sim_periodic_after observe_user_program_starting",
         "AllianceStationID": " ".join(f"{c}_{n}=k{c.capitalize()}{n}" for c in ("BLUE", "RED") for n in (1, 2, 3)),
@@ -114,7 +138,7 @@ NAMES: dict[str, dict[str, str]] = {
         "PowerDistributionSim": "get_initialized set_voltage set_current",
         "RoboRioSim": "set_brownout_voltage get_brownout_voltage set_vin_voltage=setVInVoltage "
         "set_user_active_3v3=setUserActive3V3 set_user_faults_3v3=setUserFaults3V3",
-        "SimDeviceSim": "get_double enumerate_devices enumerate_values",
+        "SimDeviceSim": "get_boolean get_double get_int enumerate_devices enumerate_values",
     },
     "wpimath": {
         "": " ".join(
@@ -301,6 +325,57 @@ def silence_joystick_warnings() -> None:
         wpilib.DriverStationBackend.silence_joystick_connection_alert(True)
     else:
         wpilib.DriverStation.silenceJoystickConnectionWarning(True)
+
+
+def spark_sim_name(spark: Any, model: str) -> str:
+    """Name of a SPARK's SimDevice; since 2027 with the CAN port, as that has several buses."""
+    port = f"{int(spark.get_can_port())}," if hasattr(spark, "get_can_port") else ""
+    return f"{model} [{port}{spark.get_device_id()}]"
+
+
+def spark_factors(encoder: Any) -> tuple[float, float]:
+    """What robot code reads for a turn, and for one turn a minute, of a SPARK's encoder: since 2027 just these.
+
+    Args:
+        encoder: Its part of the SPARK's `config_accessor`.
+    """
+    if not hasattr(encoder, "getPositionConversionFactor"):
+        return 1.0, 1.0
+    return float(encoder.getPositionConversionFactor()), float(encoder.getVelocityConversionFactor())
+
+
+def spark_wrap(loop: Any) -> tuple[float, float] | None:
+    """Where a SPARK's position loop goes round the shorter way: in one turn since 2027; None: nowhere.
+
+    Args:
+        loop: Its part of the SPARK's `config_accessor`.
+    """
+    if not loop.get_position_wrapping_enabled():
+        return None
+    if not hasattr(loop, "getPositionWrappingMinInput"):
+        return 0.0, 1.0
+    return float(loop.getPositionWrappingMinInput()), float(loop.getPositionWrappingMaxInput())
+
+
+def centered_spark_encoder(encoder: Any, written: bool) -> bool:
+    """Whether a SPARK's absolute encoder counts from -1/2 to 1/2 turn.
+
+    Args:
+        encoder: Its part of the SPARK's `config_accessor`.
+        written: What the program has configured; 2026 can write it, but not read it.
+    """
+    return bool(encoder.is_zero_centered()) if hasattr(encoder, "is_zero_centered") else written
+
+
+def spark_answer(read: Callable[[], Any], value: float | bool) -> Any:
+    """A value as a SPARK's controller gives it to robot code: since 2027 as a signal, with its error and time.
+
+    Args:
+        read: What REVLib itself answers with.
+        value: To give instead.
+    """
+    own = read()
+    return type(own)(value, own.get_error(), own.get_timestamp()) if hasattr(own, "get_timestamp") else value
 
 
 def show_field(field: Any, *, again: bool = False) -> None:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from wpimath.trajectory import TrapezoidProfile
+from simcore import season
+
+TrapezoidProfile = season.wpimath.TrapezoidProfile
 
 __all__ = ["ControlLoop", "PidGains", "ramped"]
 

@@ -11,9 +11,10 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
-import rev
-
+from simcore import season
 from simcore.devices.recorder import BuiltDevices, after_call
+
+rev = season.rev
 
 __all__ = ["MODELS", "SPARKS", "configuration_count", "is_zero_centered", "spark_of_controller", "watch_simulations"]
 
@@ -27,12 +28,12 @@ SPARKS = BuiltDevices()
 
 _configured: dict[Key, int] = {}
 _centered: dict[Key, bool] = {}
-_CENTERED = f"{int(rev.SparkParameter.kDutyCycleZeroCentered)},"
+_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # since 2027 it can be read
 _controllers: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
 
 
 def _key(spark: Any) -> Key:
-    return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), int(spark.getDeviceId())
+    return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), int(spark.get_device_id())
 
 
 def _note_configuration(spark: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -40,7 +41,7 @@ def _note_configuration(spark: Any, _: Any, args: tuple[Any, ...], settings: dic
     _configured[key] = _configured.get(key, 0) + 1
     config, reset = (*args, *settings.values())[:2]
     said = [line for line in config.flatten().splitlines() if line.startswith(_CENTERED)]
-    if said or reset == rev.ResetMode.kResetSafeParameters:
+    if said or reset == rev.ResetMode.RESET_SAFE_PARAMETERS:
         _centered[key] = bool(said) and said[-1] == f"{_CENTERED}1"
 
 
@@ -49,10 +50,10 @@ def _note_controller(spark: Any, controller: Any, args: tuple[Any, ...], setting
 
 
 for _model, _cls in MODELS.items():
-    SPARKS.record(_cls, _model, lambda made, args, settings: made.getDeviceId())
-    for _method in ("configure", "configureAsync"):
-        after_call(_cls, _method, _note_configuration)
-    after_call(_cls, "getClosedLoopController", _note_controller)
+    SPARKS.record(_cls, _model, lambda made, args, settings: made.get_device_id())
+    for _method in ("configure", "configure_async"):
+        after_call(_cls, season.own_name(_cls, _method), _note_configuration)
+    after_call(_cls, season.own_name(_cls, "get_closed_loop_controller"), _note_controller)
 
 
 def configuration_count(key: Key) -> int:
@@ -74,22 +75,22 @@ def spark_of_controller(controller: Any) -> Key | None:
 
 _SIMS = (rev.SparkMaxSim, rev.SparkFlexSim)
 _WRITES = (
-    *("iterate", "setPosition", "setVelocity", "setAppliedOutput", "setMotorCurrent", "setBusVoltage"),
-    *("getRelativeEncoderSim", "getAbsoluteEncoderSim", "getAlternateEncoderSim", "getExternalEncoderSim"),
+    *("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage"),
+    *(f"get_{encoder}_encoder_sim" for encoder in ("relative", "absolute", "alternate", "external")),
 )
 """What writes, and what gives away something to write with."""
 _simulated: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
 
 
 def _note_simulation(sim: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    _simulated[sim] = _key(args[0] if args else settings["spark"])
+    _simulated[sim] = _key(args[0] if args else next(v for v in settings.values() if isinstance(v, rev.SparkBase)))
 
 
 def watch_simulations(may_write: Callable[[Key], bool]) -> None:
     """Ask before each write of a team's `SparkMaxSim` and `SparkFlexSim`; see `Maker.watch_simulations`."""
     for cls in _SIMS:
         after_call(cls, "__init__", _note_simulation)
-        for name in _WRITES:
+        for name in (season.own_name(cls, write) for write in _WRITES):
             if hasattr(cls, name):
                 is_write = not name.startswith("get")
                 setattr(cls, name, _guarded(inspect.unwrap(getattr(cls, name)), may_write, drop=is_write))

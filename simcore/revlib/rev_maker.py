@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import rev
-
+from simcore import season
 from simcore.devices.loop_ports import LoopMaker
 from simcore.devices.makers import MotorFacts, Mounting
 from simcore.revlib.built_sparks import SPARKS, watch_simulations
@@ -20,6 +19,8 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.shaft import ShaftSim
+
+rev = season.rev
 
 __all__ = ["MAKER"]
 
@@ -40,7 +41,7 @@ class _Rev(LoopMaker):
         return group_by_leader(motors, _leader)
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
-        return bool(motor.hardware.getMotorType() == rev.SparkLowLevel.MotorType.kBrushed)
+        return bool(motor.hardware.get_motor_type() == rev.MotorType.BRUSHED)
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
         config = read_spark_configuration(motor.hardware)
@@ -104,14 +105,14 @@ class _Rev(LoopMaker):
         )
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        return abs(float(motor.hardware.configAccessor.closedLoop.feedForward.getkS()))
+        return abs(float(motor.hardware.config_accessor.closed_loop.feed_forward.getk_s()))
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
     """Its id, as on the bus: a SPARK MAX may follow a SPARK Flex."""
-    accessor = device.hardware.configAccessor
-    leader = int(accessor.getFollowerModeLeaderId()) if device.hardware.isFollower() else None
-    return leader, leader is not None and bool(accessor.getFollowerModeInverted())
+    accessor = device.hardware.config_accessor
+    leader = int(accessor.get_follower_mode_leader_id()) if device.hardware.is_follower() else None
+    return leader, leader is not None and bool(accessor.get_follower_mode_inverted())
 
 
 def _gearing(config: SparkConfiguration) -> float:

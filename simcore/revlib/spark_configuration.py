@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-import rev
-
+from simcore import season
 from simcore.revlib.built_sparks import is_zero_centered
 from simcore.revlib.spark_loop import Feedback, MotionLimits, SlotGains, SparkConfiguration
 
 __all__ = ["read_spark_configuration"]
 
-_SLOTS = tuple(getattr(rev.ClosedLoopSlot, f"kSlot{k}") for k in range(4))
+rev = season.rev
+_SLOTS = tuple(getattr(rev.ClosedLoopSlot, f"SLOT{k}") for k in range(4))
 _FEEDBACK = {
-    "kPrimaryEncoder": Feedback.PRIMARY,
-    "kAbsoluteEncoder": Feedback.ABSOLUTE,
-    "kAlternateOrExternalEncoder": Feedback.EXTERNAL,
-    "kAnalogSensor": Feedback.ANALOG,
+    rev.FeedbackSensor.PRIMARY_ENCODER: Feedback.PRIMARY,
+    rev.FeedbackSensor.ABSOLUTE_ENCODER: Feedback.ABSOLUTE,
+    rev.FeedbackSensor.ALTERNATE_OR_EXTERNAL_ENCODER: Feedback.EXTERNAL,
+    rev.FeedbackSensor.ANALOG_SENSOR: Feedback.ANALOG,
 }
 
 
@@ -26,72 +26,62 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
     Args:
         spark: The robot code's `SparkMax` or `SparkFlex`.
     """
-    accessor = spark.configAccessor
-    key = ("SPARK MAX" if isinstance(spark, rev.SparkMax) else "SPARK Flex"), int(spark.getDeviceId())
-    loop, switches, soft = accessor.closedLoop, accessor.limitSwitch, accessor.softLimit
-    external = accessor.alternateEncoder if isinstance(spark, rev.SparkMax) else accessor.externalEncoder
-    feedback = _FEEDBACK.get(loop.getFeedbackSensor().name, Feedback.NONE)
-    compensation = float(accessor.getVoltageCompensation()) if accessor.getVoltageCompensationEnabled() else None
+    accessor = spark.config_accessor
+    key = ("SPARK MAX" if isinstance(spark, rev.SparkMax) else "SPARK Flex"), int(spark.get_device_id())
+    loop, switches, soft = accessor.closed_loop, accessor.limit_switch, accessor.soft_limit
+    external = accessor.alternate_encoder if isinstance(spark, rev.SparkMax) else accessor.external_encoder
+    feedback = _FEEDBACK.get(loop.get_feedback_sensor(), Feedback.NONE)
+    compensation = float(accessor.get_voltage_compensation()) if accessor.get_voltage_compensation_enabled() else None
     stops = tuple(
-        "kKeepMoving" not in behavior.name
+        "KEEP" not in behavior.name.upper()
         for behavior in (
-            switches.getForwardLimitSwitchTriggerBehavior(),
-            switches.getReverseLimitSwitchTriggerBehavior(),
+            switches.get_forward_limit_switch_trigger_behavior(),
+            switches.get_reverse_limit_switch_trigger_behavior(),
         )
     )
     return SparkConfiguration(
-        brakes=accessor.getIdleMode() == rev.SparkBaseConfig.IdleMode.kBrake,
-        current_limit=float(accessor.getSmartCurrentLimit()),
+        brakes=accessor.get_idle_mode() == rev.IdleMode.BRAKE,
+        current_limit=float(accessor.get_smart_current_limit()),
         compensation=compensation,
-        open_ramp=float(accessor.getOpenLoopRampRate()),
-        closed_ramp=float(accessor.getClosedLoopRampRate()),
+        open_ramp=float(accessor.get_open_loop_ramp_rate()),
+        closed_ramp=float(accessor.get_closed_loop_ramp_rate()),
         feedback=feedback,
-        primary=_factors(accessor.encoder),
-        absolute=_factors(accessor.absoluteEncoder),
-        external=_factors(external),
-        analog=_factors(accessor.analogSensor),
-        is_centered=is_zero_centered(key),
-        is_brushed=spark.getMotorType() == rev.SparkLowLevel.MotorType.kBrushed,
-        wrap=_wrap(loop),
-        soft_forward=float(soft.getForwardSoftLimit()) if soft.getForwardSoftLimitEnabled() else None,
-        soft_reverse=float(soft.getReverseSoftLimit()) if soft.getReverseSoftLimitEnabled() else None,
+        primary=season.spark_factors(accessor.encoder),
+        absolute=season.spark_factors(accessor.absolute_encoder),
+        external=season.spark_factors(external),
+        analog=season.spark_factors(accessor.analog_sensor),
+        is_centered=season.centered_spark_encoder(accessor.absolute_encoder, is_zero_centered(key)),
+        is_brushed=spark.get_motor_type() == rev.MotorType.BRUSHED,
+        wrap=season.spark_wrap(loop),
+        soft_forward=float(soft.get_forward_soft_limit()) if soft.get_forward_soft_limit_enabled() else None,
+        soft_reverse=float(soft.get_reverse_soft_limit()) if soft.get_reverse_soft_limit_enabled() else None,
         stops_forward=stops[0],
         stops_reverse=stops[1],
         slots=tuple(_gains(loop, slot) for slot in _SLOTS),
     )
 
 
-def _factors(encoder: Any) -> tuple[float, float]:
-    return float(encoder.getPositionConversionFactor()), float(encoder.getVelocityConversionFactor())
-
-
-def _wrap(loop: Any) -> tuple[float, float] | None:
-    if not loop.getPositionWrappingEnabled():
-        return None
-    return float(loop.getPositionWrappingMinInput()), float(loop.getPositionWrappingMaxInput())
-
-
 def _gains(loop: Any, slot: Any) -> SlotGains:
-    ahead, profile = loop.feedForward, loop.maxMotion
+    ahead, profile = loop.feed_forward, loop.max_motion
     return SlotGains(
-        p=float(loop.getP(slot)),
-        i=float(loop.getI(slot)),
-        d=float(loop.getD(slot)),
-        d_filter=float(loop.getDFilter(slot)),
-        i_zone=float(loop.getIZone(slot)),
-        i_most=float(loop.getMaxIAccumulation(slot)),
-        allowed_error=float(loop.getAllowedClosedLoopError(slot)),
-        least=float(loop.getMinOutput(slot)),
-        most=float(loop.getMaxOutput(slot)),
-        ks=float(ahead.getkS(slot)),
-        kv=float(ahead.getkV(slot)),
-        ka=float(ahead.getkA(slot)),
-        kg=float(ahead.getkG(slot)),
-        kcos=float(ahead.getkCos(slot)),
-        kcos_ratio=float(ahead.getkCosRatio(slot)),
+        p=float(loop.get_p(slot)),
+        i=float(loop.get_i(slot)),
+        d=float(loop.get_d(slot)),
+        d_filter=float(loop.get_d_filter(slot)),
+        i_zone=float(loop.get_i_zone(slot)),
+        i_most=float(loop.get_max_i_accumulation(slot)),
+        allowed_error=float(loop.get_allowed_closed_loop_error(slot)),
+        least=float(loop.get_min_output(slot)),
+        most=float(loop.get_max_output(slot)),
+        ks=float(ahead.getk_s(slot)),
+        kv=float(ahead.getk_v(slot)),
+        ka=float(ahead.getk_a(slot)),
+        kg=float(ahead.getk_g(slot)),
+        kcos=float(ahead.getk_cos(slot)),
+        kcos_ratio=float(ahead.getk_cos_ratio(slot)),
         motion=MotionLimits(
-            cruise=float(profile.getCruiseVelocity(slot)),
-            acceleration=float(profile.getMaxAcceleration(slot)),
-            allowed_error=float(profile.getAllowedProfileError(slot)),
+            cruise=float(profile.get_cruise_velocity(slot)),
+            acceleration=float(profile.get_max_acceleration(slot)),
+            allowed_error=float(profile.get_allowed_profile_error(slot)),
         ),
     )

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import rev
-from wpilib import DriverStation
-from wpilib.simulation import SimDeviceSim
-
+from simcore import season
 from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, Feedback, SparkConfiguration, SparkLoop
 
-__all__ = ["ANALOG_SPAN", "SparkPort"]
+rev = season.rev
+RobotState = season.wpilib.RobotState
+SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 
+__all__ = ["ANALOG_SPAN", "SparkPort"]
 
 ANALOG_SPAN = 3.3
 """Of the data port, for one turn of an absolute encoder on its analog pin [V]."""
@@ -31,8 +31,8 @@ class _Sensor:
 
     def __init__(self, name: str) -> None:
         self._device = SimDeviceSim(name)
-        self._position = self._device.getDouble("Position")
-        self._velocity = self._device.getDouble("Velocity")
+        self._position = self._device.get_double("Position")
+        self._velocity = self._device.get_double("Velocity")
 
     def _show(self, position: float, velocity: float) -> tuple[float, float]:
         self._position.set(position)
@@ -75,7 +75,7 @@ class _AnalogSensor(_Sensor):
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
         """Set turns and rate of its shaft; returns what robot code reads."""
         volts = (turns % 1.0) * ANALOG_SPAN
-        self._device.getDouble("Voltage").set(volts)
+        self._device.get_double("Voltage").set(volts)
         return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
@@ -102,20 +102,20 @@ class SparkPort:
 
     def __init__(self, device: Any, *, sign: float = 1.0) -> None:
         device = known_device(device)
-        name = f"{device.model} [{device.device_id}]"
+        name = season.spark_sim_name(device.hardware, device.model)
         self.device = device
         self.loop = SparkLoop()
         self._sign = sign
         sim = SimDeviceSim(name)
-        self._mode = sim.getInt("Control Mode")
-        self._slot = sim.getInt("Closed Loop Slot")
-        self._units = sim.getInt("ArbFF Units")
-        self._setpoint, self._feed_forward = sim.getDouble("Setpoint"), sim.getDouble("Arbitrary Feedforward")
-        self._output, self._current = sim.getDouble("Applied Output"), sim.getDouble("Motor Current")
-        self._bus, self._shown_position = sim.getDouble("Bus Voltage"), sim.getDouble("Position")
-        self._shown_velocity = sim.getDouble("Velocity")
-        self._forward = SimDeviceSim(f"{name} LIMIT SWITCH (FORWARD)").getBoolean("Is Pressed")
-        self._reverse = SimDeviceSim(f"{name} LIMIT SWITCH (REVERSE)").getBoolean("Is Pressed")
+        self._mode = sim.get_int("Control Mode")
+        self._slot = sim.get_int("Closed Loop Slot")
+        self._units = sim.get_int("ArbFF Units")
+        self._setpoint, self._feed_forward = sim.get_double("Setpoint"), sim.get_double("Arbitrary Feedforward")
+        self._output, self._current = sim.get_double("Applied Output"), sim.get_double("Motor Current")
+        self._bus, self._shown_position = sim.get_double("Bus Voltage"), sim.get_double("Position")
+        self._shown_velocity = sim.get_double("Velocity")
+        self._forward = SimDeviceSim(f"{name} LIMIT SWITCH (FORWARD)").get_boolean("Is Pressed")
+        self._reverse = SimDeviceSim(f"{name} LIMIT SWITCH (REVERSE)").get_boolean("Is Pressed")
         external = "ALTERNATE" if device.model == "SPARK MAX" else "EXTERNAL"
         self._primary = _Encoder(f"{name} RELATIVE ENCODER")
         self._absolute = _AbsoluteEncoder(f"{name} ABSOLUTE ENCODER")
@@ -148,7 +148,7 @@ class SparkPort:
     def run(self, loops: int) -> None:
         """Let its control loop run for so many milliseconds."""
         self.configure()
-        if not DriverStation.isEnabled():
+        if not RobotState.is_enabled():
             self.loop.rest()
             return
         command = Command(
@@ -238,16 +238,17 @@ def _answer_from_loops() -> None:
     """Let closed-loop controllers read their state from here: SimDevices have no values for it."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
-        ("isAtSetpoint", lambda loop: loop.is_at_setpoint),
-        ("getIAccum", lambda loop: loop.integral),
-        ("getMAXMotionSetpointPosition", lambda loop: loop.profile_position),
-        ("getMAXMotionSetpointVelocity", lambda loop: loop.profile_velocity),
+        ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
+        ("get_i_accum", lambda loop: loop.integral),
+        ("get_max_motion_setpoint_position", lambda loop: loop.profile_position),
+        ("get_max_motion_setpoint_velocity", lambda loop: loop.profile_velocity),
     ):
+        name = season.own_name(cls, name, season.camel_case(name).replace("MaxMotion", "MAXMotion"))
         original = getattr(cls, name)
 
         def answer(self: Any, original: Any = original, read: Any = read) -> Any:
             loop = _loop_of(self)
-            return original(self) if loop is None else read(loop)
+            return original(self) if loop is None else season.spark_answer(lambda: original(self), read(loop))
 
         setattr(cls, name, answer)
 

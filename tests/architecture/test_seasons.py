@@ -69,7 +69,7 @@ def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, senten
     assert sentence in said and bool(said) == bool(sentence) and said.count("\n") == 0
 
 
-BEFORE_2027 = {"revlib", "navx", "phoenix5", "photonvision", "upgrade_2027"}
+BEFORE_2027 = {"navx", "phoenix5", "photonvision", "upgrade_2027"}
 """Packages of makers whose libraries keep their names or have no release of 2027, and the tool that knows both."""
 GONE_IN_2027 = {
     "simcore/robotpy/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
