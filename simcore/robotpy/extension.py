@@ -33,12 +33,13 @@ _PROGRAM = "robotpy sim"
 _COMMANDS = ("PyFrcSim", "RobotSim")
 """What `robotpy sim` is: of pyfrc, and since 2027 of WPILib."""
 _chosen: dict[str, str] = {}
+"""What the flags say."""
 _FLAGS = {
     "--game": "the game to play, where several are installed",
     "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
     "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
 }
-"""What the flags `--game` and `--engine` say."""
+"""Beside `--simcore`, each with a value, and what it chooses."""
 
 
 def loadExtension() -> None:
