@@ -121,3 +121,21 @@ def test_a_player_gets_off_the_fuel_under_its_robot(under):
         match.play(0.5)
         assert not player.is_beached and match.time < 4.0
         assert robot.chassis.pos[2] < 0.01, "all wheels stand on the carpet"
+
+
+@pytest.mark.parametrize(
+    ("opponent", "at", "seconds", "rule"),
+    [
+        ("collector:3", 0.0, 22.0, "G403"),  # it stays on its side of the center line as long as auto lasts
+        ("climber:3", MATCH.duration - 16.0, 15.5, "G420"),  # it leaves alone who is at the tower in the end game
+    ],
+)
+def test_a_defender_commits_no_foul_of_its_role(opponent, at, seconds, rule):
+    with match_of({"blue": opponent, "red": "defender:4"}, at=at) as match:
+        match.play(seconds)
+        assert [foul for foul in match.tracker.fouls if foul.rule == rule] == []
+        x, _, _ = match.robots[1].chassis.pose
+        if rule == "G403":
+            assert x > 0.5 * REBUILT.field.size[0]
+        else:
+            assert x < 0.75 * REBUILT.field.size[0], "it has come to defend"
