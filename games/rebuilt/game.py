@@ -40,6 +40,10 @@ REBUILT = Game(
     robots=_STAGING.robots,
     autos=AUTOS,
     roles=ROLES,
+    practice_matches={
+        "practice-2v2": ("collector", "collector,defender"),
+        "practice-3v3": ("collector,shuttle", "collector,collector,defender"),
+    },
     options=(
         GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exit", in_matches=True),
         GameOption(name=HUMAN_PLAYERS, help="human players feed and throw the outposts' fuel", in_matches=True),

@@ -366,6 +366,8 @@ class Game:
     """By name; the first is the one that is played if none is named."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """What scripted players do, by name."""
+    practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
+    """Whole matches for somebody's robot code, by name: its partners and its opponents, as line-ups are typed."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
     """The field as the options that are on make it; None: they change nothing of it."""

@@ -1,9 +1,8 @@
 """The opening that shots fall through: its rim, the boards behind it that send them back in, and what is within it.
 
-A shot goes in if it comes through the opening, stays clear of the rim all along, and does not bounce out again; where
-a zone counts falling pieces alone, it comes down.
-Boards and walls send it back by the law of all impacts here. Only the edge under a board may be touched: what comes
-so far falls in along the board. A shot that touches the rim elsewhere may still drop in, and does not count.
+A shot goes in if it comes through the opening and does not bounce out again; where a zone counts falling pieces alone,
+it comes down. Boards, walls and the rim's edges send it back by the law of all impacts here; the edge under a board
+does not: what comes so far falls in along the board.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
-from simcore.geometry.zones import Zone, line_distance
-from simcore.physics.contact_law import TerrainSurface, hit_surface, pair_friction, pair_restitution
+from simcore.geometry.zones import Zone
+from simcore.physics.contact_law import WALL, TerrainSurface, hit_surface, pair_friction, pair_restitution
 from simcore.pieces.flight import FlightState, crossing
 from simcore.quantities import ANGLE, FIELD_PLACE, require, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -84,6 +83,11 @@ class ShotOpening:
         return [edge for number, edge in enumerate(edges) if number not in boarded]
 
     @property
+    def rim_surface(self) -> TerrainSurface:
+        """That of its first wall, whose upper edge the rim is; of a wall where it has none."""
+        return self.walls[0].surface if self.walls else WALL
+
+    @property
     def reach(self) -> float:
         """Radius of the ball around its middle that holds rim, boards and walls [m]."""
         corners = [self.corners, *(panel.corners for panel in (*self.boards, *self.walls))]
@@ -101,6 +105,8 @@ class ShotOutcomes:
     goes_in: BoolArray
     by_board: BoolArray
     """Which of them touched a board on their way."""
+    by_rim: BoolArray
+    """Which of them touched the rim."""
     time: FloatArray
     """From the muzzle to the opening [s], NaN for those that do not come through its plane."""
     place: FloatArray
@@ -118,12 +124,64 @@ class _Face:
         self.restitution = pair_restitution(surface.restitution, panel.surface.restitution)
         self.friction = pair_friction(surface.friction, panel.surface.friction)
 
+    def shares(self, start: FloatArray, end: FloatArray, radius: FloatArray) -> FloatArray:
+        """Share of straight ways (n, 3) after which balls meet it, infinite for those that do not, shape (n,)."""
+        gap = (start - self.corners[0]) @ self.normal - radius
+        after = (end - self.corners[0]) @ self.normal - radius
+        due = (after < 0.0) & (after < gap) & (gap > -_SKIN)
+        share = np.where(due, np.maximum(gap, 0.0) / np.where(due, np.maximum(gap, 0.0) - after, 1.0), np.inf)
+        rows = np.nonzero(due)[0]
+        missed = rows[~_within(self.corners, start[rows] + share[rows, None] * (end - start)[rows])]
+        share[missed] = np.inf
+        return share
+
+    def normal_at(self, pos: FloatArray) -> FloatArray:
+        """Direction in which it pushes a ball at a place, shape (3,)."""
+        return self.normal
+
+
+class _Edge:
+    """An edge of the rim, sharp, as balls of one surface meet it."""
+
+    def __init__(self, edge: tuple[Vector, Vector], rim: TerrainSurface, surface: TerrainSurface) -> None:
+        self.start = np.array(edge[0])
+        line = np.array(edge[1]) - self.start
+        self.length = float(np.linalg.norm(line))
+        self.along = line / self.length
+        self.restitution = pair_restitution(surface.restitution, rim.restitution)
+        self.friction = pair_friction(surface.friction, rim.friction)
+
+    def shares(self, start: FloatArray, end: FloatArray, radius: FloatArray) -> FloatArray:
+        """As `_Face.shares`: where the way comes as near to the edge's line as the radius."""
+        away, move = self._across(start - self.start), self._across(end - start)
+        a, b = np.einsum("ij,ij->i", move, move), np.einsum("ij,ij->i", away, move)
+        c = np.einsum("ij,ij->i", away, away) - np.square(radius)
+        root = np.square(b) - a * c
+        meets = (b < 0.0) & (root > 0.0)
+        share = np.where(meets, np.maximum(-b - np.sqrt(np.maximum(root, 0.0)), 0.0) / np.where(meets, a, 1.0), np.inf)
+        share[share >= 1.0] = np.inf
+        rows = np.nonzero(np.isfinite(share))[0]
+        there = (start[rows] + share[rows, None] * (end - start)[rows] - self.start) @ self.along
+        share[rows[(there < 0.0) | (there > self.length)]] = np.inf
+        return share
+
+    def normal_at(self, pos: FloatArray) -> FloatArray:
+        """Direction in which it pushes a ball at a place, shape (3,)."""
+        away = self._across(pos - self.start)
+        unit: FloatArray = away / np.linalg.norm(away)
+        return unit
+
+    def _across(self, ways: FloatArray) -> FloatArray:
+        """What of ways (..., 3) is at right angles to the edge."""
+        across: FloatArray = ways - (ways @ self.along)[..., None] * self.along
+        return across
+
 
 def fly_to_opening(
     shots: FlightState, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, downward: bool = True,
     gravity: float = GRAVITY,
 ) -> ShotOutcomes:  # fmt: skip
-    """Fly shots until they are in, past the opening, or on its rim.
+    """Fly shots until they are in, or past the opening.
 
     Args:
         shots: From their muzzles on.
@@ -135,12 +193,14 @@ def fly_to_opening(
     """
     n = len(shots)
     found = ShotOutcomes(
-        goes_in=np.zeros(n, dtype=bool), by_board=np.zeros(n, dtype=bool), time=np.full(n, np.nan),
-        place=np.full((n, 3), np.nan), vel=np.full((n, 3), np.nan),
+        goes_in=np.zeros(n, dtype=bool), by_board=np.zeros(n, dtype=bool), by_rim=np.zeros(n, dtype=bool),
+        time=np.full(n, np.nan), place=np.full((n, 3), np.nan), vel=np.full((n, 3), np.nan),
     )  # fmt: skip
-    middle, inward, rim, reach = opening.middle, opening.inward, opening.bare_rim, opening.reach
+    middle, inward, reach = opening.middle, opening.inward, opening.reach
     lowest = min(z for _, _, z in opening.corners)
-    faces = [_Face(panel, surface, middle) for panel in (*opening.boards, *opening.walls)]
+    parts: list[_Face | _Edge] = [_Face(panel, surface, middle) for panel in (*opening.boards, *opening.walls)]
+    first_edge = len(parts)
+    parts += [_Edge(edge, opening.rim_surface, surface) for edge in opening.bare_rim]
     row: IntArray = np.arange(n)
     flying, is_within = shots, np.zeros(n, dtype=bool)
     for tick in range(_LONGEST):
@@ -152,17 +212,17 @@ def fly_to_opening(
         way = np.linalg.norm(flying.pos - start, axis=1)
         near = np.nonzero(np.linalg.norm(flying.pos - middle, axis=1) < reach + flying.radius + way)[0]
         if len(near):
-            found.by_board[row[_bounce(flying, near, before, faces, len(opening.boards), gravity)]] = True
-            for a, b in rim:
-                touches[near] |= line_distance(start[near], flying.pos[near], a, b) < flying.radius[near]
+            hit, part = _bounce(flying, near, before, parts, gravity)
+            found.by_board[row[hit[part < len(opening.boards)]]] = True
+            found.by_rim[row[hit[part >= first_edge]]] = True
         pos, vel = flying.pos, flying.vel
-        share = crossing(start, pos, middle, inward)
-        passes: BoolArray = np.isfinite(share)
+        passed_at = crossing(start, pos, middle, inward)
+        passes: BoolArray = np.isfinite(passed_at)
         if passes.any():
-            part, there = share[passes, None], row[passes]
-            found.place[there] = start[passes] + part * (pos - start)[passes]
-            found.vel[there] = before.vel[passes] + part * (vel - before.vel)[passes]
-            found.time[there] = TICK * (tick + share[passes])
+            share, there = passed_at[passes, None], row[passes]
+            found.place[there] = start[passes] + share * (pos - start)[passes]
+            found.vel[there] = before.vel[passes] + share * (vel - before.vel)[passes]
+            found.time[there] = TICK * (tick + passed_at[passes])
             touches[passes] |= ~opening.holds(found.place[there]) | (downward & (vel[passes, 2] >= 0.0))
         comes_out = np.isfinite(crossing(start, pos, middle, -inward))
         if comes_out.any():  # what has never been in has come through a wall from below
@@ -183,43 +243,41 @@ def fly_to_opening(
 
 
 def _bounce(
-    flying: FlightState, rows: IntArray, before: FlightState, faces: list[_Face], boards: int, gravity: float
-) -> IntArray:
-    """Play the impacts of a tick on panels, of which the first are boards, and give the rows that met a board.
+    flying: FlightState, rows: IntArray, before: FlightState, parts: list[_Face | _Edge], gravity: float
+) -> tuple[IntArray, IntArray]:
+    """Play the impacts of a tick; gives the row and the number of the part of each.
 
     `flying` is what all are at the end of the tick if nothing is met, changed where something is of the rows that may;
     `before` is what they are as it begins.
     """
     flying.spin = flying.spin.copy()  # `before` keeps its own
-    now, left, on_board = before.only(rows), np.full(len(rows), TICK), rows[:0]
+    now, left = before.only(rows), np.full(len(rows), TICK)
+    hit_rows, hit_parts = [rows[:0]], [rows[:0]]
     for _ in range(_MOST_IMPACTS):
         first, which = np.full(len(rows), np.inf), np.full(len(rows), -1)
-        for number, face in enumerate(faces):
-            gap = (now.pos - face.corners[0]) @ face.normal - now.radius
-            after = (flying.pos[rows] - face.corners[0]) @ face.normal - now.radius
-            due = (after < 0.0) & (after < gap) & (gap > -_SKIN)
-            share = np.where(due, np.maximum(gap, 0.0) / np.where(due, np.maximum(gap, 0.0) - after, 1.0), np.inf)
-            earlier = np.nonzero(share < first)[0]
-            at = now.pos[earlier] + share[earlier, None] * (flying.pos[rows[earlier]] - now.pos[earlier])
-            earlier = earlier[_within(face.corners, at)]
+        for number, part in enumerate(parts):
+            share = part.shares(now.pos, flying.pos[rows], now.radius)
+            earlier = share < first
             first[earlier], which[earlier] = share[earlier], number
         hit = np.nonzero(which >= 0)[0]
         if not len(hit):
-            return on_board
+            return np.concatenate(hit_rows), np.concatenate(hit_parts)
         rows, first, left, which = rows[hit], first[hit], left[hit], which[hit]
         now = now.only(hit).advanced((first * left)[:, None], gravity=gravity)
-        for k, face in enumerate(faces[number] for number in which.tolist()):
-            (vx, vy, vz), (wx, wy, wz), (x, y, z) = now.vel[k].tolist(), now.spin[k].tolist(), face.normal.tolist()
+        for k, part in enumerate(parts[number] for number in which.tolist()):
+            (vx, vy, vz), (wx, wy, wz) = now.vel[k].tolist(), now.spin[k].tolist()
+            x, y, z = part.normal_at(now.pos[k]).tolist()
             now.vel[k], now.spin[k] = hit_surface(
                 (vx, vy, vz), (wx, wy, wz), (x, y, z), radius=float(now.radius[k]),
-                restitution=face.restitution, friction=face.friction,
+                restitution=part.restitution, friction=part.friction,
             )  # fmt: skip
-        on_board = np.append(on_board, rows[which < boards])
+        hit_rows.append(rows)
+        hit_parts.append(which)
         left = left * (1.0 - first)
         after_hit = now.advanced(left[:, None], gravity=gravity)
         flying.pos[rows], flying.vel[rows], flying.spin[rows] = after_hit.pos, after_hit.vel, now.spin
     flying.pos[rows], flying.vel[rows] = now.pos, now.vel  # it lies on a panel: what is left of the tick it stays there
-    return on_board
+    return np.concatenate(hit_rows), np.concatenate(hit_parts)
 
 
 def _normal(corners: tuple[Vector, ...]) -> FloatArray:

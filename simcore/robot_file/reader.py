@@ -45,6 +45,7 @@ TOP = KeyTable("at the top", "of the whole file", (
     Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, of field_size = [16.0, 8.0]', "name"),
     Key("field_size", (_FIELD, _FIELD), None, f'of game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
     Key("engine", tuple(ENGINES), None, "of physics; left out: bullet where it is installed", "mujoco"),
+    Key("match", str, None, "whole, with scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
     Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (

@@ -28,7 +28,7 @@ from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
-from simcore.robot_file.further_robots import FurtherRobot, add_controllers
+from simcore.robot_file.further_robots import FurtherRobot, add_controllers, players_beside
 from simcore.robot_file.sensor_tables import BeamBreakSettings, RangeSettings, SensorSettings
 from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import TelemetrySink
@@ -117,6 +117,8 @@ class RobotSettings:
     """Length and width of the empty field [m]; None: that of `Game.bare`."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
+    match: str | None = None
+    """A whole match that it plays, as `players_beside` reads it; None: it practises, and every piece counts."""
     tags: str | None = None
     """Name of the AprilTag layout; None: the game's."""
     scatter: Scatter | None = None
@@ -262,6 +264,7 @@ def practice_match(
     drivetrain: SwerveConfig | TankConfig | MecanumConfig,
     *,
     engine: str | None = None,
+    whole: str | None = None,
     seed: int = 0,
     scatter: Scatter | None = None,
     vary: Callable[[RobotConfig], RobotConfig] | None = None,
@@ -270,11 +273,14 @@ def practice_match(
 ) -> Match:
     """A match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
 
+    A whole match has scripted players too, its rules say what counts, and the game's options of matches are on.
+
     Args:
         game: What is played.
         settings: The robot's.
         drivetrain: The robot's.
         engine: Name of the physics engine; None: that of the settings.
+        whole: Which whole match, as `players_beside` reads it; None: as the settings say.
         seed: Of everything left to chance.
         scatter: By how much things differ from run to run; None: as the settings say.
         vary: Makes another robot of the one that is described; None: it stays.
@@ -293,25 +299,28 @@ def practice_match(
     most = min(game.preload, config.storage.capacity)
     if settings.preload > most:
         raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
+    whole = whole or settings.match
+    further = (*settings.further_robots, *(() if whole is None else players_beside(game, whole)))
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
     try:
         match = Match(
             game,
-            robots=(entry, *(one.entry(game) for one in settings.further_robots)),
+            robots=(entry, *(one.entry(game) for one in further)),
             seed=seed,
             scatter=settings.scatter if scatter is None else scatter,
-            practice=True,
+            options=[option.name for option in game.options if option.in_matches and whole is not None],
+            practice=whole is None,
             sinks=sinks,
             network=network,
             engine=engine or settings.engine,
             tags=settings.tags,
         )
     except StartError as error:
-        others = [f"[[{one.role}]] {one.name!r}" for one in settings.further_robots]
+        others = [f"[[{one.role}]] {one.name!r}" for one in further]
         whose = ["[start]", *others][error.number]
         raise _start_refused(whose, error) from error
     try:
-        add_controllers(match, settings.further_robots)
+        add_controllers(match, further)
         for name, pose in settings.auto_starts.items():
             _require_auto_start(match, name, pose)
     except BaseException:

@@ -92,7 +92,7 @@ def template(
         SCATTER.example(only=("scale",)),
         *(_mechanisms(motors), _kinds()),
         *(table.example() for table in (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)),
-        FURTHER_ROBOT.example(without=("auto", "script")),  # one of three
+        FURTHER_ROBOT.example(without=("auto", "script", "log")),  # one of four
         *_cameras(cameras),
         *_sensors(ports),
     ]  # fmt: skip

@@ -59,6 +59,8 @@ class AttachedPhysics(RobotPhysics):
     """As the flag `--game` says; None: it was not given."""
     engine_name: ClassVar[str | None] = None
     """As the flag `--engine` says; None: it was not given."""
+    match_name: ClassVar[str | None] = None
+    """As the flag `--match` says; None: it was not given."""
     is_on_network: ClassVar[bool | None] = None
     """Whether `robotpy sim` has the ports to itself; None: it is not `robotpy sim`."""
     ownership: ClassVar[Ownership]
@@ -83,6 +85,7 @@ class AttachedPhysics(RobotPhysics):
             *(variation.game(game), settings, config),
             vary=variation.robot,
             engine=self.engine_name,
+            whole=self.match_name,
             seed=variation.seed,
             scatter=variation.scatter,
             sinks=sinks,

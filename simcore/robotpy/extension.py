@@ -33,7 +33,13 @@ _PROGRAM = "robotpy sim"
 _COMMANDS = ("PyFrcSim", "RobotSim")
 """What `robotpy sim` is: of pyfrc, and since 2027 of WPILib."""
 _chosen: dict[str, str] = {}
-"""What the flags `--game` and `--engine` say."""
+"""What the flags say."""
+_FLAGS = {
+    "--game": "the game to play, where several are installed",
+    "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
+    "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
+}
+"""Beside `--simcore`, each with a value, and what it chooses."""
 
 
 def loadExtension() -> None:
@@ -187,7 +193,7 @@ class _Choose(argparse.Action):
 
 
 def _add_flags() -> None:
-    """Add `--game NAME` and `--engine NAME` beside `--simcore`.
+    """Add `--game NAME`, `--engine NAME` and `--match NAME` beside `--simcore`.
 
     pyfrc makes a flag without a value of each extension, and nothing more, while it loads them. So the parser is taken
     from the caller that imports this module for that purpose.
@@ -196,18 +202,8 @@ def _add_flags() -> None:
     while frame is not None:
         command, parser = (frame.f_locals.get(name) for name in ("self", "parser"))
         if type(command).__name__ in _COMMANDS and isinstance(parser, argparse.ArgumentParser):
-            parser.add_argument(
-                "--game",
-                metavar="NAME",
-                action=_Choose,
-                help="with --simcore: the game to play, where several are installed",
-            )
-            parser.add_argument(
-                "--engine",
-                metavar="NAME",
-                action=_Choose,
-                help="with --simcore: the physics engine, bullet or mujoco (default: bullet where it is installed)",
-            )
+            for flag, sentence in _FLAGS.items():
+                parser.add_argument(flag, metavar="NAME", action=_Choose, help=f"with --simcore: {sentence}")
             prepare_window(command)
             _run_guarded(command)
             _watch_program()

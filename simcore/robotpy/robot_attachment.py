@@ -14,6 +14,7 @@ from simcore.devices.found_drivetrain import DrivetrainNotFoundError
 from simcore.match.registry import find_game
 from simcore.photonvision.photon_program import photon_program
 from simcore.physics.engine_choice import choose_engine
+from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.attached_physics import AttachedPhysics
@@ -30,21 +31,24 @@ NETWORKTABLES = 5810
 """Port of the NT4 server."""
 
 
-def choose(folder: Path, *, game: str | None = None, engine: str | None = None) -> None:
+def choose(folder: Path, *, game: str | None = None, engine: str | None = None, match: str | None = None) -> None:
     """Set what is played on which engine, and refuse what cannot start before anything has started.
 
     Args:
         folder: Where robot.py is.
         game: As the flag `--game` says.
         engine: As the flag `--engine` says.
+        match: As the flag `--match` says.
 
     Raises:
         SimcoreError: simcore.toml makes no sense, or a game or an engine is not there.
     """
     settings = read_settings(folder / FILE_NAME)
-    find_game(game or settings.game, say=str)  # said when it is played
+    found = find_game(game or settings.game, say=str)  # said when it is played
+    if match is not None:
+        players_beside(found, match)
     choose_engine(engine or settings.engine)
-    AttachedPhysics.game_name, AttachedPhysics.engine_name = game, engine
+    AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
 
 
 def attach_physics(

@@ -15,6 +15,7 @@ from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
 from simcore.pieces.flight import free_shares, path
 from simcore.pieces.pool import PieceStatus
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK, degrees
@@ -27,6 +28,7 @@ _DEVIATIONS = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0,
 """Of the shots whose way must be free: up and aside, in standard deviations."""
 _ROOM = 0.02
 """Added to a piece's radius where its way must be free [m]: one that grazes a bar by 5 mm goes elsewhere."""
+_LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots otherwise
 _LONGEST = 300  # ticks of a shot
 _MOST_WAITS = 20  # ticks until a shot must have left
 
@@ -71,7 +73,7 @@ class PracticeField:
     def stands(self, wanted: Stand) -> list[Stand]:
         """Where the robot can stand at a distance and look at the target, the most straight on first.
 
-        Up to 90 degrees to either side of where a shot comes straight at the opening.
+        Level, on the carpet, up to 90 degrees to either side of where a shot comes straight at the opening.
         """
         found = []
         for number in range(round(_FARTHEST_TURN / _TURN) + 1):
@@ -79,12 +81,30 @@ class PracticeField:
                 stand = wanted._replace(bearing=self.task.opening.approach + side * number * _TURN)
                 with contextlib.suppress(StartError):
                     self._carry(stand, stand.bearing)
-                    found.append(stand)
+                    chassis = self._robot.chassis
+                    if abs(chassis.pos[2]) < _LEVEL and math.hypot(*chassis.roll_pitch_yaw[:2]) < _LEVEL:
+                        found.append(stand)
         return found
 
     def _carry(self, stand: Stand, yaw: float) -> None:
         x, y = stand.place(self.task.opening.middle)
         self._match.carry_to(0, (x, y, yaw - self.task.shooter.launch.heading))
+
+    def _send_off(self, stand: Stand, yaw: float) -> None:
+        """Let the robot drive at the stand's velocity, so that it comes by its place in half a tick."""
+        heading, chassis = yaw - self.task.shooter.launch.heading, self._robot.chassis
+        vx, vy, _ = stand.velocity.tolist()
+        drive = self._robot.drive
+        if isinstance(drive, TankDrive) or not (vx or vy):
+            return
+        c, s = math.cos(heading), math.sin(heading)
+        along, across = c * vx + s * vy, c * vy - s * vx
+        x, y, z = chassis.pos
+        self._match.world.set_pose(chassis.row, (x - 0.5 * TICK * vx, y - 0.5 * TICK * vy, z), chassis.quat)
+        self._match.world.set_velocity(chassis.row, (vx, vy, 0.0))
+        chassis.read()
+        drive.reset(vx=along, vy=across)
+        drive.set_chassis_speeds(along, across, 0.0)
 
     def is_way_free(self, stand: Stand, elevation: float, speed: float, scatter: Scatter) -> bool:
         """Whether nothing is in the way of shots from any barrel, until they are over the opening.
@@ -121,7 +141,7 @@ class PracticeField:
     # --- real shots -------------------------------------------------------------------------------------------------
 
     def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> RealShot | None:
-        """Let the robot shoot once from a stand, at rest, turned beyond the aim [rad]; None if the piece has not left.
+        """Let the robot shoot once from a stand, turned beyond the aim [rad]; None if the piece has not left.
 
         Wheels and hood are where elevation [rad] and speed [m/s] have them as the gate opens; the rest is the match's.
         """
@@ -135,6 +155,7 @@ class PracticeField:
         storage.discard(slot)
         storage.add([slot])
         shots = len(match.record.shots)
+        self._send_off(stand, float(yaw[0]) + turn)
         for _ in range(_MOST_WAITS):
             self._set(elevation, speed)
             match.tick()

@@ -33,8 +33,9 @@ _MOST = 16  # panels
 def _values(row: ShotTableRow, check: Check | None = None) -> dict[str, Any]:
     """A row by the names of its columns, unit and all; None for what there is not."""
     stand = row.stand
-    numbers = {
+    numbers: dict[str, Any] = {
         "bearing_deg": math.degrees(stand.bearing),
+        "bearings_deg": " ".join(f"{bearing:.0f}" for bearing in sorted(math.degrees(b) for b, _ in row.bearings)),
         "elevation_deg": math.degrees(row.elevation),
         "hood_turns": None if row.hood is None else row.hood / math.tau,
         "speed_mps": row.speed,
@@ -58,7 +59,7 @@ def _values(row: ShotTableRow, check: Check | None = None) -> dict[str, Any]:
         "problem": row.problem,
     }
     for name, number in numbers.items():
-        is_there = row.is_feasible and number is not None and math.isfinite(number)
+        is_there = row.is_feasible and number is not None and (isinstance(number, str) or math.isfinite(number))
         values[name] = (round(number, 4) if isinstance(number, float) else number) if is_there else None
     values["check_holds"] = check and check.holds
     return values

@@ -32,8 +32,9 @@ _ENOUGH = 6.0  # standard deviations; more is worth nothing: one shot in 10^9 is
 _LITTLE = 0.01  # what more than enough is worth
 _DEAR = degrees(20.0)
 _FINE_SPEED, _FINE_ELEVATION, _FINE_REACH = 0.001, degrees(0.05), degrees(25.0)
-_CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
-"""Of a row's shares: powers of 2, as Sobol's sequence wants."""
+_CLAIM_SHOTS, _BETWEEN_SHOTS = 1024, 512
+"""Of a row's shares, from each bearing: powers of 2, as Sobol's sequence wants."""
+_APART = degrees(14.9)  # at least, bearings for which a row's share is worked out
 _CHOICE_SHOTS = 256  # of each elevation, among which a row's shot is chosen
 _KEPT = 0.9  # half way between two rows at least this part of the worse of their shares goes in; else there is a gap
 _LEAST = 0.1  # standard deviations that count for a shot that goes in at all
@@ -166,12 +167,20 @@ class ShotTableRow:
     """Flattest and steepest that go in at this speed [rad]."""
     margin: float = math.nan
     """To the nearest shot that does not go in, in standard deviations of the scatter [-]."""
+    bearings: tuple[tuple[float, Share], ...] = ()
+    """Bearings, the row's own first, at which the robot can stand and the shot's way is free [rad], 15 deg or more
+    apart, and the share that goes in from each."""
     share: Share | None = None
-    """Of scattered shots that go in."""
+    """Of scattered shots that go in, from where fewest do."""
     between: Share | None = None
     """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
     is_gap: bool = False
     """Whether clearly fewer go in there than from both ends."""
+
+    @property
+    def worst_stand(self) -> Stand:
+        """The stand at the bearing from which fewest go in."""
+        return self.stand._replace(bearing=min(self.bearings, key=lambda one: one[1].value)[0])
 
     @property
     def is_feasible(self) -> bool:
@@ -218,10 +227,10 @@ def make_table(
             places = [_place(task, practice, Stand(away, 0.0, along, across), spread) for away in aways]
             before: ShotTableRow | None = None
             for place, number in zip(places, _choose(places), strict=True):
-                row = _row(task, place, number, spread, seed)
+                row = _row(task, practice, place, number, spread, seed)
                 if before is not None and before.share is not None and row.share is not None:
                     middle = 0.5 * (before.elevation + row.elevation), 0.5 * (before.speed + row.speed)
-                    stand = before.stand._replace(distance=0.5 * (before.stand.distance + row.stand.distance))
+                    stand = before.worst_stand._replace(distance=0.5 * (before.stand.distance + row.stand.distance))
                     between = task.share(stand, *middle, _draws(spread, seed, _BETWEEN_SHOTS))
                     is_gap = between.value < _KEPT * min(before.share.value, row.share.value)
                     rows[-1] = replace(before, between=between, is_gap=is_gap)
@@ -311,7 +320,9 @@ def _choose(places: Sequence[_Place]) -> list[int]:
     return chosen
 
 
-def _row(task: ShotTask, place: _Place, number: int, scatter: Scatter, seed: int) -> ShotTableRow:
+def _row(
+    task: ShotTask, practice: PracticeField, place: _Place, number: int, scatter: Scatter, seed: int
+) -> ShotTableRow:
     """The row of a place's shot, or of why there is none."""
     band, stand = place.band, place.stand
     if band is None or place.problem:
@@ -322,12 +333,19 @@ def _row(task: ShotTask, place: _Place, number: int, scatter: Scatter, seed: int
     seen = task.fly(task.rows(stand, *aim, yaw))
     vx, vy, vz = seen.vel[0].tolist()
     speeds, elevations = band.limits(elevation, speed)
+    draws = _draws(scatter, seed, _CLAIM_SHOTS)
+    some = [stand]
+    for one in [] if task.boards else practice.stands(stand):
+        is_apart = all(abs(wrap_angle(one.bearing - other.bearing)) > _APART for other in some)
+        if is_apart and practice.is_way_free(one, elevation, speed, scatter):
+            some.append(one)
+    bearings = tuple((one.bearing, task.share(one, elevation, speed, draws)) for one in some)
     return ShotTableRow(
         stand=stand, band=band, elevation=elevation, hood=task.hood_for(elevation), speed=speed,
         wheel_speed=task.shooter.wheel_speed_for(speed), lead=wrap_angle(float(yaw[0]) - stand.bearing),
         time_of_flight=float(seen.time[0]), entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
         by_board=bool(seen.by_board[0]), speeds=speeds, elevations=elevations, margin=float(place.margins[number]),
-        share=task.share(stand, elevation, speed, _draws(scatter, seed, _CLAIM_SHOTS)),
+        bearings=bearings, share=min((share for _, share in bearings), key=lambda share: share.value),
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.flight import FlightState
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Aim, muzzle_offset, to_field
-from simcore.pieces.shot_opening import ShotOutcomes, fly_to_opening
+from simcore.pieces.shot_opening import ShotOpening, ShotOutcomes, fly_to_opening
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -110,7 +110,8 @@ class ShotTask:
         target: Name of a zone; None: the first of the alliance.
         alliance: Whose zones.
         shooter: Number of the shooter, from 0.
-        boards: Whether shots off a board count; they go in from the direction alone for which they were worked out.
+        boards: Whether shots off a board may be meant; they go in from the direction alone for which they were worked
+            out.
 
     Raises:
         ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
@@ -136,7 +137,9 @@ class ShotTask:
         self.zone = self._zone(target, alliance)
         opening = self.zone.opening
         assert opening is not None
-        self.opening = opening if boards else replace(opening, boards=())
+        self.opening = opening
+        self.boards = boards
+        self._meant = opening if boards else replace(opening, boards=())
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -250,13 +253,21 @@ class ShotTask:
         return FlightState(pos=pos, vel=vel, spin=spin, radius=radius, air=factors)
 
     def fly(self, rows: FlightState) -> ShotOutcomes:
-        """What becomes of shots."""
-        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, downward=self.zone.downward)
+        """What becomes of shots, by rim, boards and walls."""
+        return self._fly(rows, self.opening)
+
+    def _fly(self, rows: FlightState, opening: ShotOpening) -> ShotOutcomes:
+        return fly_to_opening(rows, opening, self.zone.zone, self.kind.surface, downward=self.zone.downward)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
         """Whether shots go in: of each of m that are meant n, as many from each barrel, shape (m, n).
 
-        `draws` is how n shots of each differ from what was meant; None: one from every barrel, as meant.
+        Args:
+            stand: Where from.
+            elevation: [rad], shape (m,).
+            speed: Relative to the muzzle [m/s], shape (m,).
+            draws: How n shots of each differ from what was meant, whatever they touch on their way; None: one from
+                every barrel, as meant, which must stay clear of the rim, and of the boards unless these are meant.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
@@ -266,7 +277,12 @@ class ShotTask:
         each = ShotDraws(*(np.tile(part, len(good)) for part in d))
         result: BoolArray = np.zeros((len(yaw), n), dtype=bool)
         shots = self.rows(stand, up, fast, aside, np.tile(barrel, len(good)), each)
-        result[good] = self.fly(shots).goes_in.reshape(len(good), n)
+        if draws is None:
+            found = self._fly(shots, self._meant)
+            goes_in = found.goes_in & ~found.by_rim
+        else:
+            goes_in = self.fly(shots).goes_in
+        result[good] = goes_in.reshape(len(good), n)
         return result
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws, confidence: float = 0.95) -> Share:

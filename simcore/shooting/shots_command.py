@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     add("--check", type=_SHOTS, metavar="N", help="fly N scattered shots of each row, drawn anew")
     add("--real-shots", type=_REAL_SHOTS, metavar="N",
-        help="shoot N of each distance in a match, too, robot at rest")  # fmt: skip
+        help="shoot N of each row in a match, too, from its bearings in turn")  # fmt: skip
     add("--seed", type=_SEED, default=0, metavar="N", help="seed of the scattered shots")
     add_engine_option(parser)
     add("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import json
 import re
 import shlex
@@ -151,3 +152,18 @@ def test_documented_commands_run(here, page, whole):
     for line in lines if whole else lines[:1]:
         words = shlex.split(line)[1:]
         assert main([*words, *SMALL[words[0]]]) == 0
+
+
+def test_shares_hold_in_matches_at_all_bearings_standing_and_moving(whole):
+    """With `--whole` all cells of `scripts/shot_cells.py`, 200 real shots each; otherwise one, 40 shots."""
+    spec = importlib.util.spec_from_file_location("shot_cells", DOCS.parent / "scripts" / "shot_cells.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    if whole:
+        found = script.cells((2.0, 3.0, 4.0, 5.0, 6.0), 200)
+        assert len(found) >= 20
+    else:
+        found = script.cells((3.0,), 40, bearings=1, motions=script.MOTIONS[1:])
+        assert len(found) == 1
+    misses = [str(cell) for cell in found if not cell.holds]
+    assert 20 * len(misses) <= len(found), misses

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from games.rebuilt import REBUILT
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.registry import find_game, practice_field
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.robot_settings import practice_match
@@ -125,3 +125,23 @@ def test_a_mistake_is_named(play, text, said):
     with pytest.raises(ConfigError) as error:
         play(text)
     assert said in str(error.value)
+
+
+def test_a_whole_match_brings_its_players_and_its_rules(play):
+    match = play('game = "rebuilt"\nmatch = "practice-2v2"\n', seconds=0.1)
+    assert match.alliances == ["blue", "blue", "red", "red"] and not match.practice
+    assert match.options == {option.name for option in REBUILT.options if option.in_matches}
+    assert [len(robot.held) for robot in match.robots[1:]] == [8, 8, 8]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("practice-9v9", r"no match of rebuilt \(or PARTNERS/OPPONENTS\) named 'practice-9v9'.*'practice-2v2'"),
+        ("goalkeeper/idle", r"no role of rebuilt named 'goalkeeper'"),
+        ("idle,idle,idle/idle", r"an alliance of rebuilt has at most 3 robots, got 4"),
+    ],
+)
+def test_a_whole_match_that_cannot_be_is_refused(play, text, words):
+    with pytest.raises((ConfigError, UnknownNameError), match=words):
+        play(f'game = "rebuilt"\nmatch = "{text}"\n')
