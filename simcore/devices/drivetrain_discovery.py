@@ -13,7 +13,7 @@ from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrive
 from simcore.devices.makers import MakersDrivetrain, find_device, makers
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encoder, with_followers
-from simcore.devices.swerve_discovery import find_swerve, motor_measures, with_beliefs
+from simcore.devices.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 from simcore.errors import ConfigError
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
@@ -132,7 +132,13 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
     measures = dict(motor_measures("drive", wheels[0].motors[0]))
     if wheels[0].steer is not None:
         measures |= motor_measures("steer", wheels[0].steer)
-    return FoundDrivetrain(kind=table.kind, wheels=tuple(wheels), measures=measures, about=f"as {FILE_NAME} says")
+    return FoundDrivetrain(
+        kind=table.kind,
+        wheels=tuple(wheels),
+        measures=measures,
+        free_speed_volts=free_speed_volts(wheels[0]),
+        about=f"as {FILE_NAME} says",
+    )
 
 
 def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:

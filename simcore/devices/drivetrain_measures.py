@@ -48,13 +48,12 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
                 known[name] = measure
             elif not measure.is_guess and _differ(before.value, measure.value):
                 differences.append(f"{name} is {before} but {measure}")
-    for role in ("drive", "steer"):
-        volts = known.pop(f"{role}_free_speed_volts", None)
-        if volts is not None and volts.value < _WEAK:
-            differences.append(
-                f"{volts.source} has a feed-forward of velocity that gives {volts.value:.2g} V at the motor's free "
-                "speed, where 12 V are needed: it is in volts, not a share of full output"
-            )
+    differences += [
+        f"{volts.source} has a feed-forward of velocity that gives {volts.value:.2g} V at the motor's free "
+        "speed, where 12 V are needed: it is in volts, not a share of full output"
+        for volts in found.free_speed_volts
+        if volts.value < _WEAK
+    ]
     differences += _places_differ(found, projects)
     _fill_wheel(known, found, differences)
     if known.get("wheel_radius", Measure(0, "")).source == _IS_MAXSWERVE:

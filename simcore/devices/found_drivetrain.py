@@ -82,6 +82,8 @@ class FoundDrivetrain:
     gyro: BuiltDevice | None = None
     measures: Mapping[str, Measure] = field(default_factory=dict)
     """`drive_motor`, `drive_gearing`, `wheel_radius` [m], `steer_motor` ... and where each is from."""
+    free_speed_volts: tuple[Measure, ...] = ()
+    """What feed-forwards of velocity give at the free speed of their motors [V]."""
     differences: tuple[str, ...] = ()
     """Where the program, its settings and its file contradict one another; a sentence each."""
     about: str = ""

@@ -12,7 +12,7 @@ from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrive
 from simcore.devices.makers import device_of, maker_of, makers
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.recorder import Built, built
-from simcore.devices.swerve_discovery import motor_measures
+from simcore.devices.swerve_discovery import free_speed_volts, motor_measures
 from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
@@ -45,7 +45,13 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
     if width is not None:
         measures["trackwidth"] = Measure(width, "the program's kinematics")
     about = "DifferentialDrive" if drives else "names of motors"
-    return FoundDrivetrain(kind="tank", wheels=wheels, measures=measures, about=f"sides of {about}")
+    return FoundDrivetrain(
+        kind="tank",
+        wheels=wheels,
+        measures=measures,
+        free_speed_volts=free_speed_volts(wheels[0]),
+        about=f"sides of {about}",
+    )
 
 
 def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
@@ -74,7 +80,13 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
     if not kinematics:
         measures["places"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
-    return FoundDrivetrain(kind="mecanum", wheels=wheels, measures=measures, about="corners of MecanumDrive")
+    return FoundDrivetrain(
+        kind="mecanum",
+        wheels=wheels,
+        measures=measures,
+        free_speed_volts=free_speed_volts(wheels[0]),
+        about="corners of MecanumDrive",
+    )
 
 
 def _wheels(

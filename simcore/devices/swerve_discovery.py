@@ -15,7 +15,7 @@ from simcore.devices.recorder import built
 from simcore.robot.cots import MODULES
 from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["find_swerve", "motor_measures", "with_beliefs"]
+__all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
@@ -186,7 +186,8 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
         **_way(first, drive, beliefs[0]),
         **_turn(first, steer, beliefs[0]),
     }
-    return replace(found, wheels=wheels, measures={**measures, **found.measures})
+    more = free_speed_volts(first)
+    return replace(found, wheels=wheels, measures={**measures, **found.measures}, free_speed_volts=more)
 
 
 def _ports(wheel: FoundWheel) -> ModulePorts:
@@ -242,10 +243,15 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
     for name, limit in (("stator_limit", facts.stator_limit), ("supply_limit", facts.supply_limit)):
         if limit is not None:
             found[f"{role}_{name}"] = Measure(limit, f"configured in {device}")
-    if facts.free_speed_volts is not None:
-        found[f"{role}_free_speed_volts"] = Measure(facts.free_speed_volts, str(device))
     found[f"{role}_loop"] = Measure("controller" if facts.has_gains else "roboRIO", f"gains of {device}")
     return found
+
+
+def free_speed_volts(wheel: FoundWheel) -> tuple[Measure, ...]:
+    """See `FoundDrivetrain.free_speed_volts`; of one wheel's drive and steer motor."""
+    devices = (wheel.motors[0], *(() if wheel.steer is None else (wheel.steer,)))
+    said = [(maker_of(device).facts(device).free_speed_volts, str(device)) for device in devices]
+    return tuple(Measure(volts, source) for volts, source in said if volts is not None)
 
 
 def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
