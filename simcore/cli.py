@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import os
 import sys
@@ -33,7 +34,7 @@ COMMANDS = {
     "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
-    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
@@ -88,7 +89,10 @@ def _run(words: list[str], program: str) -> int:
         parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
     args, unknown = parser.parse_known_args(words)
     if unknown:
-        subparsers.choices.get(args.command, parser).error(f"unrecognized arguments: {' '.join(unknown)}")
+        asked = subparsers.choices.get(args.command, parser)
+        near = difflib.get_close_matches(unknown[0].partition("=")[0], asked.format_usage().split(), n=1)
+        hint = f". Did you mean {near[0].strip('[]')}?" if near and near[0].startswith("[-") else ""
+        asked.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     if args.command is None:
         parser.print_help()
         return 0

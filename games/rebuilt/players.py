@@ -26,8 +26,7 @@ __all__ = ["ROLES"]
 
 _HUB_X, _HUB_Y = dim.HUB_CENTER
 _FLIGHT = 1.3  # [s] from the muzzle to the hub's sensors
-_ENOUGH = 0.8  # of the room in the robot, with which a player goes to shoot
-_FEW = 8  # fuel that are worth the way when the hub is about to open or to close
+_ENOUGH, _FEW = 0.8, 0.4  # of its load: with which a player goes to shoot, and goes when the hub is about to close
 _ZONE_EDGE, _NEAREST, _FARTHEST = 3.6, 1.4, 3.3  # [m] from the wall, and from the hub's middle, for shots
 _APART = 1.2  # [m] between the middles of robots that turn and do not touch
 _SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, off the tower
@@ -72,15 +71,18 @@ def _is_time_to_shoot(player: Player) -> bool:
     way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
     last = MATCH.duration - way - 4.0
     auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
-    if (player.time > last or auto_ends) and player.held >= _FEW:
+    few = player.held >= _FEW * player.skill.load
+    if (player.time > last or auto_ends) and few:
         return True
     if player.skill.foresight == 0.0:
         return player.room == 0
     if not _counts(player, way):
         return False
-    full = player.held >= _ENOUGH * (player.held + player.room)
-    closes = player.held >= _FEW and not _counts(player, way + player.skill.foresight)
-    return full or closes
+    return _is_full(player) or (few and not _counts(player, way + player.skill.foresight))
+
+
+def _is_full(player: Player) -> bool:
+    return player.held >= _ENOUGH * player.skill.load
 
 
 def _go_and_shoot(player: Player) -> Steps:
@@ -134,12 +136,8 @@ def shuttle(player: Player) -> Steps:
     yield from _shoot_preload(player)
     while True:
         wanted = _in_auto if player.time < MATCH.start("pause") else _in_neutral_zone
-
-        def is_full() -> bool:
-            return player.held >= _ENOUGH * (player.held + player.room)
-
-        yield from player.collect(wanted, until=is_full, timeout=6.0)
-        if is_full():
+        yield from player.collect(wanted, until=lambda: _is_full(player), timeout=6.0)
+        if _is_full(player):
             side = 1.0 if player.pose[1] > _HUB_Y else -1.0
             yield from player.travel(_THROW_FROM[0], _HUB_Y + side * _THROW_FROM[1], math.pi, near=0.4, timeout=6.0)
             yield from player.shoot((_THROW_TO[0], _HUB_Y + side * _THROW_TO[1], 0.1))

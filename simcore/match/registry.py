@@ -63,7 +63,7 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
 
     Raises:
         UnknownNameError: No game of that name is installed; the error carries the nearest names.
-        ConfigError: No game is installed at all.
+        ConfigError: No game is installed at all, or the name is that of an auto.
     """
     if name == NO_GAME:
         return practice_field()
@@ -77,6 +77,9 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
             (say or _log.info)(f"game {newest.name} ({newest.year}), the newest; also installed: {others}")
         return newest
     if name not in games:
+        for game in games.values():
+            if name in game.autos:
+                raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
         raise UnknownNameError("game", name, games)
     return games[name]
 

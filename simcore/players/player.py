@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simcore.geometry.rotation import wrap_angle
+from simcore.geometry.rotation import rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
@@ -31,7 +31,9 @@ _REPLAN = 0.4  # [s] for which a route holds, while its goal stays within _MOVED
 _MOVED = 0.5  # [m]
 _STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that wants to move and comes no farther in this time is stuck
 _BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
-_TILT = 0.06  # [rad]
+_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; what lies flat on carpets, as a bar of 3 cm, does less
+_BESIDE_RAMP = 0.6  # [m]; a robot whose center is this near to a ramp may have its wheels on it
+_CALM = 5  # ticks for which a robot stands on its wheels before it is believed to be free
 _AIM = 0.8  # [s] after which a player aims anew
 _REACHES = 1.3  # [m]; an intake that is out touches opponents who are nearer
 _IN_THE_WAY = 1.2  # [s] for which a robot that aims does not come to shoot before it looks for another place
@@ -43,7 +45,7 @@ _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on somethin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Skill:
-    """How well somebody plays. The numbers are ours: they part four levels, and are nobody's measurements."""
+    """How well somebody plays, and how good a robot it has. Where the numbers come from: docs/whole_match.md."""
 
     speed: float
     """Cruising [m/s]."""
@@ -53,6 +55,10 @@ class Skill:
     """Standard deviation of the heading of a shot [rad]."""
     shot_speed: float
     """Standard deviation of the speed of a shot, as a share of it [-]."""
+    load: int
+    """How many pieces it collects at most before it goes to score."""
+    shot_rate: float
+    """Shots a second, on average, while it shoots [1/s]."""
     reaction: float
     """Between two looks at the field [s]."""
     foresight: float
@@ -61,19 +67,26 @@ class Skill:
     """How much a heap counts over a single piece that is nearer: 0 not at all, 1 by its pieces."""
 
 
+def _skill(*numbers: float) -> Skill:
+    speed, collecting, aim, shot_speed, load, shot_rate, reaction, foresight, planning = numbers
+    return Skill(
+        speed=speed,
+        collecting_speed=collecting,
+        aim=degrees(aim),
+        shot_speed=shot_speed,
+        load=round(load),
+        shot_rate=shot_rate,
+        reaction=reaction,
+        foresight=foresight,
+        planning=planning,
+    )
+
+
 SKILLS = (
-    Skill(
-        speed=1.6, collecting_speed=0.8, aim=degrees(5.0), shot_speed=0.06, reaction=0.8, foresight=0.0, planning=0.0
-    ),
-    Skill(
-        speed=2.3, collecting_speed=1.2, aim=degrees(3.0), shot_speed=0.04, reaction=0.5, foresight=2.0, planning=0.5
-    ),
-    Skill(
-        speed=3.0, collecting_speed=1.6, aim=degrees(1.5), shot_speed=0.02, reaction=0.3, foresight=4.0, planning=0.8
-    ),
-    Skill(
-        speed=3.7, collecting_speed=2.0, aim=degrees(0.7), shot_speed=0.01, reaction=0.2, foresight=6.0, planning=1.0
-    ),
+    _skill(1.2, 0.6, 6.0, 0.15, 6, 1.4, 1.0, 0.0, 0.0),
+    _skill(1.6, 0.8, 4.5, 0.11, 9, 2.2, 0.6, 2.0, 0.4),
+    _skill(2.0, 1.0, 3.0, 0.08, 12, 2.8, 0.4, 4.0, 0.7),
+    _skill(2.6, 1.2, 1.5, 0.04, 16, 4.0, 0.2, 6.0, 1.0),
 )
 """Of levels 1 to 4: a first match, a usual one, a good one, the best."""
 
@@ -117,13 +130,14 @@ class Player(ScriptedRobot):
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
         self._middle = (0.5 * match.game.field.size[0], 0.5 * match.game.field.size[1])
-        self._looks_at = self._aims_at = 0.0
+        self._looks_at = self._aims_at = self._feeds_at = 0.0
+        self._held_before = 0
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
         """Begin the script with a robot, with the chance that is the robot's own."""
         self.rng = self.match.draws.generator("players", robot.number)
-        self._looks_at = self._aims_at = -math.inf
+        self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
@@ -153,8 +167,8 @@ class Player(ScriptedRobot):
 
     @property
     def room(self) -> int:
-        """How many more pieces the robot can hold."""
-        return self.robot.storage.room
+        """How many more pieces it takes in before it goes to score."""
+        return max(0, min(self.robot.storage.room, self.skill.load - self.held))
 
     @property
     def opponents(self) -> list[SeenRobot]:
@@ -162,10 +176,12 @@ class Player(ScriptedRobot):
         return [other for other in self.others if other.is_opponent]
 
     @property
-    def is_tilted(self) -> bool:
+    def is_beached(self) -> bool:
         """Whether the robot stands on something else than carpet and ramps, such as a piece under its frame."""
-        roll, pitch, _ = self.robot.chassis.roll_pitch_yaw
-        return max(abs(roll), abs(pitch)) > _TILT and not self._routes.is_ramp(self.pose[:2])
+        chassis = self.robot.chassis
+        roll, pitch, _ = chassis.roll_pitch_yaw
+        leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
+        return leans and not self._routes.is_ramp(self.pose[:2], within=_BESIDE_RAMP)
 
     def away(self, place: Place) -> float:
         """How far a place is from the robot [m]."""
@@ -203,6 +219,9 @@ class Player(ScriptedRobot):
         planned, planned_for = -math.inf, (math.inf, math.inf)
         since, anchor = self.match.time, self.pose[:2]
         for _ in range(round(timeout / TICK)):
+            if self._has_looked and self.is_beached:  # whoever drives on gathers more under the edge that is up
+                yield from self.shake_off()
+                since, anchor, planned = self.match.time, self.pose[:2], -math.inf
             now, here = self.match.time, self.pose[:2]
             if aim is None or self._has_looked:
                 aim = goal()
@@ -219,7 +238,7 @@ class Player(ScriptedRobot):
             if math.dist(here, anchor) > _STUCK or left < max(near, _STUCK):
                 since, anchor = now, here
             elif now - since > _STUCK_TIME:
-                yield from self.shake_off() if self.is_tilted else self._back_off(way[0])
+                yield from self._back_off(way[0])
                 since, anchor, planned = self.match.time, self.pose[:2], -math.inf
             yield
 
@@ -282,19 +301,31 @@ class Player(ScriptedRobot):
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off what is under the robot: it rolls along half as fast, so two robots' lengths are enough."""
-        x, y, _ = self.pose
-        way = math.atan2(self._middle[1] - y, self._middle[0] - x)
+        """Drive off what is under the robot, toward the side that hangs lower: it lies under the other one.
+
+        A piece under a robot rolls half as far as the robot moves, so a way of two robots' lengths leaves it behind.
+        """
+        aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
-            if not self.is_tilted:
+            calm = 0 if self.is_beached else calm + 1
+            if calm > min(number, _CALM):
                 break
             if number % round(_BACK_OFF / TICK) == 0:
-                way += self.rng.uniform(-1.5, 1.5) + (math.pi if number else 0.0)
-            self.accelerate_to(2.0 * math.cos(way), 2.0 * math.sin(way), math.cos(6.0 * number * TICK))
+                up_x, up_y, _ = rotate(self.robot.chassis.quat, (0.0, 0.0, 1.0))
+                way = self.as_blue((0.0, 0.0, math.atan2(up_y, up_x)))[2] + aside
+                aside = self.rng.uniform(-1.2, 1.2)
+            self.accelerate_to(2.0 * math.cos(way), 2.0 * math.sin(way))
             yield
         self.stop()
 
     # --- inside -----------------------------------------------------------------------------------------------------
+
+    def _is_ready(self, turn: float) -> bool:
+        """Whether to feed: the shooter is ready, and the last shots are as long ago as the skill's rate wants it."""
+        shot, self._held_before = self._held_before - self.held, self.held
+        if shot > 0:
+            self._feeds_at = self.match.time + shot / self.skill.shot_rate
+        return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
         """A speed that the ground allows [m/s]."""

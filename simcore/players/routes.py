@@ -32,7 +32,7 @@ _FLAT = 0.05  # [m]; what is no higher does not slow a robot down
 _HALF = 0.42  # [m]; half of a robot, and a little: its center comes no nearer to a wall
 _CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
 _BLOCKED, _TIGHT = 60.0, 1.5  # cost of a meter; high and not infinite, so that who is inside gets out
-_RAMP = 4.0  # the same; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
+_RAMP = 8.0  # the same; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
 _ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the cost added there
 _DETOUR = 1.03  # a straight line may cost this much more than the cells of a route, which go in steps of 45 degrees
 
@@ -58,12 +58,15 @@ class RouteMap:
         away = distance_transform_edt(np.pad(~solid, 1), sampling=fine)[1:-1, 1:-1]
         cost = np.where(away < _HALF, _BLOCKED, np.where(away < _CORNER, _TIGHT, 1.0)) + (_RAMP - 1.0) * ramp
         cells = cost.reshape(self.shape[0], _FINE, self.shape[1], _FINE)
-        self._ramps: BoolArray = np.any(ramp.reshape(cells.shape), axis=(1, 3))
+        ramps = np.any(ramp.reshape(cells.shape), axis=(1, 3))
+        self._to_ramp: FloatArray = (
+            distance_transform_edt(~ramps, sampling=self._step) if ramps.any() else np.full(self.shape, np.inf)
+        )
         # the middle of a cell stands for it: a passage that is narrower than two cells would close otherwise
         self._cost = cells[:, _FINE // 2 - 1 : _FINE // 2 + 1, :, _FINE // 2 - 1 : _FINE // 2 + 1].mean(axis=(1, 3))
         if flipped:
             turn = (slice(None, None, -1), slice(None, None, -1 if field.symmetry.keeps_hands else None))
-            self._cost, self._ramps = self._cost[turn].copy(), self._ramps[turn].copy()
+            self._cost, self._to_ramp = self._cost[turn].copy(), self._to_ramp[turn].copy()
         x, y = ((np.arange(n) + 0.5) * s for n, s in zip(self.shape, self._step, strict=True))
         self._centers = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         self._edges = _neighbors(self.shape)
@@ -98,9 +101,9 @@ class RouteMap:
 
     # --- questions ------------------------------------------------------------------------------------------------
 
-    def is_ramp(self, place: Place) -> bool:
-        """Whether a place is on something that robots climb over."""
-        return bool(self._ramps[self._cell(place)])
+    def is_ramp(self, place: Place, within: float = 0.0) -> bool:
+        """Whether a place is on something that robots climb over, or that near to it [m]."""
+        return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
         """Whether a robot's center can be there."""

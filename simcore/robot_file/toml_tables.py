@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -48,7 +49,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path.name}: is no valid TOML: {error}") from error
+        comma = re.search(r"^[^#\"'\[]*=\s*(\d+),(\d+)\s*(#.*)?$", text, re.MULTILINE)
+        hint = f"; decimals take a point: {comma[1]}.{comma[2]}" if comma else ""
+        raise ConfigError(f"{path.name}: is no valid TOML: {error}{hint}") from error
     except RecursionError as error:
         raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
     except ConfigError:

@@ -71,7 +71,10 @@ def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
     quantity = FIELD_LENGTH if name == "distances" else _DRIVE_SPEED
 
     def read(text: str) -> tuple[float, ...]:
-        values = parse_factor(f"{name}={text}").values
+        try:
+            values = parse_factor(f"{name}={text}").values
+        except ConfigError as error:
+            raise ConfigError(f"{text!r} cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)") from error
         for value in values:
             require("simcore shots", name, value, quantity)
         return tuple(float(value) for value in values)

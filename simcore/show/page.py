@@ -17,6 +17,7 @@ import numpy as np
 
 from simcore.show.charts import PLOT, Chart, chart_drawing, charts_of, thinned
 from simcore.show.field_drawing import FieldDrawing, side_view
+from simcore.show.match_tables import RobotRow, cycles_html, period_rows, periods_html, robot_rows, use_rows
 from simcore.show.palette import css_variables
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
@@ -63,6 +64,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     charts = charts_of(track)
     board, places = board_of(recording), PlaceBoard(recording, scene)
     taken = intake_places(recording)
+    robots = robot_rows(track, shots) if len(scene.robots) > 1 else []  # one robot's way and shots are told anyway
     frames, tables = _frames(track)
     heat = field.heat_maps()
     layers = "".join(
@@ -99,7 +101,9 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         timeline=_timeline_html(events, start, end),
         key=_key_html(field, len(taken)),
         events=_events_html(events),
-        shots=_shots_html(track, shots),
+        periods=periods_html(period_rows(track, shots)) if robots else "",
+        cycles=cycles_html(robots),
+        shots=_shots_html(track, shots, robots),
         side=_SIDE.format(side) if side else "",
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
         style=page_style(),
@@ -146,7 +150,7 @@ _PAGE = """<!DOCTYPE html>
 <div class="places">{places}</div>
 <div class="key">{key}{heat}<span class="keys" hidden>keys: <kbd>space</kbd> plays, <kbd>&larr;</kbd>
 <kbd>&rarr;</kbd> step 0.1 s (with <kbd>shift</kbd> 1 s), <kbd>home</kbd> <kbd>end</kbd></span></div>
-<div class="tables">{shots}{events}</div>
+<div class="tables">{periods}{shots}{cycles}{events}</div>
 <div class="charts">
 {side}
 {charts}
@@ -297,17 +301,19 @@ def _events_html(events: Sequence[RunEvent]) -> str:
     return f"<details><summary>Events ({len(events)})</summary><ol>{lines}</ol></details>"
 
 
-def _shots_html(track: RunTrack, shots: Sequence[Any]) -> str:
+def _shots_html(track: RunTrack, shots: Sequence[Any], robots: Sequence[RobotRow]) -> str:
+    """Shots by robot, and in a run of several robots where the seconds of each went."""
     if not shots:
         return ""
     count = len(track.scene.robots)
     heads = "".join(f"<th scope=col>{f'robot {number}' if count > 1 else 'all'}</th>" for number in range(count))
     rows = "".join(
         f"<tr><th scope=row>{escape(name)}</th>{''.join(f'<td>{escape(value)}</td>' for value in values)}</tr>"
-        for name, values in shot_rows(shots, count)
+        for name, values in [*shot_rows(shots, count), *(use_rows(robots) if robots else [])]
     )
+    name, kind = (f"Robots, {len(shots)} shots", "shots several") if robots else (f"Shots ({len(shots)})", "shots")
     return (
-        f'<details open class="shots"><summary>Shots ({len(shots)})</summary><div class="wide"><table>'
+        f'<details open class="{kind}"><summary>{name}</summary><div class="wide"><table>'
         f"<thead><tr><td></td>{heads}</tr></thead><tbody>{rows}</tbody></table></div></details>"
     )
 

@@ -170,7 +170,8 @@ def _listed(names: list[str]) -> str:
 
 def _title(run: AutoRun) -> str:
     report = run.report
-    return f"{run.match.game.heading}, auto '{report.auto}', {report.alliance}, seed {report.seed}"
+    what = "match" if report.players else f"auto '{report.auto}', {report.alliance}"
+    return f"{run.match.game.heading}, {what}, seed {report.seed}"
 
 
 def _result(report: RunReport) -> str:

@@ -1,4 +1,4 @@
-"""`simcore layout`: a layout for AdvantageScope with a tab for all that a game, or a log, publishes; live and for logs.
+"""`simcore layout`: a layout for AdvantageScope, or for Elastic, with all that a game, or a log, publishes.
 
 What is not published gets no row: AdvantageScope strikes such rows out.
 
@@ -19,6 +19,7 @@ from simcore.errors import ConfigError, OutputError
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
+from simcore.show.elastic_layout import elastic_layout
 from simcore.show.log_page import game_of_log
 from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
@@ -102,7 +103,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--assets", type=Path, metavar="FOLDER", help="write plain models of the game there, and show with them"
     )
-    parser.add_argument("--output", type=Path, default=Path("out/layout.json"), metavar="FILE.json")
+    parser.add_argument("--elastic", action="store_true", help="for the dashboard Elastic instead")
+    parser.add_argument("--output", type=Path, metavar="FILE.json", help="default: out/layout.json, or elastic-layout")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -123,13 +125,16 @@ def run(options: argparse.Namespace) -> int:
         snapshot = game_snapshot(game, robots=options.robots)
     else:
         snapshot = log.snapshot_at(log.span[1])
-    output: Path = options.output
+    layout = elastic_layout(snapshot) if options.elastic else scope_layout(snapshot, models)
+    output: Path = options.output or Path("out", "elastic-layout.json" if options.elastic else "layout.json")
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(json.dumps(scope_layout(snapshot, models), indent=1) + "\n", encoding="utf-8", newline="\n")
+        output.write_text(json.dumps(layout, indent=1) + "\n", encoding="utf-8", newline="\n")
     except OSError as error:
         raise OutputError(f"cannot write the layout {str(output)!r}: {error.strerror or error}") from error
-    print(f"{output}: in AdvantageScope, File > Import Layout")
+    print(
+        f"{output}: in {'Elastic, File > Open Layout' if options.elastic else 'AdvantageScope, File > Import Layout'}"
+    )
     return 0
 
 

@@ -60,7 +60,7 @@ def test_commands_that_play_are_understood():
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "quick_start.md", "first_robot.md", "testing.md", "rev.md", "autos.md", "upgrading.md"]
+    "page", ["README.md", "first_hour.md", "first_robot.md", "testing.md", "rev.md", "autos.md", "upgrading.md"]
 )
 def test_command_lines_can_be_pasted_on_windows(page):
     """There `#` is no comment (cmd) and `&&` joins nothing (PowerShell 5)."""

@@ -67,7 +67,7 @@ def require_same(told: dict[str, Figures]) -> None:
 def number(pattern: str, text: str) -> int:
     """A number that may not be told when it is none."""
     found = re.search(pattern, text)
-    return int(found[1]) if found else 0
+    return int(next(filter(None, found.groups()))) if found else 0
 
 
 def of_match(match: Match) -> Figures:
@@ -91,7 +91,7 @@ def of_page(path: Path) -> Figures:
     hits, shots = map(int, facts.get("shots hit", "0 of 0").split(" of "))
     taken = next((int(value) for name, value in facts.items() if name.endswith("taken in")), 0)
     # On the page itself: the table of shots, the key of the drawing, and what is drawn
-    assert shots == number(r"<summary>Shots \((\d+)\)", text)
+    assert shots == number(r"<summary>Shots \((\d+)\)|<summary>Robots, (\d+) shots", text)
     assert text.count('class="shot"') == 2 * shots, "from above and from the side"
     row = re.search(r"<th scope=row>hits</th>(.*?)</tr>", text)
     assert hits == sum(map(int, re.findall(r"<td>(\d+)", row[1] if row else ""))) == number(r"hit \((\d+)\)", text)

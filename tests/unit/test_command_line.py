@@ -11,6 +11,8 @@ import pytest
 
 import simcore
 from simcore.cli import COMMANDS, main
+from simcore.errors import ConfigError
+from simcore.robot_file.toml_tables import read_toml
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
@@ -50,3 +52,26 @@ def test_help_of_a_script_writes_nothing(name):
 
 def test_every_script_has_a_help():
     assert [path.name for path in SCRIPTS if "parse_args(" not in path.read_text(encoding="utf-8")] == []
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["play", "--jsn"], "unrecognized arguments: --jsn. Did you mean --json?"),
+        (["play", "--zzzz"], "unrecognized arguments: --zzzz\n"),
+        (["play", "depot"], "no game named 'depot': it is an auto of rebuilt, as in `--auto depot`"),
+        (["shots", "--distances", "2-6"], "'2-6' cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)"),
+    ],
+)
+def test_a_slip_is_answered_with_what_would_work(words, said, capsys):
+    try:
+        assert main(words) == 1
+    except SystemExit as end:
+        assert end.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_decimal_comma_is_named(tmp_path):
+    (tmp_path / "simcore.toml").write_text("[robot]\nbumper_width = 52,5  # cm\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"decimals take a point: 52\.5"):
+        read_toml(tmp_path / "simcore.toml")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import signal
 import socket
@@ -12,6 +13,7 @@ import threading
 from pathlib import Path
 from time import monotonic, sleep
 
+import numpy as np
 import pandas as pd
 import psutil
 import pytest
@@ -263,23 +265,39 @@ def test_what_no_run_can_be_is_said_before_the_first(settings, said):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for children as Linux has them")
-@pytest.mark.parametrize("deed", [signal.SIGKILL, signal.SIGTERM])
-def test_a_killed_sweep_leaves_no_process(deed, tmp_path):
-    words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--seeds", "5000", "-j", "2", "--out", str(tmp_path)]
-    process = subprocess.Popen(
-        [sys.executable, "-c", "import sys; from simcore import cli; sys.exit(cli.main(sys.argv[1:]))", *words],
-        cwd=FOLDER, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    store, end = tmp_path / "runs.sqlite", monotonic() + 120.0
-    while not (store.exists() and stored_runs(store)):
-        assert process.poll() is None and monotonic() < end
-        sleep(0.2)
-    children = psutil.Process(process.pid).children(recursive=True)
-    assert len(children) >= 2
-    process.send_signal(deed)
-    assert process.wait(30.0) == (-signal.SIGKILL if deed == signal.SIGKILL else 130)
-    assert psutil.wait_procs(children, timeout=30.0)[1] == []
-    assert stored_runs(store)
+def test_kills_leave_no_process_and_lose_and_double_no_row(tmp_path, whole):
+    """Twelve times the sweep or one of its workers is ended, somewhere; each time it is started again and goes on."""
+    seeds, store, rng = 400, tmp_path / "runs.sqlite", np.random.default_rng(6)
+    words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--seeds", str(seeds), "-j", "2", "--out", str(tmp_path)]
+    command = [sys.executable, "-c", "import sys; from simcore import cli; sys.exit(cli.main(sys.argv[1:]))", *words]
+    ends = {signal.SIGKILL: -signal.SIGKILL, signal.SIGTERM: 130, signal.SIGINT: 130}
+    deeds = [*ends, "worker"] * 3 if whole else [signal.SIGKILL, "worker"]
+    kept = 0
+    for deed in deeds:
+        process = subprocess.Popen(command, cwd=FOLDER, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        end = monotonic() + 120.0
+        while stored_runs(store) <= kept:
+            assert process.poll() is None and monotonic() < end
+            sleep(0.05)
+        sleep(rng.uniform(0.0, 0.3))
+        children = psutil.Process(process.pid).children(recursive=True)
+        assert len(children) >= 2
+        if deed == "worker":
+            max(children, key=lambda child: child.cpu_times().user).kill()
+            sleep(0.5)
+            assert process.poll() is None, "the others go on"
+            process.send_signal(signal.SIGTERM)
+        else:
+            process.send_signal(deed)
+        assert process.wait(30.0) == ends.get(deed, 130)
+        assert psutil.wait_procs(children, timeout=5.0)[1] == []
+        before, kept = kept, stored_runs(store)
+        assert before < kept < seeds
+    if whole:
+        assert subprocess.run(command, cwd=FOLDER, capture_output=True, check=False).returncode == 0
+        assert stored_runs(store) == seeds
+    rows = [json.loads(row) for (row,) in sqlite3.connect(store).execute("SELECT row FROM runs")]
+    assert len({row["run"] for row in rows}) == len(rows) and all(row["digest"] for row in rows)
 
 
 def stored_runs(store):

@@ -1,0 +1,97 @@
+"""What a page says of a match: points by period, cycles, and seconds that add up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simcore.show.match_tables import USES, cycles_html, period_rows, periods_html, robot_rows, use_rows
+from simcore.show.page import write_page
+from simcore.show.run_track import RunTrack
+from simcore.show.scene import RobotLook, Scene
+from simcore.show.shots import ShotTrace
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+
+SCENE = Scene(
+    field_size=(8.0, 4.0),
+    robots=(
+        RobotLook(alliance="blue", bumpers=(0.8, 0.8)),
+        RobotLook(alliance="red", bumpers=(0.8, 0.8), prefix="Sim/Robots/1"),
+    ),
+)
+TICKS = 500
+
+
+def snapshot(tick):
+    """10 s: 4 s of auto, then teleop; blue drives at 1 m/s in seconds 1 to 3, its intake is out in seconds 2 to 4."""
+    time = 0.02 * (tick + 1)
+    x = 1.0 + min(max(time - 1.0, 0.0), 2.0)
+    return Snapshot(
+        time=time,
+        tick=tick,
+        poses={
+            "Sim/Robot/Pose3d": np.array([x, 2.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+            "Sim/Robots/1/Robot/Pose3d": np.array([6.0, 2.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+        },
+        pose_arrays={},
+        doubles={},
+        integers={"Sim/Score/Blue": (time > 3.5) + 2 * (time > 7.0), "Sim/Score/Red": 5 * (time > 9.99)},
+        booleans={
+            "Sim/Robot/IsRed": False,
+            "Sim/Robots/1/Robot/IsRed": True,
+            "Sim/Match/Enabled": time < 9.0,
+            "Sim/Debug/IntakeZoneActive": 2.0 < time < 4.0,
+        },
+        strings={"Sim/Match/Period": "auto" if time < 4.0 else "teleop <1>"},
+    )
+
+
+@pytest.fixture(scope="module")
+def recording():
+    kept = Recording()
+    for tick in range(TICKS):
+        kept.write(snapshot(tick))
+    return kept
+
+
+def shot(time, scored, robot=0):
+    return ShotTrace(time=time, times=np.array([time]), points=np.zeros((1, 3)), scored=scored, robot=robot)
+
+
+SHOTS = [shot(5.0, True), shot(5.4, False), shot(8.6, True), shot(3.0, False, robot=1)]
+
+
+def test_points_and_shots_stand_in_their_period(recording):
+    auto, teleop = period_rows(RunTrack(recording, SCENE), SHOTS)
+    assert (auto.name, auto.points, auto.shots) == ("auto", {"blue": 1, "red": 0}, {"blue": (0, 0), "red": (0, 1)})
+    assert (teleop.points, teleop.shots) == ({"blue": 2, "red": 5}, {"blue": (2, 3), "red": (0, 0)})
+    assert auto.end == teleop.start == pytest.approx(4.0, abs=0.021)
+
+
+def test_shots_with_a_pause_are_cycles(recording):
+    blue, red = robot_rows(RunTrack(recording, SCENE), SHOTS)
+    assert blue.cycles == ((5.0, 1, 2), (8.6, 1, 1)) and red.cycles == ((3.0, 0, 1),)
+    assert (blue.hits, blue.shots, blue.alliance, red.alliance) == (2, 3, "blue", "red")
+
+
+def test_each_second_goes_to_one_use(recording):
+    blue, red = robot_rows(RunTrack(recording, SCENE), SHOTS)
+    for row in (blue, red):
+        assert set(row.seconds) == set(USES) and sum(row.seconds.values()) == pytest.approx(10.0)
+    want = {"shooting": 1.4 + 0.9, "collecting": 2.0, "driving": 1.0, "standing": 3.7, "disabled": 1.0}
+    assert blue.seconds == pytest.approx(want, abs=0.05)
+    assert red.seconds["shooting"] == pytest.approx(1.0, abs=0.03) and red.seconds["driving"] == 0.0
+
+
+def test_the_page_of_several_robots_has_the_tables(recording, tmp_path):
+    track = RunTrack(recording, SCENE)
+    assert "teleop &lt;1&gt;" in periods_html(period_rows(track, SHOTS))
+    assert 'data-to="8.60">9 s</button> 1 of 1' in cycles_html(robot_rows(track, SHOTS))
+    assert dict(use_rows(robot_rows(track, SHOTS)))["cycles"] == ["2", "1"]
+    write_page(tmp_path / "two.html", recording, SCENE)
+    write_page(tmp_path / "one.html", recording, replace(SCENE, robots=SCENE.robots[:1]))
+    assert "Periods (2)" in (tmp_path / "two.html").read_text(encoding="utf-8")
+    assert "Periods" not in (tmp_path / "one.html").read_text(encoding="utf-8")
