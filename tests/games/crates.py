@@ -155,7 +155,8 @@ class CratesRules(Rules):
         }
 
 
-def _gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
+def gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
+    """Of Krakens."""
     return GearboxConfig(motor=motor("Kraken X60"), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
@@ -164,13 +165,13 @@ def crates_robot() -> RobotConfig:
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0, steer_stator_limit=40.0)
     mechanisms: dict[str, MechanismConfig] = {
         "arm": ArmConfig(
-            gearbox=_gearbox(60.0), inertia=0.8, mass=2.5, center_of_mass=0.4, min_angle=degrees(-35.0),
+            gearbox=gearbox(60.0), inertia=0.8, mass=2.5, center_of_mass=0.4, min_angle=degrees(-35.0),
             max_angle=degrees(80.0), start_angle=degrees(60.0)),
-        "claw": RollerConfig(gearbox=_gearbox(8.0), inertia=0.002, radius=0.03),
-        "intake": RollerConfig(gearbox=_gearbox(3.0), inertia=0.001, radius=0.025),
-        "wheels": FlywheelConfig(gearbox=_gearbox(1.5, motors=2), inertia=0.01),
-        "feeder": RollerConfig(gearbox=_gearbox(4.0), inertia=0.002, radius=0.025),
-        "hook": ElevatorConfig(gearbox=_gearbox(60.0, motors=2), carriage_mass=2.0, drum_radius=0.02, max_height=0.6),
+        "claw": RollerConfig(gearbox=gearbox(8.0), inertia=0.002, radius=0.03),
+        "intake": RollerConfig(gearbox=gearbox(3.0), inertia=0.001, radius=0.025),
+        "wheels": FlywheelConfig(gearbox=gearbox(1.5, motors=2), inertia=0.01),
+        "feeder": RollerConfig(gearbox=gearbox(4.0), inertia=0.002, radius=0.025),
+        "hook": ElevatorConfig(gearbox=gearbox(60.0, motors=2), carriage_mass=2.0, drum_radius=0.02, max_height=0.6),
     }  # fmt: skip
     # a parallel linkage: what the claw holds stays level
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.45))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from crates import CRATES
+from crescendo import CRESCENDO
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
@@ -14,7 +15,7 @@ from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.pieces.pool import PieceStatus
 
-GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
+GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES, "crescendo": CRESCENDO}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
 LONG = {("reefscape", "station_cycle"), ("reefscape", "algae")}
 """Autos that are played with `--whole` only: another of their game stands for them."""

@@ -15,8 +15,13 @@ from simcore.match.runner import play_auto
 from simcore.match.scripted import ScriptedRobot
 from simcore.telemetry.sinks import MemorySink
 
-INSIDE = {"rebuilt": (4.6, 4.0, 0.0), "reefscape": (4.5, 4.0, 0.0), "crates": (0.3, 5.0, 0.0)}
-"""A start inside of an element: the hub, the reef, the dock."""
+INSIDE = {
+    "rebuilt": (4.6, 4.0, 0.0),
+    "reefscape": (4.5, 4.0, 0.0),
+    "crates": (0.3, 5.0, 0.0),
+    "crescendo": (3.1, 4.1, 0.0),
+}
+"""A start inside of an element: the hub, the reef, the dock, a leg of the stage."""
 
 
 @pytest.mark.parametrize("seed", [None, -1, 1.5, True, "3"])
