@@ -12,7 +12,7 @@ from simcore.geometry.rotation import Vector
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "line_distance"]
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
 
 
 class Zone(Protocol):
@@ -139,11 +139,11 @@ class CapsuleZone:
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
         """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
-        hit: BoolArray = line_distance(start, end, self.start, self.end) <= self.radius
+        hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
         return hit
 
 
-def line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
+def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
     """How near straight segments (n, 3) to (n, 3) come to the one from a to b [m], shape (n,).
 
     Where two lines are nearest within their ends, or one of the four ends is nearest to the other line.

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
-from simcore.physics.contact_law import TerrainSurface
+from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.flight import FlightState
 from simcore.pieces.shot_opening import Panel, ShotOpening, fly_to_opening
@@ -74,6 +74,24 @@ def test_the_surface_of_a_ball_clears_the_rim_before_and_behind():
     assert inside.min() == pytest.approx(4.5 + spare, abs=0.006)  # the step, and the path's curvature
     assert inside.max() == pytest.approx(5.5 - spare, abs=0.006)
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
+
+
+def test_the_rim_bounces_a_shot_about_the_line_from_it_to_the_middle_of_the_ball():
+    """Straight down on an edge, a share of the radius aside: without friction, only the speed along that line turns."""
+    fall, aside = 0.5, 0.06
+    found = {}
+    for side in (1.0, -1.0):
+        place = (4.5 + side * aside, 0.0, HEIGHT + math.sqrt(RADIUS**2 - aside**2) + 0.5 * GRAVITY * fall**2)
+        found[side] = fly(shots([(0.0, 0.0, 0.0)], pos=place))
+        assert found[side].by_rim[0]
+    assert found[1.0].goes_in[0] and not found[-1.0].goes_in[0]
+    # e = 0.5 x that of a wall along (0.6, 0.8); the rest of the way is a parabola down to the rim's height
+    keep, speed = 0.5 * WALL.restitution, GRAVITY * fall
+    along = 0.8 * speed * (1.0 + keep)
+    vx, vz = 0.6 * along, 0.8 * along - speed
+    assert found[1.0].vel[0, 0] == pytest.approx(vx, rel=0.02)
+    down = math.sqrt(vz**2 + 2.0 * GRAVITY * 0.08)
+    assert found[1.0].vel[0, 2] == pytest.approx(-down, rel=0.06)
 
 
 def test_a_board_sends_shots_back_in():
