@@ -1,4 +1,4 @@
-"""REVLib of 2027, which has turns and rpm alone: mechanisms on closed forms, a tank drive over the course."""
+"""REVLib of 2027, which has turns and rpm alone: mechanisms on closed forms, drivetrains over the course."""
 
 from __future__ import annotations
 
@@ -38,9 +38,10 @@ def test_mechanisms_move_as_closed_forms_say_and_read_in_turns(library, scenario
 
 
 @pytest.mark.slow
-def test_a_tank_drive_finds_its_way_the_same_in_two_processes(library, tmp_path, distribution):
+@pytest.mark.parametrize("drive", ["tank", "swerve"])
+def test_it_finds_its_way_the_same_in_two_processes(drive, library, tmp_path, distribution):
     folder = tmp_path / "robot"
-    shutil.copytree(ROBOTS / "own_tank_rev_2027", folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROBOTS / f"own_{drive}_rev_2027", folder, ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "tests").mkdir()
     shutil.copy(ROBOTS / "shared" / "own_course.py", folder / "tests" / "course_test.py")
     path = os.pathsep.join(map(str, (distribution, Path(simcore.__file__).resolve().parents[1])))
@@ -56,4 +57,6 @@ def test_a_tank_drive_finds_its_way_the_same_in_two_processes(library, tmp_path,
     facts = runs[0]
     assert facts == runs[1]
     assert facts["true"][0] > 5.0 and facts["told"][0] == pytest.approx(facts["true"][0], rel=0.05)
+    if drive == "swerve":
+        assert facts["told_left"][1] == pytest.approx(facts["true_left"][1], rel=0.05) and facts["true_left"][1] > 1.5
     assert facts["pushed"] > 50 and abs(facts["at_wall"]) < 0.06 and abs(facts["speed_at_wall"]) < 0.01
