@@ -23,6 +23,9 @@ from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["Watch", "add_options"]
 
+_FIELD = "SmartDashboard/Field"
+"""Where `robotpy sim` has its `Field2d`, too."""
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `simcore play` that are about watching."""
@@ -83,7 +86,7 @@ class Watch:
 
             if self._sink is not None:  # of the run before
                 self._sink.withdraw()
-            self._sink = NetworkTablesSink(self._tables, stays=True)
+            self._sink = NetworkTablesSink(self._tables, stays=True, field=_FIELD)
             sinks.append(self._sink)
         return sinks
 

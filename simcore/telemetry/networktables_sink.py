@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import re
 import socket
 import sys
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from simcore import season
 from simcore.errors import ConfigError, OutputError
+from simcore.geometry.rotation import yaw_of
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
@@ -25,6 +30,9 @@ __all__ = ["NetworkTablesSink", "start_local_server"]
 
 
 _UNSEEN_PERIOD = 0.1  # [s]
+_FIELD_PERIOD = 0.1  # [s] of a `Field2d`, which has an array for each kind of piece
+_FIELD_KEY = re.compile(r"Sim(?:/Robots/(\d+))?/Robot/(Pose3d|EstimatedPose)$")
+_PIECES = "Sim/GamePieces/"
 
 
 class NetworkTablesSink:
@@ -36,7 +44,9 @@ class NetworkTablesSink:
     Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
     """
 
-    def __init__(self, instance: season.NetworkTables, *, period: float = 0.02, stays: bool = False) -> None:
+    def __init__(
+        self, instance: season.NetworkTables, *, period: float = 0.02, stays: bool = False, field: str | None = None
+    ) -> None:
         """Publish the schemas; topics follow when their key first appears.
 
         Args:
@@ -44,6 +54,8 @@ class NetworkTablesSink:
             period: Simulated time between two snapshots [s]. ntcore drops values that arrive faster than they are
                 sent, so a run ahead of real time loses some, never blocks.
             stays: `close` leaves the last values for whoever looks later, until `withdraw`.
+            field: Name of a `Field2d` for the maps of dashboards, which is published as well: where robots truly are,
+                where the first believes to be, and pieces. None: none; a robot program has its own.
 
         Raises:
             ConfigError: The period is not finite and > 0.
@@ -55,6 +67,7 @@ class NetworkTablesSink:
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
         self._stays = stays
+        self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
         self.closed = False
         for name, schema in POSE_SCHEMAS.items():
             if not instance.has_schema(name):
@@ -85,6 +98,26 @@ class NetworkTablesSink:
         self._set_all(
             "int[]", {key: checked_integers(key, ids).tolist() for key, ids in snapshot.integer_arrays.items()}
         )
+
+        if self._field is not None and self._field_cadence.take(snapshot.time):
+            self._write_field(self._field, snapshot)
+
+    def _write_field(self, name: str, snapshot: Snapshot) -> None:
+        """The topics of a `Field2d`: x, y [m] and heading [deg] of each pose of an object."""
+        self._set_all("string", {f"{name}/.type": "Field2d", f"{name}/.name": name})
+        objects: dict[str, list[float]] = {}
+        for key, pose in snapshot.poses.items():
+            found = _FIELD_KEY.match(key)
+            if found is not None:
+                what = "Robot" if found[2] == "Pose3d" else "Estimate"
+                x, y, _, *turn = (float(value) for value in pose)
+                yaw = math.degrees(yaw_of((turn[1], turn[2], turn[3], turn[0])))
+                objects[f"{name}/{what}{'' if found[1] is None else f' {found[1]}'}"] = [x, y, yaw]
+        for key, poses in snapshot.pose_arrays.items():
+            if key.startswith(_PIECES):
+                flat = np.column_stack((np.asarray(poses)[:, :2], np.zeros(len(poses))))
+                objects[f"{name}/{key.removeprefix(_PIECES)}"] = flat.ravel().tolist()
+        self._set_all("double[]", objects)
 
     def close(self) -> None:
         """Publish no more, and withdraw the topics that should not stay; may be called twice."""
@@ -127,6 +160,8 @@ class NetworkTablesSink:
             return self._instance.get_boolean_topic(topic).publish(self._options)
         if type_name == "string":
             return self._instance.get_string_topic(topic).publish(self._options)
+        if type_name == "double[]":
+            return self._instance.get_double_array_topic(topic).publish(self._options)
         if type_name == "int[]":
             return self._instance.get_integer_array_topic(topic).publish(self._options)
         return self._instance.get_raw_topic(topic).publish(type_name, self._options)

@@ -251,3 +251,30 @@ def test_bad_snapshots_and_closing(instance: Any) -> None:
         sink.write(Snapshot(time=0.0, tick=0))
     with pytest.raises(ConfigError, match="period"):
         NetworkTablesSink(instance, period=0.0)
+
+
+def test_maps_of_dashboards_have_a_field(instance: Any) -> None:
+    """As WPILib's `Field2d` publishes it: x, y and degrees of each object, ten times a second."""
+    instance.startLocal()
+    turned = np.array([3.0, 4.0, 0.0, np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
+
+    def told(time: float) -> Snapshot:
+        poses = {"Sim/Robot/Pose3d": turned, "Sim/Robots/2/Robot/EstimatedPose": turned + 1.0 * (np.arange(7) < 2)}
+        return Snapshot(time=time, tick=round(50 * time), poses=poses, pose_arrays={"Sim/GamePieces/Fuel": FUEL[:3]})
+
+    sink = NetworkTablesSink(instance, field="SmartDashboard/Field")
+    table = instance.getTable("SmartDashboard/Field")
+    sink.write(told(0.0))
+    assert table.getString(".type", "") == "Field2d"
+    assert table.getNumberArray("Robot", []) == pytest.approx([3.0, 4.0, 90.0])
+    assert table.getNumberArray("Estimate 2", []) == pytest.approx([4.0, 5.0, 90.0])
+    pieces = np.column_stack((FUEL[:3, :2], np.zeros(3)))
+    assert table.getNumberArray("Fuel", []) == pytest.approx(pieces.ravel().tolist())
+    turned[0] = 9.0
+    sink.write(told(0.06))
+    assert table.getNumberArray("Robot", [])[0] == 3.0, "not due yet"
+    sink.write(told(0.1))
+    assert table.getNumberArray("Robot", [])[0] == 9.0
+    sink.close()
+    NetworkTablesSink(instance).write(told(0.2))
+    assert "Robot" not in table.getKeys(), "a robot program has its own"
