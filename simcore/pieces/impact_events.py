@@ -203,7 +203,9 @@ class ImpactEvents:
         for robot in self._robots:
             if robot.is_hit:
                 self._world.set_velocity(robot.row, robot.vel, robot.rate)
-        touched = sorted([arc for arc in self._arcs.values() if arc.is_touched], key=lambda arc: arc.number)
+        order = {number: place for place, number in enumerate(meets.tolist())}  # of the engine's later calls
+        touched = [arc for arc in self._arcs.values() if arc.is_touched]
+        touched.sort(key=lambda arc: order.get(arc.number, len(order)))
         for arc in touched:
             balls.strike(arc)
         return touched

@@ -26,7 +26,7 @@ BUDGET = {
     "phoenix6_emulator": (5920, 33),
     "photonvision": (645, 3),
     "physics": (6434, 25),
-    "pieces": (5220, 23),
+    "pieces": (5222, 23),
     "players": (748, 4),
     "revlib": (896, 7),
     "robot": (8592, 38),
