@@ -229,7 +229,8 @@ class PieceFlow:
         fed = waiting[0]
         leaves, kinds = self._as_it_leaves(robot, shooter, launch, fed), (self._kind_of(fed), self._kind_of(slot))
         ahead = rotate(leaves.quat, (1.0, 0.0, 0.0))
-        radii, masses = (kinds[0].inner_radius, kinds[1].inner_radius), self._pieces.mass[[fed, slot]].tolist()
+        radii = kinds[0].inner_radius, kinds[1].inner_radius
+        masses = float(self._pieces.mass[fed]), float(self._pieces.mass[slot])
         normal = touch_normal(ahead, self._places_at(launch, slots)[0] - leaves.pos, SQUEEZE * (radii[0] + radii[1]))
         x, y, z = state.vel[slot].tolist()
         before = (x, y, z)

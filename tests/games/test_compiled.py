@@ -93,7 +93,7 @@ def test_every_library_of_the_wheel_loads_in_place_of_its_source(compiled, tmp_p
 def test_pieces_and_shot_tables_pass_their_tests_compiled(compiled, tmp_path):
     """A compiled function refuses what its annotations do not name, where plain Python takes it."""
     shutil.copytree(ROOT / "tests", tmp_path / "tests", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("conftest.py", "pyproject.toml", "docs"):
+    for name in ("conftest.py", "pyproject.toml", "docs", "scripts"):
         (tmp_path / name).symlink_to(ROOT / name)
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-n", "0", *SAMPLE],
