@@ -132,6 +132,7 @@ def _serve(module: str) -> None:
     for name in main.WARM:
         with contextlib.suppress(ImportError):  # an extra that this project does without
             import_module(name)
+    is_single = len(os.listdir("/proc/self/task")) == 1  # WPILib of 2027 starts a thread as it is imported
     gc.collect()
     gc.freeze()  # children copy no page because something in it was counted
     news, wake = os.pipe()
@@ -160,7 +161,7 @@ def _serve(module: str) -> None:
                 pid = os.fork()
                 if not pid:
                     os.close(answers)
-                    _begin(main, *task)
+                    _begin(main, is_single, *task)
                 children[pid] = number
                 _tell(answers, "pid", number, pid)
 
@@ -170,9 +171,15 @@ def _tell(answers: int, kind: str, number: int, value: int) -> None:
 
 
 def _begin(
-    main: Any, arguments: list[str], said: str, folder: str, environment: dict[str, str], path: list[str]
+    main: Any,
+    is_single: bool,
+    arguments: list[str],
+    said: str,
+    folder: str,
+    environment: dict[str, str],
+    path: list[str],
 ) -> NoReturn:
-    """Be the process that a task asks for."""
+    """Be the process that a task asks for: as a copy of the parent, or afresh where that had other threads."""
     code = 1
     try:
         signal.set_wakeup_fd(-1)
@@ -184,6 +191,8 @@ def _begin(
         os.environ.clear()
         os.environ.update(environment)
         os.environ[PARENT] = str(os.getppid())
+        if not is_single:
+            os.execve(sys.executable, [sys.executable, "-m", main.__name__, *arguments], dict(os.environ))
         sys.path[:], sys.argv[:] = path, [str(main.__file__), *arguments]
         code = int(main.main() or 0)
     except SystemExit as end:

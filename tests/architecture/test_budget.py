@@ -35,7 +35,7 @@ BUDGET = {
     "shooting": (1360, 7),
     "show": (7974, 45),
     "simcore": (1549, 10),
-    "sweep": (5109, 28),
+    "sweep": (5118, 28),
     "telemetry": (1432, 7),
     "testing": (189, 3),
     "upgrade_2027": (696, 4),
