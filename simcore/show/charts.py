@@ -15,7 +15,7 @@ from simcore.show.palette import LINE_STYLES, color, tint
 from simcore.show.run_events import BROWNOUT
 from simcore.show.run_track import RunTrack
 from simcore.show.svg import document, element, line, polyline, ticks, words
-from simcore.telemetry.recording import Recording
+from simcore.telemetry.recording import Recording, newest_rows
 from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import FloatArray
 
@@ -136,7 +136,7 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
         if not (len(times) and len(at)):
             continue
-        rows = np.clip(np.searchsorted(times, at + 1e-9) - 1, 0, None)
+        rows = newest_rows(times, at)
         values = np.hypot(*(believed[:, :2] - true[rows, :2]).T)
         values[at < track.began(number)] = math.nan
         label = str(number) if len(track.robots) > 1 else "estimate to truth"

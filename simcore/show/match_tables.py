@@ -10,7 +10,7 @@ import numpy as np
 
 from simcore.show.run_track import RunTrack
 from simcore.show.shots import ShotTrace
-from simcore.telemetry.recording import Recording
+from simcore.telemetry.recording import Recording, newest_rows
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
@@ -177,7 +177,7 @@ def _at(recording: Recording, key: str, time: float) -> float:
 
 def _values(recording: Recording, key: str, times: FloatArray) -> FloatArray:
     at, values = recording.series(key)
-    found: FloatArray = values[np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)]
+    found: FloatArray = values[newest_rows(at, times)]
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from simcore.show.scene import Scene
 from simcore.show.shots import ShotTrace
-from simcore.telemetry.recording import Recording
+from simcore.telemetry.recording import Recording, newest_rows
 from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
@@ -111,11 +111,11 @@ def _modes(recording: Recording) -> tuple[list[float], list[str]]:
     times, names = recording.times, [""] * len(recording)
     if recording.has("Sim/Match/Period"):
         at, periods = recording.strings("Sim/Match/Period")
-        rows = np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)
+        rows = newest_rows(at, times)
         names = [periods[row] for row in rows.tolist()]
     if recording.has("Sim/Match/Enabled"):
         at, enabled = recording.series("Sim/Match/Enabled")
-        rows = np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)
+        rows = newest_rows(at, times)
         names = [
             name if on else ", ".join(filter(None, (name, "disabled")))
             for name, on in zip(names, enabled[rows].tolist(), strict=True)

@@ -98,7 +98,7 @@ def _warm_parent(module: str, variables: dict[str, str]) -> WarmParent:
     """The one of a module in this process, which is started when it is first needed."""
     with _starting:
         owner, parent = _parents.get(module, (0, None))
-        if parent is None or owner != os.getpid():
+        if parent is None or owner != os.getpid() or parent.has_ended:
             parent = WarmParent(module, variables)
             atexit.register(parent.close)
             _parents[module] = os.getpid(), parent

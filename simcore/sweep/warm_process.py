@@ -75,19 +75,22 @@ class WarmParent:
         Raises:
             SimcoreError: The parent itself has ended.
         """
+        said.touch()  # also of one that is ended before it says anything
         with self._news:
             self._asked += 1
             number = self._asked
             try:
                 self._ask(number, arguments, str(said), str(folder), environment, [str(folder), *sys.path])
-                self._news.wait_for(lambda: number in self._codes or self._has_ended, timeout)
+                self._news.wait_for(lambda: number in self._codes or self.has_ended, timeout)
             finally:
                 ended = number in self._codes
-                if not ended and number in self._pids and not self._has_ended:
+                if not ended and not self.has_ended:
+                    self._news.wait_for(lambda: number in self._pids or self.has_ended, _PATIENCE)
+                if not ended and number in self._pids and not self.has_ended:
                     os.kill(self._pids[number], signal.SIGKILL)
                     self._news.wait_for(lambda: number in self._codes, _PATIENCE)
                 code, _ = self._codes.pop(number, None), self._pids.pop(number, None)
-            if self._has_ended and not ended:
+            if self.has_ended and not ended:
                 raise SimcoreError(f"the parent of this run's process has ended (exit {self._process.poll()})")
             return code if ended else None
 
@@ -98,7 +101,8 @@ class WarmParent:
             self._process.stdin.flush()
 
     @property
-    def _has_ended(self) -> bool:
+    def has_ended(self) -> bool:
+        """Whether it takes no more tasks."""
         return self._process.poll() is not None
 
     def _listen(self) -> None:

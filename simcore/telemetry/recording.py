@@ -16,7 +16,7 @@ from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot, is_bulk
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Recording"]
+__all__ = ["Recording", "newest_rows"]
 
 _NAN = float("nan")
 _PIECES = "Sim/GamePieces/"
@@ -312,6 +312,16 @@ class _Due(Generic[_Array]):
         for key, _ in found:
             self._next[key] = next(self._rest[key], None)
         return found
+
+
+def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
+    """Rows of the newest values, written at times `at` [s], at each of some times [s]; the first one's before it.
+
+    >>> newest_rows(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
+    [0, 1, 1]
+    """
+    rows: IntArray = np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)
+    return rows
 
 
 def _newest(kept: list[tuple[float, _Array]], time: float) -> int:

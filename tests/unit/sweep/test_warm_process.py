@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from simcore.errors import SimcoreError
+from simcore.sweep import child_process
 from simcore.sweep.child_process import run_process
 from simcore.sweep.warm_process import CAN_FORK
 
@@ -123,3 +125,20 @@ def test_they_end_with_who_asked(module, tmp_path):
     while processes() and time.monotonic() < deadline:
         time.sleep(0.05)
     assert processes() == []
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="processes begin warm on Linux alone")
+def test_a_parent_that_has_ended_is_told_and_replaced(module, tmp_path):
+    assert run(module, "fine", tmp_path)[0] == 0
+    parent = child_process._parents[module][1]._process
+    threading.Timer(1.0, parent.kill).start()
+    with pytest.raises(SimcoreError, match="the parent of this run's process has ended"):
+        run(module, "sleep", tmp_path)
+    assert run(module, "fine", tmp_path)[0] == 0
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="processes begin warm on Linux alone")
+def test_a_timeout_before_the_process_is_known_ends_it_all_the_same(module, tmp_path):
+    assert run(module, "sleep", tmp_path, timeout=1e-3)[0] is None, "its parent is still importing"
+    assert child_process._parents[module][1]._pids == {}
+    assert run(module, "fine", tmp_path)[0] == 0
