@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.game import Game, RobotEntry, Role
+from simcore.match.game import Auto, Game, RobotEntry, Role
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_robots
 from simcore.match.scoring import Alliance
 from simcore.players.player import SKILLS
 from simcore.quantities import DURATION, require
 from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
 from simcore.units import TICK
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "lineup",
     "match_seconds",
     "play_match",
+    "plays",
     "read_player",
     "take_seats",
 ]
@@ -82,7 +84,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
 
     Args:
         game: What is played.
-        red: Players with commas between, e.g. `collector:3,idle`; empty: none.
+        red: Players with commas or plus signs between, e.g. `collector:3,idle`; empty: none.
         blue: The same.
 
     Raises:
@@ -92,7 +94,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
     sides: dict[Alliance, list[Seat]] = {"blue": [], "red": []}
     texts: dict[Alliance, str] = {"blue": blue, "red": red}
     for alliance, text in texts.items():
-        for one in text.split(",") if text.strip() else ():
+        for one in text.replace("+", ",").split(",") if text.strip() else ():
             seat = Seat(alliance, ME) if one.strip() == ME else Seat(alliance, *read_player(game, one))
             sides[alliance].append(seat)
         if len(sides[alliance]) > len(game.starts):
@@ -109,10 +111,10 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
     return tuple(sorted(seats, key=lambda seat: seat.alliance != (mine[0].alliance if mine else "blue")))
 
 
-def entries(game: Game, seats: Sequence[Seat]) -> tuple[RobotEntry, ...]:
-    """Robots of a match, each as its role wants it."""
+def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
+    """Robots of a match, each as its role wants it, and that of `ME` in place of the game's own."""
     return tuple(
-        RobotEntry(alliance=seat.alliance, config=None if role is None or role.config is None else role.config())
+        RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
         for seat in seats
         for role in [None if seat.role == ME else find_role(game, seat.role)]
     )
@@ -138,6 +140,7 @@ def play_match(
     seats: Sequence[Seat],
     *,
     me: Callable[[Match], Controller] | None = None,
+    robot: RobotConfig | None = None,
     seconds: float | None = None,
     options: Iterable[str] = (),
     **settings: Any,
@@ -147,7 +150,8 @@ def play_match(
     Args:
         game: Which.
         seats: Who plays, as `lineup` gives them.
-        me: Makes what drives the robot of `ME`; None: nothing does.
+        me: Makes what drives the robot of `ME`, as `plays` does; None: nothing does.
+        robot: That of `ME`, in place of the game's own.
         seconds: How long, simulated [s]; None: to the end.
         options: Of the game that are on, beside those that are on in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
@@ -156,7 +160,7 @@ def play_match(
     require("a match", "seconds", length, DURATION)
     return play_robots(
         game,
-        entries(game, seats),
+        entries(game, seats, robot),
         lambda match: take_seats(match, seats, None if me is None else lambda: me(match)),
         name="match",
         players=[f"{seat.alliance} {seat}" for seat in seats],
@@ -164,6 +168,11 @@ def play_match(
         options={*options, *(option.name for option in game.options if option.in_matches)},
         **settings,
     )
+
+
+def plays(auto: Auto) -> Callable[[Match], Controller]:
+    """What the robot of `ME` does that plays an auto, and stands still afterwards."""
+    return lambda match: auto.controller(match, match.alliances[0])
 
 
 def match_seconds(game: Game) -> float:

@@ -14,17 +14,16 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Auto, Game
+from simcore.match.game import Game
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
-from simcore.players.lineup import ME, lineup, match_seconds, play_match
+from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
 from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
-from simcore.robot.robot import Controller
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
@@ -170,12 +169,8 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
         play = partial(play_auto, game, auto, alliance=options.alliance)
         return _Plan(auto.name, period, options.seconds or auto_seconds(game), play)
     mine = game.auto(options.auto) if me else None
-    play = partial(play_match, game, seats, me=None if mine is None else _auto_of_me(mine))
+    play = partial(play_match, game, seats, me=None if mine is None else plays(mine))
     return _Plan("match", period, options.seconds or match_seconds(game), play)
-
-
-def _auto_of_me(auto: Auto) -> Callable[[Match], Controller]:
-    return lambda match: auto.controller(match, match.alliances[0])
 
 
 def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:

@@ -95,8 +95,12 @@ class Experiment:
     auto: str | None = None
     """Name of an auto of the game, or in the chooser of a project; None: the first, or what is chosen."""
     alliance: Literal["blue", "red"] = "blue"
+    red: str = ""
+    """Scripted players of a whole match, as `simcore.players.lineup.lineup` reads them; `me` plays the auto."""
+    blue: str = ""
+    """The same. Both empty, and no factor of these names: one robot plays the auto."""
     seconds: float | None = None
-    """How long a run is, simulated [s]; None: the game's autonomous period."""
+    """How long a run is, simulated [s]; None: the game's autonomous period, or the whole match."""
     options: tuple[str, ...] = ()
     """Names of options of the game that are on."""
     engine: str | None = None
@@ -136,6 +140,10 @@ class Experiment:
             raise ConfigError(f"Experiment: alliance must be 'blue' or 'red', got {shown(self.alliance)}")
         if self.robot is not None and self.project is not None:
             raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
+        if self.alliance != "blue" and (self.red or self.blue):
+            raise ConfigError("Experiment: in a match red and blue say whose robots play, so leave alliance out")
+        if self.project is not None and (self.red or self.blue):
+            raise ConfigError("Experiment: who plays with a project's robot stands in its simcore.toml: match = '...'")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ConfigError(f"Experiment: seeds must be different whole numbers, at least one, got {self.seeds}")
         for seed in self.seeds:

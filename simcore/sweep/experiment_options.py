@@ -32,8 +32,13 @@ def add_player_options(parser: argparse.ArgumentParser) -> None:
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
     """How long, for which alliance, with which options of the game, on which engine, and when a run is given up."""
-    parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
+    parser.add_argument(
+        "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
+    )
     parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    players = "who plays a whole match, ROLE[:LEVEL] with commas between; 'me' plays --auto"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
     parser.add_argument(
         "--option", action="append", default=[], metavar="NAME", help="an option of the game that is on"
     )
@@ -49,6 +54,8 @@ def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
         "game": options.game,
         "auto": options.auto,
         "alliance": options.alliance,
+        "red": options.red,
+        "blue": options.blue,
         "seconds": options.seconds,
         "options": tuple(options.option),
         "engine": options.engine,

@@ -18,13 +18,14 @@ from simcore.match.game import Auto, Game, PieceSupply
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import choose_engine
+from simcore.players.lineup import lineup
 from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
 from simcore.robot.robot_config import RobotConfig
 from simcore.sweep.factors import FactorValue
 
 __all__ = ["PLAYED", "RunSetup", "vary", "vary_pieces", "vary_robot", "vary_scatter"]
 
-PLAYED = ("alliance", "auto", "engine", "preload", "seconds", "start")
+PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
 """First words of factors that say how a run is played."""
 _PARTS = {
     "intake": "intakes",
@@ -50,6 +51,9 @@ class RunSetup:
     seconds: float | None = None
     """None: as long as the game's autonomous period."""
     engine: str | None = None
+    red: str = ""
+    """Who plays a whole match, as `lineup` reads it; `blue` empty, too: one robot plays the auto."""
+    blue: str = ""
 
 
 def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
@@ -151,6 +155,10 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
         if value not in ("blue", "red"):
             raise ConfigError(f"must be 'blue' or 'red', got {shown(value)}")
         return replace(setup, alliance="blue" if value == "blue" else "red")
+    if name in ("blue", "red"):
+        setup = replace(setup, blue=str(value)) if name == "blue" else replace(setup, red=str(value))
+        lineup(setup.game, blue=setup.blue, red=setup.red)
+        return setup
     if name == "engine":
         return replace(setup, engine=choose_engine(str(value)))
     x, y, heading = setup.auto.start

@@ -133,7 +133,7 @@ def parse_factor(text: str) -> Factor:
         if call[1] not in ("uniform", "normal") or len(numbers) != 2 or None in numbers:
             raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
         return Factor(name, distribution=Distribution(call[1], *numbers))  # type: ignore[arg-type]
-    if ":" in what:
+    if ":" in what and not what[0].isalpha():
         numbers = [_number(part) for part in what.split(":")]
         if len(numbers) != 3 or None in numbers:
             raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")

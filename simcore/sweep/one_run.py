@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from threading import Lock
 from time import process_time
@@ -14,8 +15,9 @@ from typing import Any
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.game import Game
 from simcore.match.registry import find_game
-from simcore.match.runner import play_auto
+from simcore.match.runner import AutoRun, play_auto
 from simcore.match.starts import require_playable
+from simcore.players.lineup import ME, Seat, lineup, play_match, plays
 from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
@@ -68,10 +70,7 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
     if experiment.project is not None:
         return play_project(experiment, planned, log)
     setup = vary(setup_of(experiment), planned.values)
-    played = play_auto(
-        setup.game,
-        setup.auto,
-        alliance=setup.alliance,
+    played = _player(setup)(
         seconds=setup.seconds,
         seed=planned.seed,
         robot=setup.robot,
@@ -83,6 +82,19 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
     with played.match:
         metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)
         return {**metrics, "digest": played.report.digest}
+
+
+def _player(setup: RunSetup) -> Callable[..., AutoRun]:
+    """What plays a run: one robot its auto, or all of a match."""
+    seats = _seats(setup)
+    if seats:
+        return partial(play_match, setup.game, seats, me=plays(setup.auto))
+    return partial(play_auto, setup.game, setup.auto, alliance=setup.alliance)
+
+
+def _seats(setup: RunSetup) -> tuple[Seat, ...]:
+    """Who plays a match; empty: it is an auto."""
+    return lineup(setup.game, red=setup.red, blue=setup.blue) if setup.red or setup.blue else ()
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
@@ -119,6 +131,8 @@ def setup_of(experiment: Experiment) -> RunSetup:
         robot=robot_of(experiment.robot, game),
         scatter=experiment.scatter,
         alliance=experiment.alliance,
+        red=experiment.red,
+        blue=experiment.blue,
         seconds=experiment.seconds,
         engine=experiment.engine,
     )
@@ -134,11 +148,20 @@ def require_playable_runs(experiment: Experiment) -> None:
         require_project(experiment)
         return
     setup = setup_of(experiment)
+    _seats(setup)
     require_playable(setup.game, (), options=experiment.options, controllers=0, seed=0)
     for factor in experiment.factors:
         values = factor.values or (factor.at(0.5),)
         for value in values:
-            vary(setup, {factor.name: value})
+            _require_me(vary(setup, {factor.name: value}), factor.name)
+
+
+def _require_me(setup: RunSetup, factor: str) -> None:
+    """Refuse a factor of a robot or an auto that nobody in a match plays."""
+    of_all = ("blue", "engine", "pieces", "red", "scatter", "seconds")
+    seats = _seats(setup)
+    if seats and factor.partition(".")[0] not in of_all and all(seat.role != ME for seat in seats):
+        raise ConfigError(f"factor {factor!r}: it is of the robot {ME!r}, and none of --red and --blue is {ME!r}")
 
 
 def game_of(name: str | None) -> Game:

@@ -177,6 +177,8 @@ _PAGE = """<!DOCTYPE html>
 def _title(results: Results) -> str:
     experiment = results.experiment
     what = experiment.project or experiment.game or find_game(None, say=str).name
+    if experiment.red or experiment.blue:
+        return f"Sweep: {what}, matches of red {experiment.red or '-'} against blue {experiment.blue or '-'}"
     return f"Sweep: {what}, {f'auto {experiment.auto}' if experiment.auto else 'its first auto'}"
 
 

@@ -123,7 +123,8 @@ def run(options: argparse.Namespace) -> int:
     if options.repeat is not None:
         return _repeat(options)
     experiment = _experiment(options)
-    out = options.out or Path("out") / (experiment.auto or "sweep").replace("/", "_")
+    is_match = experiment.red or experiment.blue
+    out = options.out or Path("out") / ("matches" if is_match else experiment.auto or "sweep").replace("/", "_")
     progress = Told(experiment.count)
     try:
         with progress, sigterm_as_interrupt():

@@ -46,7 +46,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
-    "sweep": CORE | {"robot_file", "show"},  # pages and pictures of results are drawn as those of runs
+    "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
     "new_game": BASE,

@@ -48,7 +48,7 @@ def test_a_worked_question_leaves_what_the_page_shows(command, whole, tmp_path, 
 def test_the_other_commands_are_understood(whole, tmp_path, monkeypatch):
     """Designs are played in `tests/unit/sweep`, projects in `tests/adapters`; here with the flag for long tests."""
     others = [c for c in COMMANDS if "--design" in c]
-    assert len(others) == 1 and len(COMMANDS) == 6
+    assert len(others) == 1 and len(COMMANDS) == 7
     monkeypatch.chdir(tmp_path)
     if whole:
         assert main(short(others[0])) == 0

@@ -38,7 +38,7 @@ def test_seats_are_in_the_order_of_the_robots_and_me_is_the_first():
         Seat("red", "taker", 4),
         Seat("red", "waiter", 2),
     )
-    mine = lineup(GAME, red="taker,me", blue="waiter:1")
+    mine = lineup(GAME, red="taker+me", blue="waiter:1")
     assert [str(seat) for seat in mine] == ["me", "taker:2", "waiter:1"]
     assert [seat.alliance for seat in mine] == ["red", "red", "blue"]
     assert [entry.alliance for entry in entries(GAME, mine)] == ["red", "red", "blue"]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from simcore.match.game import Auto, Game
+from simcore.match.game import Auto, Game, Role
 from simcore.match.match import Match
 
 MARK = "SWEEP_GAME_MARK"
@@ -57,10 +57,17 @@ def ticks(run):
     return run.match.ticks
 
 
+def rush(match, alliance, level):
+    """A player: as fast as its level."""
+    return lambda robot, now: robot.drive.set_volts([2.0 * level] * 4, [0.0] * 4)
+
+
 with Match.bare() as match:
     SMALL: Game = replace(
         match.game,
         name="small",
+        starts=((2, 2, 0), (2, 4, 0)),
+        roles={"rusher": Role(name="rusher", summary="", controller=rush)},
         autos={
             deed.__name__: Auto(name=deed.__name__, summary="", controller=partial(controller, deed), start=(4, 4, 0))
             for deed in (drive, fail, hang, die, die_once)

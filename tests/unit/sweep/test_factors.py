@@ -17,6 +17,7 @@ from simcore.sweep.factors import Distribution, Factor, parse_factor
         ("a=1:2:0.4", (1.0, 1.4, 1.8)),
         ("battery.charge = 0.3, 1", (0.3, 1.0)),
         ("auto=left,two pieces", ("left", "two pieces")),
+        ("red=collector:3,collector:2+idle", ("collector:3", "collector:2+idle")),
     ],
 )
 def test_lists_and_ranges_with_their_end(text, values):

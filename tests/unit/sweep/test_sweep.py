@@ -10,6 +10,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -256,12 +257,30 @@ sys.stdin.read()
         ({"robot": "nowhere.toml"}, "there is no file"),
         ({"options": ("fast",)}, "no option of small named 'fast'"),
         ({"project": FOLDER}, "no robot.py"),
+        ({"project": FOLDER, "red": "me"}, "match = '...'"),
+        ({"red": "rushr"}, "Did you mean 'rusher'"),
+        ({"blue": "rusher", "factors": (parse_factor("red=rusher,rusher:9"),)}, "factor 'red'"),
+        ({"blue": "rusher", "factors": (MASS,)}, "none of --red and --blue is 'me'"),
+        ({"blue": "me", "alliance": "red"}, "leave alliance out"),
     ],
 )
 def test_what_no_run_can_be_is_said_before_the_first(settings, said):
     with pytest.raises((ConfigError, UnknownNameError)) as caught:
         sweep(experiment(**settings), executor="process")
     assert said in str(caught.value)
+
+
+def test_matches_are_swept_over_who_plays_them():
+    """The first robot is the alliance's of `me`, and has the factors of a robot."""
+    players = parse_factor("blue=rusher:1,rusher:3,me+rusher:3")
+    plan = replace(experiment(red="rusher", factors=(players,), seeds=(0, 1)), seconds=0.4)
+    matches = sweep(plan, executor="process").table
+    assert list(matches["error"]) == [""] * 6
+    slow, fast, mine = (matches[matches["blue"] == who] for who in players.values)
+    assert fast["distance_m"].min() > 1.5 * slow["distance_m"].max() > 0.0, "as fast as the level"
+    assert mine["digest"].nunique() == 2, "its auto draws its volts, players here draw nothing"
+    heavier = sweep(experiment(red="rusher,me", factors=(MASS,)), executor="process").table
+    assert heavier["distance_m"].iloc[0] > 1.1 * heavier["distance_m"].iloc[1] > 0.0
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for children as Linux has them")
