@@ -8,17 +8,16 @@ convex plates, and a `Mesh` only where nothing else fits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import FieldMeshError
 from simcore.physics.obj import MOST_GROUPS
 from simcore.physics.shapes import Box, Hull, Mesh
 from simcore.physics.sheets import Sheet, components, with_even_winding
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.physics.triangle_mesh import TriangleMesh
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "decompose", "plates"]
 
@@ -50,8 +49,8 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
         triangles: Vertex rows, shape (m, 3).
         group: Name of the group that they come from.
     """
-    mesh = _clean(vertices, triangles)
-    if not _has_area(mesh).any():
+    mesh = TriangleMesh.cleaned(vertices, triangles)
+    if not mesh.has_area.any():
         return ()
     solid = _solid(mesh)
     if solid is not None:
@@ -72,10 +71,10 @@ def plates(sheet: Sheet, thickness: float) -> list[MeshPart]:
     return [_plate(corners, normal, thickness) for corners, normal in zip(sheet.corners, sheet.normals, strict=True)]
 
 
-def _sheet(mesh: Any, group: str) -> Sheet | None:
+def _sheet(mesh: TriangleMesh, group: str) -> Sheet | None:
     """An open connected mesh as flat polygons; None if it takes more than `MAX_PLATES`."""
     faces, is_mixed = with_even_winding(mesh)
-    polygons = _flat_polygons(trimesh.Trimesh(mesh.vertices, faces, process=False))
+    polygons = _flat_polygons(TriangleMesh(mesh.vertices, faces))
     if not polygons:
         return None
     corners, normals = zip(*polygons, strict=True)
@@ -83,41 +82,23 @@ def _sheet(mesh: Any, group: str) -> Sheet | None:
     return Sheet(group, corners, np.array(normals), np.array(areas), is_mixed)
 
 
-def _clean(vertices: FloatArray, triangles: IntArray) -> Any:
-    """A trimesh with equal vertices (to a micrometer) merged, unused ones dropped, and no face of two points."""
-    _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
-    faces = inverse.reshape(-1)[triangles]
-    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
-    mesh = trimesh.Trimesh(vertices[first], faces, process=False)
-    mesh.remove_unreferenced_vertices()
-    return mesh
-
-
-def _has_area(mesh: Any) -> BoolArray:
-    """Per face, whether it is more than a sliver: slivers close a body but have no direction of their own."""
-    if len(mesh.faces) == 0:
-        return np.zeros(0, dtype=np.bool_)
-    longest = np.linalg.norm(mesh.triangles - np.roll(mesh.triangles, 1, axis=1), axis=2).max(axis=1)
-    return np.asarray(2.0 * mesh.area_faces > 1e-5 * longest)  # its height is over 10 micrometers
-
-
-def _pieces(vertices: FloatArray, triangles: IntArray, mesh: Any, group: str) -> list[Any]:
+def _pieces(vertices: FloatArray, triangles: IntArray, mesh: TriangleMesh, group: str) -> list[TriangleMesh]:
     """Connected pieces; solids that merely touch are kept apart if the file gave them vertices of their own."""
     edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]])
     labels = components(edges, len(vertices))[triangles[:, 0]]
     if (count := len(np.unique(labels))) > MOST_GROUPS:
         raise FieldMeshError(f"group {group!r} has {count} separate bodies, over the limit of {MOST_GROUPS}")
     if labels.max() > labels.min():
-        apart = [_clean(vertices, triangles[labels == label]) for label in np.unique(labels)]
-        apart = [piece for piece in apart if _has_area(piece).any()]
+        apart = [TriangleMesh.cleaned(vertices, triangles[labels == label]) for label in np.unique(labels)]
+        apart = [piece for piece in apart if piece.has_area.any()]
         if all(_is_closed_body(piece) for piece in apart):
             return apart
-    labels = components(mesh.face_adjacency, len(mesh.faces))
-    pieces = [_clean(mesh.vertices, mesh.faces[labels == label]) for label in np.unique(labels)]
-    return [piece for piece in pieces if _has_area(piece).any()]
+    labels = components(mesh.adjacent, len(mesh.faces))
+    pieces = [TriangleMesh.cleaned(mesh.vertices, mesh.faces[labels == label]) for label in np.unique(labels)]
+    return [piece for piece in pieces if piece.has_area.any()]
 
 
-def _is_closed_body(mesh: Any) -> bool:
+def _is_closed_body(mesh: TriangleMesh) -> bool:
     """Whether every edge joins two faces and the whole is not just a flat sheet with two sides."""
     if not mesh.is_watertight:
         return False
@@ -125,7 +106,7 @@ def _is_closed_body(mesh: Any) -> bool:
     return bool(depth > TOLERANCE)
 
 
-def _solid(mesh: Any) -> MeshPart | None:
+def _solid(mesh: TriangleMesh) -> MeshPart | None:
     """The mesh as a box or a hull, None if it is neither."""
     if not (_is_closed_body(mesh) and _is_convex(mesh)):
         return None
@@ -133,7 +114,7 @@ def _solid(mesh: Any) -> MeshPart | None:
         hull = ConvexHull(mesh.vertices)
     except QhullError:
         return None
-    points = np.asarray(mesh.vertices)  # without trimesh's change tracking
+    points = mesh.vertices
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
     if hull.volume >= (1.0 - 1e-6) * float(np.prod(size)):
@@ -141,10 +122,10 @@ def _solid(mesh: Any) -> MeshPart | None:
     return MeshPart(Hull(points[np.sort(hull.vertices)] - center), center)
 
 
-def _is_convex(mesh: Any) -> bool:
+def _is_convex(mesh: TriangleMesh) -> bool:
     """Whether each face has all vertices on one side; independent of the winding, which is often wrong in files."""
-    is_face = _has_area(mesh)
-    normals = mesh.face_normals[is_face]
+    is_face = mesh.has_area
+    normals = mesh.normals[is_face]
     offsets = np.einsum("ij,ij->i", normals, mesh.triangles[is_face, 0])
     for start in range(0, len(normals), 256):  # in blocks, so that a huge mesh is rejected early and in little memory
         rows = slice(start, start + 256)
@@ -154,12 +135,12 @@ def _is_convex(mesh: Any) -> bool:
     return True
 
 
-def _flat_polygons(mesh: Any) -> list[tuple[FloatArray, FloatArray]]:
+def _flat_polygons(mesh: TriangleMesh) -> list[tuple[FloatArray, FloatArray]]:
     """Convex flat polygons that cover the mesh, as (corners, normal); empty if it takes more than `MAX_PLATES`."""
-    mesh = _clean(mesh.vertices, mesh.faces[_has_area(mesh)])
-    pairs = mesh.face_adjacency
+    mesh = TriangleMesh.cleaned(mesh.vertices, mesh.faces[mesh.has_area])
+    pairs = mesh.adjacent
     a, b = pairs[:, 0], pairs[:, 1]
-    normals, corners = mesh.face_normals, mesh.triangles
+    normals, corners = mesh.normals, mesh.triangles
     # Both faces lie within the tolerance of each other's plane and look to the same side.
     gap_b = np.abs(np.einsum("ijk,ik->ij", corners[b] - corners[a][:, :1], normals[a])).max(axis=1, initial=0.0)
     gap_a = np.abs(np.einsum("ijk,ik->ij", corners[a] - corners[b][:, :1], normals[b])).max(axis=1, initial=0.0)
@@ -171,10 +152,10 @@ def _flat_polygons(mesh: Any) -> list[tuple[FloatArray, FloatArray]]:
         regions += _convex_regions(mesh, np.flatnonzero(labels == label).tolist(), pairs)
         if len(regions) > MAX_PLATES:
             return []
-    return [(_corners(mesh, region), mesh.face_normals[region[0]]) for region in regions]
+    return [(_corners(mesh, region), mesh.normals[region[0]]) for region in regions]
 
 
-def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[int]]:
+def _convex_regions(mesh: TriangleMesh, faces: list[int], pairs: IntArray) -> list[list[int]]:
     """Coplanar connected triangles gathered into few convex regions: the whole if it is one, else grown greedily."""
     if _covers_its_hull(mesh, faces):
         return [faces]
@@ -186,7 +167,7 @@ def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[i
             neighbours[i].add(j)
             neighbours[j].add(i)
     while left:
-        seed = max(sorted(left), key=lambda face: float(mesh.area_faces[face]))
+        seed = max(sorted(left), key=lambda face: float(mesh.areas[face]))
         region = [seed]
         left.discard(seed)
         grew = True
@@ -201,19 +182,19 @@ def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[i
     return regions
 
 
-def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
+def _covers_its_hull(mesh: TriangleMesh, faces: list[int]) -> bool:
     """Whether triangles lie in one plane and fill a convex polygon of it."""
-    points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.face_normals[faces[0]]
+    points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.normals[faces[0]]
     if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a fine curve: each pair is flat, the whole is not
         return False
-    area = float(mesh.area_faces[faces].sum())
+    area = float(mesh.areas[faces].sum())
     flat = _in_plane(points, normal)
     return bool(ConvexHull(flat).volume <= area * (1.0 + 1e-4))  # in 2-D, `volume` is the area
 
 
-def _corners(mesh: Any, faces: list[int]) -> FloatArray:
+def _corners(mesh: TriangleMesh, faces: list[int]) -> FloatArray:
     points = np.unique(mesh.triangles[faces].reshape(-1, 3), axis=0)
-    return np.asarray(points[ConvexHull(_in_plane(points, mesh.face_normals[faces[0]])).vertices])
+    return np.asarray(points[ConvexHull(_in_plane(points, mesh.normals[faces[0]])).vertices])
 
 
 def _in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
@@ -232,7 +213,7 @@ def _plate(corners: FloatArray, normal: FloatArray, thickness: float) -> MeshPar
     return MeshPart(Hull(points - center), center)
 
 
-def _triangle_mesh(mesh: Any) -> MeshPart:
-    points = np.asarray(mesh.vertices)
+def _triangle_mesh(mesh: TriangleMesh) -> MeshPart:
+    points = mesh.vertices
     center = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    return MeshPart(Mesh(points - center, np.asarray(mesh.faces, dtype=np.int64)), center)
+    return MeshPart(Mesh(points - center, mesh.faces), center)

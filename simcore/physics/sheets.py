@@ -17,6 +17,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simcore.geometry.symmetry import FieldSymmetry
+from simcore.physics.triangle_mesh import TriangleMesh
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["SAME_PLACE", "Sheet", "SideRemarks", "choose_sides", "components", "with_even_winding"]
@@ -94,7 +95,7 @@ def components(pairs: IntArray, count: int) -> IntArray:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
+def with_even_winding(mesh: TriangleMesh) -> tuple[IntArray, bool]:
     """Faces of a connected mesh, wound so that neighbours agree and most of the area stays as it was.
 
     Each face is two nodes of a graph, as it is and turned round; an edge joins what agrees: two faces pass their common
@@ -103,8 +104,8 @@ def with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
     Returns:
         Vertex rows, shape (m, 3), and whether any face was turned, or none can be right (a Moebius strip).
     """
-    faces, count = np.asarray(mesh.faces), len(mesh.faces)
-    pairs, edges = np.asarray(mesh.face_adjacency), np.asarray(mesh.face_adjacency_edges)
+    faces, count = mesh.faces, len(mesh.faces)
+    pairs, edges = mesh.adjacent, mesh.shared_edges
     if not len(pairs):
         return faces, False
     agree = _passes(faces[pairs[:, 0]], edges) != _passes(faces[pairs[:, 1]], edges)
@@ -113,7 +114,7 @@ def with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
     joined = np.vstack([np.column_stack([a, b + other]), np.column_stack([a + count, b + count - other])])
     labels = components(joined, 2 * count)
     turned = np.zeros(count, dtype=np.bool_)
-    areas, is_mixed = np.asarray(mesh.area_faces), False
+    areas, is_mixed = mesh.areas, False
     for label in np.unique(np.minimum(labels[:count], labels[count:])):
         as_it_is, turned_round = labels[:count] == label, labels[count:] == label
         if (as_it_is & turned_round).any():

@@ -15,8 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import SupportsFloat, TypeAlias
 
-from scipy.optimize import brentq, minimize_scalar
-
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 from simcore.geometry.rotation import wrap_angle
 from simcore.typing import FloatArray
@@ -150,6 +148,7 @@ class _Problem:
             if elevation > _STEEPEST:
                 raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is too steep")
             return elevation
+        from scipy.optimize import brentq
 
         def excess(angle: float) -> float:
             return self.shot(angle).elevation - elevation
@@ -173,6 +172,7 @@ class _Problem:
 
     def angle_for_speed(self, speed: float, high_arc: bool) -> float:
         """Field-frame angle whose launch has this speed relative to the muzzle."""
+        from scipy.optimize import brentq, minimize_scalar
 
         def excess(angle: float) -> float:
             return self.shot(angle).speed - speed

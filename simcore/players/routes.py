@@ -12,7 +12,6 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -50,6 +49,8 @@ class RouteMap:
     def __init__(
         self, field: FieldDefinition, elements: Iterable[FieldElement], *, height: float, flipped: bool
     ) -> None:
+        from scipy.ndimage import distance_transform_edt
+
         self._size = np.array(field.size)
         self.shape = (round(field.size[0] / _CELL), round(field.size[1] / _CELL))
         self._step = self._size / self.shape

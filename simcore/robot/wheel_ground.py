@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_rpy, from_yaw, matrix, multiply
@@ -104,6 +103,8 @@ class WheelGround:
             lift = flat[:, 2] - _plane_heights(flat, tilt)  # of each point over the plane of the wheels' soles
             rows = np.vstack([rows, np.column_stack([np.ones(len(flat)), flat[:, :2]])])
             heights = np.append(heights, ground - lift)  # those of earlier rounds, too: or it may tilt to and fro
+            from scipy.optimize import linprog  # 0.1 s, and on a flat floor not needed
+
             found = linprog(
                 (1.0, 0.0, 0.0),
                 A_ub=-rows,
