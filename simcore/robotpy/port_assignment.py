@@ -26,16 +26,7 @@ from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
-from simcore.robot_file.sensor_tables import (
-    BeamBreakSettings,
-    EncoderSettings,
-    LimitSwitchSettings,
-    PieceView,
-    PotentiometerSettings,
-    RangeSettings,
-    SensorSettings,
-    SwitchInput,
-)
+from simcore.robot_file.sensor_tables import SensorSettings
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text
 from simcore.robotpy.piece_sensors import PieceSensor
 from simcore.robotpy.port_devices import (
@@ -187,42 +178,40 @@ class PortAssignment:
     # --- connecting -----------------------------------------------------------------------------------------------
 
     def _connect(self, where: str, sensor: SensorSettings) -> None:
-        if isinstance(sensor, BeamBreakSettings):
-            self._watch(sensor.name, sensor.sees, self._switch(where, sensor.input).set_active)
-        elif isinstance(sensor, RangeSettings):
-            self._connect_range(where, sensor)
-        elif isinstance(sensor, LimitSwitchSettings):
-            limit = LimitSwitchInput(self._switch(where, sensor.input), low=sensor.low, high=sensor.high)
-            self._limits[sensor.name] = limit
-            self._inputs.add(self._robot.mechanisms[sensor.mechanism], limit)
+        if sensor.kind == "beam break":
+            self._watch(sensor, self._switch(where, sensor).set_active)
+        elif sensor.sees is not None:
+            device, distances = _range(where, sensor), (sensor.empty, sensor.distance)
+            self._watch(sensor, lambda is_seen: device.write(distances[is_seen]))
         else:
-            _require_ports(where, sensor.keys)
+            assert sensor.mechanism is not None
             mechanism = self._robot.mechanisms[sensor.mechanism]
-            if isinstance(sensor, PotentiometerSettings):
-                volts = (sensor.lower_volts, sensor.upper_volts)
-                self._inputs.add(mechanism, PotentiometerInput(sensor.channel, stops=mechanism.stops, volts=volts))
-            else:
-                self._inputs.add(mechanism, _encoder(where, sensor, mechanism))
+            self._inputs.add(mechanism, self._input(where, sensor, mechanism))
 
-    def _connect_range(self, where: str, sensor: RangeSettings) -> None:
-        device = CANrangeSim(find_device(where, "CANrange", sensor.device_id).hardware)
-        if sensor.sees is not None:
-            distances = sensor.empty, sensor.distance
-            self._watch(sensor.name, sensor.sees, lambda is_seen: device.write(distances[is_seen]))
-            return
-        assert sensor.mechanism is not None
-        mechanism = self._robot.mechanisms[sensor.mechanism]
-        self._inputs.add(mechanism, _SlideRange(device, mechanism, sensor.distance))
+    def _input(self, where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
+        """What shows where a mechanism is."""
+        if sensor.kind == "canrange":
+            return _SlideRange(_range(where, sensor), mechanism, sensor.distance)
+        if sensor.kind == "limit switch":
+            low, high = sensor.pressed
+            limit = self._limits[sensor.name] = LimitSwitchInput(self._switch(where, sensor), low=low, high=high)
+            return limit
+        _require_ports(where, sensor.keys)
+        if sensor.kind == "potentiometer":
+            return PotentiometerInput(sensor.keys[0][1], stops=mechanism.stops, volts=sensor.volts)
+        return _encoder(where, sensor, mechanism)
 
-    def _watch(self, name: str, sees: PieceView, show: Callable[[bool], object]) -> None:
-        self._piece_sensors[name] = PieceSensor(sees, self._robot, self._kind_of, show)
+    def _watch(self, sensor: SensorSettings, show: Callable[[bool], object]) -> None:
+        assert sensor.sees is not None
+        self._piece_sensors[sensor.name] = PieceSensor(sensor.sees, self._robot, self._kind_of, show)
 
-    def _switch(self, where: str, wired: SwitchInput) -> Switch:
-        if wired.model == "CANdi":
-            candi = find_device(where, "CANdi", wired.number).hardware
-            return CANdiSwitchSim(candi, wired.pin, normally_closed=wired.normally_closed)
-        _require_ports(where, wired.keys)
-        return DigitalSwitch(wired.number, normally_closed=wired.normally_closed)
+    def _switch(self, where: str, sensor: SensorSettings) -> Switch:
+        ((model, number),) = sensor.keys
+        if model == "CANdi":
+            candi = find_device(where, model, number).hardware
+            return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed)
+        _require_ports(where, sensor.keys)
+        return DigitalSwitch(number, normally_closed=sensor.normally_closed)
 
     def _kind_of(self, slot: int) -> str:
         number = int(self._match.pieces.state.kind[slot])
@@ -265,18 +254,22 @@ class _SlideRange:
         self._device.write(max(0.0, self._distance + way))
 
 
-def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> AnglePort:
-    gearing = -sensor.gearing if sensor.reversed else sensor.gearing
+def _range(where: str, sensor: SensorSettings) -> CANrangeSim:
+    return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
+
+
+def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
+    model, channel = sensor.keys[0]
+    gearing = sensor.gearing
     if sensor.kind == "encoder":
         try:
-            sim = EncoderSim.create_for_channel(sensor.channels[0])
+            sim = EncoderSim.create_for_channel(channel)
         except IndexError:
             raise ConfigError(
-                f"{where}: DIO {sensor.channels[0]} is channel A of no Encoder of the robot program; of DIO it builds: "
+                f"{where}: DIO {channel} is channel A of no Encoder of the robot program; of DIO it builds: "
                 f"{ports_text('DIO')}"
             ) from None
         return QuadratureInput(sim, pulses_per_turn=sensor.pulses_per_turn, gearing=gearing, start=mechanism.position)
-    model, channel = sensor.keys[0]
     try:
         return AbsoluteEncoderInput(
             model, channel, gearing=gearing, zero=sensor.zero, full_range=encoder_range(model, channel)
@@ -299,18 +292,13 @@ def _strip_colors(strip: Any) -> IntArray:
 
 def _port_text(sensor: SensorSettings) -> str:
     (model, _), numbers = sensor.keys[0], " ".join(str(number) for _, number in sensor.keys)
-    pin = sensor.input.pin if isinstance(sensor, (BeamBreakSettings, LimitSwitchSettings)) else 0
-    return f"{model} {numbers}" + (f" pin {pin}" if pin else "")
+    return f"{model} {numbers}" + (f" pin {sensor.pin}" if sensor.pin else "")
 
 
 def _meaning(sensor: SensorSettings) -> str:
-    if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
+    if sensor.sees is not None:
         return f"{sensor.name!r} {sensor.sees}"
-    kind = getattr(
-        sensor, "kind", {"PotentiometerSettings": "potentiometer"}.get(type(sensor).__name__, "limit switch")
-    )
-    assert not isinstance(sensor, BeamBreakSettings)
-    return f"{sensor.name!r}, {'distance' if isinstance(sensor, RangeSettings) else kind} of {sensor.mechanism!r}"
+    return f"{sensor.name!r}, {'distance' if sensor.kind == 'canrange' else sensor.kind} of {sensor.mechanism!r}"
 
 
 def _by_class(ports: Any) -> list[str]:
