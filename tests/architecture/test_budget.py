@@ -23,7 +23,7 @@ BUDGET = {
     "new_game": (120, 2),
     "phoenix5": (858, 6),
     "phoenix6": (1753, 13),
-    "phoenix6_emulator": (5920, 33),
+    "phoenix6_emulator": (5821, 33),
     "photonvision": (645, 3),
     "physics": (6434, 25),
     "pieces": (5222, 23),
