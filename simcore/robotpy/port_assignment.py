@@ -21,7 +21,7 @@ from simcore.phoenix6.built_devices import DEVICES
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiSwitchSim, CANrangeSim
 from simcore.robot.mechanisms import ElevatorSim, RackSim
 from simcore.robot.motor_controllers import MotorDevices
-from simcore.robot.motor_ports import AnglePort
+from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
@@ -30,21 +30,16 @@ from simcore.robot_file.sensor_tables import SensorSettings
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text
 from simcore.robotpy.piece_sensors import PieceSensor
 from simcore.robotpy.port_devices import (
-    AbsoluteEncoderInput,
     DigitalSwitch,
     LimitSwitchInput,
     PistonValve,
     PortMotorSim,
     PotentiometerInput,
-    PWMChannelPort,
-    QuadratureInput,
-    RelayPort,
     ServoSignal,
     Switch,
 )
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, RelayPort
 from simcore.typing import IntArray
-
-EncoderSim = season.wpilib_simulation.EncoderSim
 
 __all__ = ["PortAssignment"]
 
@@ -67,11 +62,11 @@ def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership)
     if m.cancoder is not None:
         encoder = CANcoderSim(find_device(where, "CANcoder", m.cancoder).hardware)
         ownership.claim(("CANcoder", m.cancoder), m.name)
-    leader = _controller(m.leader) if m.controller == "PWM" else None
-    ports = [
-        PWMChannelPort(number, leader, coasts=m.coasts) if m.controller == "PWM" else RelayPort(number, coasts=m.coasts)
-        for number in m.devices
-    ]
+    if m.controller == "PWM":
+        leader = _controller(m.leader)
+        ports: list[MotorPort] = [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.devices]
+    else:
+        ports = [RelayPort(number, coasts=m.coasts) for number in m.devices]
     signs = [-1.0 if (number in m.opposed) != m.reversed else 1.0 for number in m.devices]
     return PortMotorSim(ports, mechanism, signs=signs, encoder=encoder, encoder_gearing=m.cancoder_gearing)
 
@@ -260,24 +255,25 @@ def _range(where: str, sensor: SensorSettings) -> CANrangeSim:
 
 def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
     model, channel = sensor.keys[0]
-    gearing = sensor.gearing
-    if sensor.kind == "encoder":
-        try:
-            sim = EncoderSim.create_for_channel(channel)
-        except IndexError:
-            raise ConfigError(
-                f"{where}: DIO {channel} is channel A of no Encoder of the robot program; of DIO it builds: "
-                f"{ports_text('DIO')}"
-            ) from None
-        return QuadratureInput(sim, pulses_per_turn=sensor.pulses_per_turn, gearing=gearing, start=mechanism.position)
+    gearing, reversed = abs(sensor.gearing), sensor.gearing < 0.0
     try:
-        return AbsoluteEncoderInput(
-            model, channel, gearing=gearing, zero=sensor.zero, full_range=encoder_range(model, channel)
+        if sensor.kind == "encoder":
+            return EncoderPort(
+                channel,
+                pulses_per_turn=sensor.pulses_per_turn,
+                gearing=gearing,
+                reversed=reversed,
+                start=mechanism.position,
+            )
+        full_range = encoder_range(model, channel)
+        return AbsoluteEncoderPort(
+            (model, channel), zero=sensor.zero, full_range=full_range, gearing=gearing, reversed=reversed
         )
     except IndexError:
-        raise ConfigError(
-            f"{where}: the robot program reads no duty cycle on DIO {channel}; of DIO it builds: {ports_text('DIO')}"
-        ) from None
+        said = f"the robot program reads no duty cycle on DIO {channel}"
+        if sensor.kind == "encoder":
+            said = f"DIO {channel} is channel A of no Encoder of the robot program"
+        raise ConfigError(f"{where}: {said}; of DIO it builds: {ports_text('DIO')}") from None
 
 
 def _strip_colors(strip: Any) -> IntArray:
