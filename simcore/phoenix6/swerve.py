@@ -30,7 +30,6 @@ from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = [
     "SwerveDrivetrainSim",
-    "drivetrain_motors",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
@@ -152,11 +151,6 @@ def module_constants(drivetrain: Any) -> list[Any]:
 def known_drivetrains() -> list[Any]:
     """All drivetrains that the program has built."""
     return list(_seen)
-
-
-def drivetrain_motors() -> set[tuple[str, int]]:
-    """Model and id of every motor of these, which turns no other mechanism."""
-    return {key for drivetrain in _seen for key in _motor_keys(drivetrain)}
 
 
 def only_drivetrain() -> Any:

@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (3123, 21),
+    "devices": (3096, 21),
     "games/rebuilt": (1860, 16),
     "games/reefscape": (1397, 13),
     "games/shipped.py": (19, 1),
@@ -22,7 +22,7 @@ BUDGET = {
     "navx": (178, 2),
     "new_game": (120, 2),
     "phoenix5": (852, 6),
-    "phoenix6": (1727, 11),
+    "phoenix6": (1721, 11),
     "phoenix6_emulator": (5821, 33),
     "photonvision": (645, 3),
     "physics": (6434, 25),
@@ -31,7 +31,7 @@ BUDGET = {
     "revlib": (829, 7),
     "robot": (8592, 38),
     "robot_file": (3885, 19),
-    "robotpy": (8107, 42),
+    "robotpy": (8091, 42),
     "shooting": (1360, 7),
     "show": (7974, 45),
     "simcore": (1549, 10),

@@ -78,11 +78,11 @@ def main() -> None:
     for _ in range(6):
         assignment.after_tick()
     said["taken"] = list(steps)
-    said["table"] = assignment.table()
+    said["owners"] = [assignment.drivetrain, assignment.foreign, assignment.guessed]
     follower.sim_state.set_rotor_velocity(3.0)
     assignment.after_tick()
     said["given_back"] = steps[len(said["taken"]) :]
-    said["table_after"] = assignment.table()
+    said["guessed_after"] = assignment.guessed
     assert all(isinstance(d, BuiltDevice) for d in devices)
     print(json.dumps(said), flush=True)
     os._exit(0)
