@@ -31,7 +31,7 @@ BUDGET = {
     "revlib": (829, 7),
     "robot": (8592, 38),
     "robot_file": (3885, 19),
-    "robotpy": (8091, 42),
+    "robotpy": (8072, 42),
     "shooting": (1360, 7),
     "show": (7974, 45),
     "simcore": (1549, 10),
