@@ -149,10 +149,7 @@ DEPOT_Y: Final = FIELD_WIDTH / 2.0 + inches(75.93)
 
 OUTPOST_Y: Final = 0.666  # tag 29
 OUTPOST_OPENING_WIDTH: Final = inches(31.8)  # chute, manual 5.9.2
-OUTPOST_OPENING_HEIGHT: Final = inches(7.0)  # chute, manual 5.9.2
 OUTPOST_OPENING_BOTTOM: Final = inches(28.1)  # chute, manual 5.9.2
 CORRAL_OPENING_WIDTH: Final = inches(32.0)  # manual 5.9.2
 CORRAL_OPENING_HEIGHT: Final = inches(7.0)  # manual 5.9.2
 CORRAL_OPENING_BOTTOM: Final = inches(1.88)  # manual 5.9.2
-CORRAL_WIDTH: Final = inches(35.8)  # along y, manual 5.9.2
-CORRAL_DEPTH: Final = inches(37.6)  # behind the wall, manual 5.9.2

@@ -25,9 +25,9 @@ __all__ = [
     "L4_BEND_HEIGHT", "L4_STRAIGHT", "MARK_X", "MARK_YS", "NET_FLOOR_HEIGHT", "NET_FRAME_THICKNESS", "NET_LENGTH",
     "NET_RIM_HEIGHT", "NET_WIDTH", "NET_Y", "PERIMETER_THICKNESS", "PROCESSOR_FRAME_TOP", "PROCESSOR_FRAME_WIDTH",
     "PROCESSOR_OPENING_BOTTOM", "PROCESSOR_OPENING_HEIGHT", "PROCESSOR_OPENING_WIDTH", "PROCESSOR_RECESS",
-    "PROCESSOR_STORED", "PROCESSOR_X", "REEF_ALGAE_HEIGHTS", "REEF_ALGAE_RADIUS", "REEF_APOTHEM", "REEF_CENTER",
+    "PROCESSOR_X", "REEF_ALGAE_HEIGHTS", "REEF_ALGAE_RADIUS", "REEF_APOTHEM", "REEF_CENTER",
     "REEF_FACE_YAWS_DEG", "REEF_ZONE_APOTHEM", "RISER_RADIUS", "STARTING_LINE_WIDTH", "STARTING_LINE_X",
-    "STATION_DEPTH", "STATION_FACE_CENTER", "STATION_FACE_WIDTH", "STATION_OPENING_BOTTOM", "STATION_OPENING_HEIGHT",
+    "STATION_DEPTH", "STATION_FACE_CENTER", "STATION_OPENING_BOTTOM", "STATION_OPENING_HEIGHT",
     "STATION_OPENING_WIDTH", "STATION_YAW_DEG", "TROUGH_DEPTH", "TROUGH_EDGE_HEIGHT", "TROUGH_FLOOR_DROP",
     "TROUGH_WALL_HEIGHT", "TRUSS_BOTTOM", "TRUSS_TOP",
 ]  # fmt: skip
@@ -82,7 +82,6 @@ STATION_FACE_CENTER: Final = (inches(33.51), inches(25.80))
 """Middle of the right station's face, at tag 12; 6328 has it 0.7 mm farther out. The left one is mirrored in y."""
 STATION_YAW_DEG: Final = 54.0
 """Out of the right station's face. Tags; 6328 has 54.011."""
-STATION_FACE_WIDTH: Final = inches(79.75)  # 6328
 STATION_OPENING_WIDTH: Final = inches(76.0)  # manual
 STATION_OPENING_HEIGHT: Final = inches(7.0)  # manual
 STATION_OPENING_BOTTOM: Final = inches(37.5)  # manual
@@ -103,7 +102,6 @@ PROCESSOR_OPENING_BOTTOM: Final = inches(7.0)  # manual
 PROCESSOR_FRAME_WIDTH: Final = inches(4.0)  # of the jambs, estimate
 PROCESSOR_FRAME_TOP: Final = 1.45  # estimate: above the tag
 PROCESSOR_RECESS: Final = 0.005  # of the frame behind the guardrail: the tag hangs 3.8 mm behind it
-PROCESSOR_STORED: Final = 4  # algae that may wait in the human player's area, G435
 
 # --- Barge -----------------------------------------------------------------------------------------------------------
 

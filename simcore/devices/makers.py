@@ -119,7 +119,10 @@ class MakersDrivetrain(Protocol):
 
 
 class Maker:
-    """Devices of one maker; what a maker does not make stays as it is here."""
+    """Devices of one maker; what a maker does not make stays as it is here.
+
+    What asks a device raises `ConfigError` if that does not answer.
+    """
 
     name: str = ""
     """For documents."""
@@ -173,27 +176,15 @@ class Maker:
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
-        """What a motor controller is configured with.
-
-        Raises:
-            ConfigError: It does not answer.
-        """
+        """What a motor controller is configured with."""
         raise ConfigError(f"{motor} is no motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        """Its simulated side; positive is as robot code has it.
-
-        Raises:
-            ConfigError: It does not answer.
-        """
+        """Its simulated side; positive is as robot code has it."""
         raise ConfigError(f"{motor} is no motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
-        """What motors probably turn that no table describes.
-
-        Raises:
-            ConfigError: A device does not answer.
-        """
+        """What motors probably turn that no table describes."""
         raise ConfigError(f"{group} is configured with nothing that tells what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
@@ -203,9 +194,6 @@ class Maker:
             group: Leader and followers.
             mechanism: What they turn.
             mounting: How; None: as the fields' defaults are.
-
-        Raises:
-            ConfigError: A device does not answer.
         """
         raise ConfigError(f"{group} is no motor controller on CAN")
 
@@ -218,18 +206,11 @@ class Maker:
             group: Leader and followers.
             guess: As this maker has it.
             sensors: Those of the guess that are built, and that nothing else writes.
-
-        Raises:
-            ConfigError: A device does not answer.
         """
         return self.connect(group, guess.mechanism)
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        """The kS that a controller is configured with; 0: none [V].
-
-        Raises:
-            ConfigError: It does not answer.
-        """
+        """The kS that a controller is configured with; 0: none [V]."""
         return 0.0
 
     # --- sensors, and what a library drives itself ----------------------------------------------------------------
@@ -240,18 +221,11 @@ class Maker:
         Args:
             encoder: Of the maker's; a motor controller with an encoder wired to it is one, too.
             port: That of this motor controller, where it is one.
-
-        Raises:
-            ConfigError: It does not answer.
         """
         raise ConfigError(f"{encoder} has no encoder that is simulated")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """A gyro; it is written what the robot has turned since the gyro was switched on, counter-clockwise.
-
-        Raises:
-            ConfigError: It does not answer.
-        """
+        """A gyro; it is written what the robot has turned since the gyro was switched on, counter-clockwise."""
         raise ConfigError(f"{gyro} is no gyro that is simulated")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:

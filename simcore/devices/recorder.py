@@ -7,6 +7,7 @@ object is built.
 from __future__ import annotations
 
 import functools
+import inspect
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from typing import Any, TypeAlias
 from simcore import season
 from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["Built", "BuiltDevices", "after_call", "built", "odometry_classes", "record_class", "watch_program"]
+__all__ = [
+    "Built", "BuiltDevices", "after_call", "built", "guard", "odometry_classes", "record_class", "watch_program",
+]  # fmt: skip
 
 Arguments: TypeAlias = tuple[Any, ...]
 Settings: TypeAlias = dict[str, Any]
@@ -77,6 +80,37 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         return answer
 
     setattr(owner, method, noted)
+
+
+def guard(
+    owner: Any,
+    method: str,
+    key_of: Callable[[Any], tuple[str, int] | None],
+    may_write: Callable[[tuple[str, int]], bool],
+    *,
+    drops: bool = True,
+    dropped: object = None,
+) -> None:
+    """Ask before each call of a method by which a team's own simulation writes; see `Maker.watch_simulations`.
+
+    Args:
+        owner: Class that has the method; a guard of before is replaced.
+        method: Its name.
+        key_of: Model and id of the device, from the object; None: not known, so nobody asks.
+        may_write: Gets these.
+        drops: Whether a call that may not be is left out; else it is only noted, as one that gives something to write.
+        dropped: Answer to a call that is left out.
+    """
+    call = inspect.unwrap(getattr(owner, method))
+
+    @functools.wraps(call)
+    def guarded(made: Any, *args: Any, **settings: Any) -> Any:
+        key = key_of(made)
+        if key is not None and not may_write(key) and drops:
+            return dropped
+        return call(made, *args, **settings)
+
+    setattr(owner, method, guarded)
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:

@@ -20,7 +20,6 @@ __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
 _MAXSWERVE = MODULES["REV MAXSwerve"]
-_INCH = 0.0254
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:

@@ -6,7 +6,7 @@ physics and answers what robot code reads.
 
 - `built_talons` notes controllers and gyros that a program builds, what they are configured with and told.
 - `talon_loop` is the control law of a Talon SRX and a Victor SPX.
-- `talon_port` is one controller as robot code sees it, `talon_motor` connects it with a mechanism.
+- `talon_srx_port` is one controller as robot code sees it, `talon_srx_motor` connects it with a mechanism.
 - `ctre5_maker` is the gyro, and says what of it all makes a drivetrain.
 
 All need the extra 'phoenix5'.

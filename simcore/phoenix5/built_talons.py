@@ -7,7 +7,6 @@ C++ sets, such as a `DifferentialDrive`, shows in `get()` and `getControlMode()`
 from __future__ import annotations
 
 import functools
-import inspect
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,7 +14,7 @@ from typing import Any
 import phoenix5
 from phoenix5 import ControlMode, DemandType, FeedbackDevice, NeutralMode, TalonSRXControlMode
 
-from simcore.devices.recorder import BuiltDevices, record_class
+from simcore.devices.recorder import BuiltDevices, guard, record_class
 from simcore.phoenix5.talon_loop import ControlMode as Mode
 from simcore.phoenix5.talon_loop import Demand, SlotGains, TalonConfiguration
 
@@ -278,16 +277,11 @@ def _noting(method: Any, name: str) -> Any:
 
 def watch_simulations(may_write: Callable[[tuple[str, int]], bool]) -> None:
     """Ask whenever a team's own simulation takes a controller's simulated side; see `Maker.watch_simulations`."""
-
-    def asking(get: Any) -> Any:
-        @functools.wraps(get)
-        def asked(self: Any) -> Any:
-            may_write((record_of(self).model, int(self.getDeviceID())))
-            return get(self)
-
-        return asked
-
     for classes in MODELS.values():
         for cls in classes:
             if "getSimCollection" in cls.__dict__:
-                cls.getSimCollection = asking(inspect.unwrap(cls.getSimCollection))
+                guard(cls, "getSimCollection", _key_of, may_write, drops=False)
+
+
+def _key_of(talon: Any) -> tuple[str, int]:
+    return record_of(talon).model, int(talon.getDeviceID())

@@ -12,17 +12,16 @@ from wpimath.geometry import Rotation2d
 
 from simcore.devices.answers import Answers
 from simcore.devices.loop_ports import LoopMaker
-from simcore.devices.makers import MotorFacts, Mounting
+from simcore.devices.makers import MotorFacts
 from simcore.phoenix5.built_talons import TALONS, record_of, watch_simulations, watch_talons
 from simcore.phoenix5.talon_loop import ControlMode
-from simcore.phoenix5.talon_motor import TalonSRXMotorSim
-from simcore.phoenix5.talon_port import TalonSRXPort, answer_for_talons
+from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim
+from simcore.phoenix5.talon_srx_port import TalonSRXPort, answer_for_talons
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import GyroPort
-from simcore.robot.shaft import ShaftSim
 
 __all__ = ["MAKER", "PigeonIMUPort"]
 
@@ -94,6 +93,7 @@ _MOTOR = "CIM"
 class _Ctre5(LoopMaker):
     name = "CTRE Phoenix 5"
     motors = ("Talon SRX", "Victor SPX")
+    motor_sim = TalonSRXMotorSim
     gyros = ("Pigeon IMU",)
     gyro_errors = "navx2"
     unserved = ("CANdle", "CANifier")
@@ -132,16 +132,6 @@ class _Ctre5(LoopMaker):
         """A free shaft: their configuration knows no gears and no units."""
         gearbox = GearboxConfig(motor=motor(_MOTOR), motors=len(group.devices), gearing=1.0)
         return GuessedMechanism(mechanism=guessed_shaft(gearbox), motor=_MOTOR)
-
-    def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> TalonSRXMotorSim:
-        m = mounting or Mounting()
-        return TalonSRXMotorSim(
-            group.leader,
-            mechanism,
-            followers=group.followers,
-            reversed=m.reversed,
-            encoder_gearing=m.encoder_gearing,
-        )
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
         return PigeonIMUPort(gyro.hardware)

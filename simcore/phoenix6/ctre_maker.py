@@ -17,9 +17,8 @@ from simcore.devices.drivetrain_measures import complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import Maker, MotorFacts, Mounting
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import DEVICES, key_of
+from simcore.phoenix6.built_devices import DEVICES, key_of, watch_simulations
 from simcore.phoenix6.configuration import Feedback, feedback_of, talon_configuration
-from simcore.phoenix6.ownership import watch_simulations
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.phoenix6.talon_port import TalonPort, is_configured_clockwise

@@ -12,8 +12,7 @@ from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.ownership import own_writer
-from simcore.phoenix6.sim_states import sim_state_of
+from simcore.phoenix6.sim_states import own_writer, sim_state_of
 from simcore.quantities import Quantity, require
 
 __all__ = ["CANcoderSim", "CANdiEncoderSim", "CANdiSwitchSim", "CANrangeSim", "Pigeon2Sim"]

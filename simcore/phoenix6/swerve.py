@@ -17,11 +17,10 @@ from phoenix6.hardware import CANcoder, CANdi, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
-from simcore.devices.program_odometry import PoseReset
-from simcore.devices.recorder import record_class
+from simcore.devices.program_odometry import PoseReset, PoseResets
+from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
-from simcore.phoenix6.pose_resets import RESETS
 from simcore.phoenix6.sim_states import is_emulated
 from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices, azimuth_port
 from simcore.robot.ctre_constants import swerve_config_from_ctre
@@ -31,7 +30,6 @@ from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = [
     "SwerveDrivetrainSim",
-    "drivetrain_motors",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
@@ -106,6 +104,36 @@ record_class(SwerveDrivetrain, _note_constants)
 record_class(SwerveModule, _note_module)
 
 
+_RESETS = PoseResets()
+"""Poses that robot code sets anew, of every drivetrain that is built from now on."""
+
+
+def _heading(drivetrain: Any, rotation: Any = None) -> float:
+    """That `seed_field_centric` sets [rad]."""
+    turn = 0.0 if rotation is None else float(rotation.radians())
+    return turn + float(drivetrain.get_operator_forward_direction().radians())
+
+
+_MEANINGS: dict[str, Any] = {
+    "reset_pose": lambda drivetrain, pose: ((float(pose.x), float(pose.y)), float(pose.rotation().radians())),
+    "reset_translation": lambda drivetrain, place: ((float(place.x), float(place.y)), None),
+    "reset_rotation": lambda drivetrain, rotation: (None, float(rotation.radians())),
+    "seed_field_centric": lambda drivetrain, rotation=None: (None, _heading(drivetrain, rotation)),
+}
+"""What each method sets: position [m, m] and heading [rad]."""
+
+
+def _noting(meaning: Any) -> Any:
+    def note(drivetrain: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+        _RESETS.note(drivetrain, meaning(drivetrain, *args, **settings))
+
+    return note
+
+
+for _method, _meaning in _MEANINGS.items():
+    after_call(SwerveDrivetrain, _method, _noting(_meaning))
+
+
 def module_constants(drivetrain: Any) -> list[Any]:
     """The `SwerveModuleConstants` that a drivetrain was built with, in its order.
 
@@ -123,11 +151,6 @@ def module_constants(drivetrain: Any) -> list[Any]:
 def known_drivetrains() -> list[Any]:
     """All drivetrains that the program has built."""
     return list(_seen)
-
-
-def drivetrain_motors() -> set[tuple[str, int]]:
-    """Model and id of every motor of these, which turns no other mechanism."""
-    return {key for drivetrain in _seen for key in _motor_keys(drivetrain)}
 
 
 def only_drivetrain() -> Any:
@@ -237,7 +260,7 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
     def on_pose_reset(self, tell: PoseReset) -> None:
         """Call `tell` whenever robot code sets the drivetrain's pose anew."""
         for twin in self._twins:
-            RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
+            _RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
 
     def _note_reset(self, twin: Any, tell: PoseReset, *pose: Any) -> None:
         self._drivetrain = twin  # whose pose the program goes by

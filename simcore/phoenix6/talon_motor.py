@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from phoenix6.hardware import TalonFX
 from phoenix6.sim import TalonFXSimState
 
-from simcore import season
+from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError
 from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
-from simcore.quantities import ANGLE, require
 from simcore.robot.gearbox import SimMotor
 from simcore.robot.motor_ports import AnglePort
-
-RobotController = season.wpilib.RobotController
 
 __all__ = ["MotorType", "TalonFXMotorSim"]
 
@@ -23,7 +20,7 @@ MotorType = TalonFXSimState.MotorType
 """The motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
 
 
-class TalonFXMotorSim:
+class TalonFXMotorSim(MotorSim):
     """Connects a TalonFX, and those that follow it, with any mechanism: flywheel, roller, arm, elevator, rack.
 
     A TalonFXS as well; its motor is the one of its configuration.
@@ -74,19 +71,8 @@ class TalonFXMotorSim:
         name = f"{type(talon).__name__} {talon.device_id}"
         if not isinstance(mechanism, SimMotor):
             raise ConfigError(f"{name}: mechanism must be a SimMotor such as FlywheelSim, got {mechanism!r}")
-        require(name, "zero_at", zero_at, ANGLE)
-        motors = getattr(mechanism, "motors", None)
-        devices = 1 + len(followers)
-        if followers and motors is not None and motors != devices:
-            raise ConfigError(
-                f"{name}: {devices} devices (leader and {len(followers)} followers) turn a gearbox of {motors} motors; "
-                f"write GearboxConfig(motors={devices}, ...)"
-            )
-        if any(not 0 <= k < len(followers) for k in opposed):
-            raise ConfigError(f"{name}: opposed names followers 0..{len(followers) - 1}, got {list(opposed)}")
+        super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        self.mechanism = mechanism
-        """What the motor turns."""
         self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
         # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
         self._ports = [
@@ -98,36 +84,12 @@ class TalonFXMotorSim:
                 if not isinstance(device, TalonFX):
                     raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
-        self._zero_at = zero_at
         self._encoder = encoder
         self._encoder_gearing = encoder_gearing
         self.write()
 
-    @property
-    def volts(self) -> float:
-        """What the controller put on the motor at the last `read` [V]."""
-        return self.mechanism.volts
-
-    @property
-    def supply_current(self) -> float:
-        """From the battery, all motors of the gearbox together [A]."""
-        return self.mechanism.supply_current
-
-    def update(self, dt: float, battery_voltage: float | None = None, *, powered: bool = True) -> None:
-        """One step of the physics: supply, volts, mechanism, rotor position, rotor velocity.
-
-        Args:
-            dt: Length [s]; 5 ms or less keeps the device's own 1 kHz loops as stable as on the robot.
-            battery_voltage: None: what the roboRIO measures; then step the battery first [V].
-            powered: False: the roboRIO holds its outputs off (brown-out), and the motor coasts.
-        """
-        supply = RobotController.get_battery_voltage() if battery_voltage is None else battery_voltage
-        self.read(supply, powered=powered)
-        self.mechanism.step(dt, supply)
-        self.write()
-
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """The first half of `update`, for a mechanism that is stepped elsewhere: supply in, volts out [V]."""
+        """See `MotorSim.read`."""
         for port in self._ports:
             port.set_supply(battery_voltage)
         if not powered:
@@ -140,7 +102,7 @@ class TalonFXMotorSim:
             self.mechanism.set_volts(volts)
 
     def write(self) -> None:
-        """The second half of `update`: write position and velocity of the rotors."""
+        """See `MotorSim.write`: position and velocity of the rotors."""
         m = self.mechanism
         rotations = (m.position - self._zero_at) * m.gearing / math.tau
         rps = m.velocity * m.gearing / math.tau

@@ -14,8 +14,7 @@ from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.configuration import read_configuration
-from simcore.phoenix6.ownership import own_writer
-from simcore.phoenix6.sim_states import sim_state_of
+from simcore.phoenix6.sim_states import own_writer, sim_state_of
 
 __all__ = ["Talon", "TalonPort", "is_configured_clockwise"]
 

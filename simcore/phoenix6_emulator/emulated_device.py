@@ -174,11 +174,14 @@ class EmulatedDevice:
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a quantity that physics writes through `sim_state`.
+        """Set a quantity that physics writes through `sim_state`; here the supply, which all devices have.
 
         Raises:
             NotImplementedError: This input is not modelled.
         """
+        if name == "SupplyVoltage":
+            self.supply = max(value, 4.0)
+            return
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:

@@ -39,13 +39,7 @@ _new = tuple.__new__
 
 
 class EmulatedCANcoder(EmulatedDevice):
-    """One CANcoder.
-
-    Args:
-        device_id: CAN id.
-        clock: Simulated time.
-        defaults: Factory configuration.
-    """
+    """One CANcoder."""
 
     model = "cancoder"
     type_number = 5
@@ -76,7 +70,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """What it measures, and its supply."""
+        """What it measures."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -85,8 +79,6 @@ class EmulatedCANcoder(EmulatedDevice):
             self.raw += value
         elif name == "MagnetHealth":
             self.health = int(value)
-        elif name == "SupplyVoltage":
-            self.supply = max(value, 4.0)
         else:
             super().set_input(name, value)
 
@@ -145,13 +137,7 @@ class CANdiFrame(NamedTuple):
 
 
 class EmulatedCANdi(EmulatedDevice):
-    """One CANdi.
-
-    Args:
-        device_id: CAN id.
-        clock: Simulated time.
-        defaults: Factory configuration.
-    """
+    """One CANdi."""
 
     model = "candi"
     type_number = 9
@@ -214,8 +200,6 @@ class EmulatedCANdi(EmulatedDevice):
             self._edge_rate = value
         elif name == "RequestedOutputCurrent":
             self._current = value
-        elif name == "SupplyVoltage":
-            self.supply = max(value, 4.0)
         else:
             super().set_input(name, value)
 

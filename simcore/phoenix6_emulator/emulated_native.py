@@ -24,7 +24,7 @@ from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
 from simcore.phoenix6_emulator.library_services import LibraryServices
-from simcore.phoenix6_emulator.native_library import target_of
+from simcore.phoenix6_emulator.native_library import always, target_of
 from simcore.phoenix6_emulator.signal_units import UNITS
 from simcore.phoenix6_emulator.versions import PREFIX
 
@@ -39,6 +39,30 @@ _WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
 """`ReturnValues`: value, number of its units, their text (left out), three timestamps, status."""
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
+
+
+def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
+    """Writes a setting of a kind into text."""
+
+    def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
+        target_of(out).value = config_text.write(spn, letter, kind(value)).encode()
+        return _OK
+
+    return serialize
+
+
+def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
+    """Reads a setting of a kind from text, by what the number in the text means."""
+
+    def deserialize(self: Any, spn: int, text: Any, size: int, out: Any) -> int:
+        key = f"{spn},s_"
+        for line in text.value.decode().split():
+            if line.startswith(key):
+                target_of(out).value = meaning(int(line[len(key) :]))
+                return _OK
+        return StatusCode.INVALID_PARAM_VALUE.value
+
+    return deserialize
 
 
 class EmulatedNative(LibraryServices):
@@ -81,17 +105,20 @@ class EmulatedNative(LibraryServices):
 
     # ---- time and enable
 
+    c_ctre_phoenix6_is_simulation = always(True)
+    c_ctre_phoenix6_is_replay = always(False)
+    c_ctre_phoenix6_unmanaged_set_transmit_enable = always(None)
+    c_ctre_phoenix6_unmanaged_get_transmit_enable = always(True)
+    c_ctre_phoenix6_unmanaged_load_phoenix = always(None)
+    c_Phoenix_Diagnostics_SetSecondsToStart = always(None)
+    c_ctre_phoenix6_unmanaged_get_api_compliancy = always(COMPLIANCY)
+    c_ctre_phoenix6_unmanaged_get_phoenix_version = always(int.from_bytes(bytes(VERSION[:3]), "big"))
+
     def c_ctre_phoenix6_get_current_time_seconds(self) -> float:
         return self.emulator.clock.ns * 1e-9
 
     def c_ctre_phoenix6_get_monotonic_time_seconds(self) -> float:
         return self.emulator.clock.ns * 1e-9
-
-    def c_ctre_phoenix6_is_simulation(self) -> bool:
-        return True
-
-    def c_ctre_phoenix6_is_replay(self) -> bool:
-        return False
 
     def c_ctre_phoenix6_unmanaged_feed_enable(self, milliseconds: int) -> int:
         self.emulator.enable.feed(milliseconds)
@@ -100,25 +127,10 @@ class EmulatedNative(LibraryServices):
     def c_ctre_phoenix6_unmanaged_get_enable_state(self) -> bool:
         return self.emulator.enable.is_fed
 
-    def c_ctre_phoenix6_unmanaged_set_transmit_enable(self, enable: bool) -> None:
-        return None
-
-    def c_ctre_phoenix6_unmanaged_get_transmit_enable(self) -> bool:
-        return True
-
-    def c_ctre_phoenix6_unmanaged_load_phoenix(self) -> None:
-        return None
-
-    def c_Phoenix_Diagnostics_SetSecondsToStart(self, seconds: float) -> None:
-        return None
-
-    def c_ctre_phoenix6_unmanaged_get_api_compliancy(self) -> int:
-        return COMPLIANCY
-
-    def c_ctre_phoenix6_unmanaged_get_phoenix_version(self) -> int:
-        return int.from_bytes(bytes(VERSION[:3]), "big")
-
     # ---- devices
+
+    c_ctre_phoenix6_platform_sim_get_last_error = always(_OK)
+    c_ctre_phoenix6_platform_canbus_is_network_fd = always(True)
 
     def c_ctre_phoenix6_encode_device(self, device_id: int, model: Any, network: Any, out: Any) -> int:
         name = model.value.decode()
@@ -166,12 +178,6 @@ class EmulatedNative(LibraryServices):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
 
-    def c_ctre_phoenix6_platform_sim_get_last_error(self, type_number: int, device_id: int) -> int:
-        return _OK
-
-    def c_ctre_phoenix6_platform_canbus_is_network_fd(self, network: Any) -> bool:
-        return True
-
     # ---- configuration
 
     def c_ctre_phoenix6_set_configs(
@@ -193,45 +199,12 @@ class EmulatedNative(LibraryServices):
         target_of(out).value = None
         return _OK
 
-    def c_ctre_phoenix6_serialize_double(self, spn: int, value: float, out: Any) -> int:
-        target_of(out).value = config_text.write(spn, "f", float(value)).encode()
-        return _OK
-
-    def c_ctre_phoenix6_serialize_int(self, spn: int, value: int, out: Any) -> int:
-        target_of(out).value = config_text.write(spn, "s", int(value)).encode()
-        return _OK
-
-    def c_ctre_phoenix6_serialize_bool(self, spn: int, value: bool, out: Any) -> int:
-        target_of(out).value = config_text.write(spn, "b", bool(value)).encode()
-        return _OK
-
-    def _find(self, spn: int, text: Any) -> int | None:
-        key = f"{spn},s_"
-        for line in text.value.decode().split():
-            if line.startswith(key):
-                return int(line[len(key) :])
-        return None
-
-    def c_ctre_phoenix6_deserialize_double(self, spn: int, text: Any, size: int, out: Any) -> int:
-        bits = self._find(spn, text)
-        if bits is None:
-            return StatusCode.INVALID_PARAM_VALUE.value
-        target_of(out).value = config_text.number_of(bits)
-        return _OK
-
-    def c_ctre_phoenix6_deserialize_int(self, spn: int, text: Any, size: int, out: Any) -> int:
-        bits = self._find(spn, text)
-        if bits is None:
-            return StatusCode.INVALID_PARAM_VALUE.value
-        target_of(out).value = bits
-        return _OK
-
-    def c_ctre_phoenix6_deserialize_bool(self, spn: int, text: Any, size: int, out: Any) -> int:
-        bits = self._find(spn, text)
-        if bits is None:
-            return StatusCode.INVALID_PARAM_VALUE.value
-        target_of(out).value = bits != 0
-        return _OK
+    c_ctre_phoenix6_serialize_double = _serializer("f", float)
+    c_ctre_phoenix6_serialize_int = _serializer("s", int)
+    c_ctre_phoenix6_serialize_bool = _serializer("b", bool)
+    c_ctre_phoenix6_deserialize_double = _deserializer(config_text.number_of)
+    c_ctre_phoenix6_deserialize_int = _deserializer(int)
+    c_ctre_phoenix6_deserialize_bool = _deserializer(bool)
 
     # ---- signals
 

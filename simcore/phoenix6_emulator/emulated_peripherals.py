@@ -65,13 +65,7 @@ _AT_REST: Mapping[int, Callable[[Any], float]] = {
 
 
 class EmulatedPigeon2(EmulatedDevice):
-    """One Pigeon 2.
-
-    Args:
-        device_id: CAN id.
-        clock: Simulated time.
-        defaults: Factory configuration.
-    """
+    """One Pigeon 2."""
 
     model = "pigeon 2"
     type_number = 6
@@ -94,7 +88,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """What it measures, and its supply."""
+        """What it measures."""
         if name == "RawYaw":
             # The device takes the short way round.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
@@ -106,8 +100,6 @@ class EmulatedPigeon2(EmulatedDevice):
             self.roll = value
         elif name.startswith("AngularVelocity"):
             self.rates["XYZ".index(name[-1])] = value
-        elif name == "SupplyVoltage":
-            self.supply = max(value, 4.0)
         else:
             super().set_input(name, value)
 
@@ -170,13 +162,7 @@ class CANrangeFrame(NamedTuple):
 
 
 class EmulatedCANrange(EmulatedDevice):
-    """One CANrange.
-
-    Args:
-        device_id: CAN id.
-        clock: Simulated time.
-        defaults: Factory configuration.
-    """
+    """One CANrange."""
 
     model = "canrange"
     type_number = 8
@@ -207,8 +193,6 @@ class EmulatedCANrange(EmulatedDevice):
         if name == "Distance":
             self.distance = value
             self._detect()
-        elif name == "SupplyVoltage":
-            self.supply = max(value, 4.0)
         else:
             super().set_input(name, value)
 
@@ -260,13 +244,7 @@ LIGHT_REQUESTS = (
 
 
 class EmulatedCANdle(EmulatedDevice):
-    """One CANdle.
-
-    Args:
-        device_id: CAN id.
-        clock: Simulated time.
-        defaults: Factory configuration.
-    """
+    """One CANdle."""
 
     model = "candle"
     type_number = 10
@@ -280,13 +258,6 @@ class EmulatedCANdle(EmulatedDevice):
     def show(self, name: str, args: tuple[Any, ...]) -> None:
         """A request of robot code."""
         self.shows = [*self.shows[-99:], (name, args)]
-
-    def set_input(self, name: str, value: float) -> None:
-        """Its supply; other inputs are not modelled."""
-        if name == "SupplyVoltage":
-            self.supply = max(value, 4.0)
-        else:
-            super().set_input(name, value)
 
     def sample(self) -> float:
         """Supply at this moment [V]."""

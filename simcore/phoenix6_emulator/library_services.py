@@ -14,7 +14,7 @@ from typing import Any
 
 from phoenix6.status_code import StatusCode
 
-from simcore.phoenix6_emulator.native_library import NativeLibrary, target_of
+from simcore.phoenix6_emulator.native_library import NativeLibrary, always, target_of
 from simcore.phoenix6_emulator.versions import PREFIX
 
 __all__ = ["LibraryServices"]
@@ -33,10 +33,6 @@ _REPLAYED = (
     *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
 )
 """Functions of `HootReplay` that CTRE's simulation library, which replays nothing, answers with NOT_SUPPORTED."""
-
-
-def _unsupported(*values: Any) -> int:
-    return _NOT_SUPPORTED
 
 
 @dataclass(slots=True)
@@ -67,7 +63,7 @@ class LibraryServices(NativeLibrary):
         for name in _WRITTEN:
             setattr(self, f"{PREFIX}platform_{name}", self._written)
         for name in _REPLAYED:
-            setattr(self, f"{PREFIX}platform_replay_{name}", _unsupported)
+            setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
         for kind in ("alert", "multi_alert"):
             setattr(self, f"{PREFIX}{kind}_create", lambda *values: next(self._numbers))
             for what in ("set_debounce", "set_active", "set_inactive"):
@@ -91,9 +87,6 @@ class LibraryServices(NativeLibrary):
         self._schemas.clear()  # the next log is another file
         return _OK
 
-    def c_ctre_phoenix6_platform_enable_auto_logging(self, enable: bool) -> int:
-        return _OK
-
     def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
         if not self._is_logging:
             return _NOT_RUNNING
@@ -113,22 +106,15 @@ class LibraryServices(NativeLibrary):
         known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
         return _OK if known else StatusCode.MISSING_SCHEMA.value
 
+    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
+
     # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
 
-    def c_ctre_phoenix6_platform_replay_is_file_loaded(self) -> bool:
-        return False
-
-    def c_ctre_phoenix6_platform_replay_is_running(self, timeout_ms: int) -> bool:
-        return True  # also where nothing can be replayed, so that programs may ask without asking first
-
-    def c_ctre_phoenix6_platform_replay_is_finished(self) -> bool:
-        return True
-
-    def c_ctre_phoenix6_platform_replay_close_file(self) -> None:
-        return None
-
-    def c_ctre_phoenix6_platform_replay_set_speed(self, speed: float) -> None:
-        return None
+    c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
+    c_ctre_phoenix6_platform_replay_is_finished = always(True)
+    c_ctre_phoenix6_platform_replay_close_file = always(None)
+    c_ctre_phoenix6_platform_replay_set_speed = always(None)
 
     # ---- orchestra
 

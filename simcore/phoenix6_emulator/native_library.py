@@ -13,7 +13,7 @@ from typing import Any
 
 from simcore.phoenix6_emulator.versions import PREFIX, RENAMED
 
-__all__ = ["Held", "NativeLibrary", "python_function", "target_of"]
+__all__ = ["Held", "NativeLibrary", "always", "python_function", "target_of"]
 
 _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 
@@ -31,6 +31,15 @@ class NativeLibrary:
             f"Phoenix 6 function {plain} is not modelled in simulated time; --phoenix=real runs the test on CTRE's own "
             "simulation, on the wall clock"
         )
+
+
+def always(answer: Any) -> Callable[..., Any]:
+    """A function of such an object whose answer is the same for whatever arguments."""
+
+    def function(self: NativeLibrary, *values: Any) -> Any:
+        return answer
+
+    return function
 
 
 class Held:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 from simcore.phoenix6_emulator.drivetrain_devices import PigeonYaw, TalonModuleDevices
 from simcore.phoenix6_emulator.drivetrain_requests import (
@@ -70,6 +71,9 @@ class SwerveNative(NativeLibrary):
         for name in dir(type(self)):
             if name.startswith(_FAMILIES):
                 setattr(self, _PREFIX + name, getattr(self, name))
+        for name, make in _REQUESTS.items():
+            setattr(self, f"{_PREFIX}drivetrain_set_control_{name}", partial(self._set, make))
+            setattr(self, f"{_PREFIX}request_apply_{name}", partial(self._apply, make))
 
     def reset(self) -> None:
         """Remove all drivetrains, as for a fresh test."""
@@ -251,65 +255,36 @@ class SwerveNative(NativeLibrary):
         drivetrain = self._drivetrains[number]
         drivetrain.request = Idle() if callback is None else _Custom(drivetrain, callback)
 
-    def _set(self, number: int, request: DrivetrainRequest) -> None:
-        self._drivetrains[number].request = request
+    def _set(self, make: _MakeRequest, number: int, *values: Any) -> None:
+        self._drivetrains[number].request = make(*values)
 
-    def _apply(self, number: int, request: DrivetrainRequest) -> int:
+    def _apply(self, make: _MakeRequest, number: int, *values: Any) -> int:
         drivetrain = self._drivetrains.get(number)
         if drivetrain is None:
             return _INVALID
-        request.apply(drivetrain.context)
+        make(*values).apply(drivetrain.context)
         return _OK
 
-    def drivetrain_set_control_idle(self, number: int) -> None:
-        self._set(number, Idle())
 
-    def request_apply_idle(self, number: int) -> int:
-        return self._apply(number, Idle())
-
-    def drivetrain_set_control_swerve_drive_brake(self, number: int, *values: Any) -> None:
-        self._set(number, Brake(*values))
-
-    def request_apply_swerve_drive_brake(self, number: int, *values: Any) -> int:
-        return self._apply(number, Brake(*values))
-
-    def drivetrain_set_control_field_centric(self, number: int, *values: Any) -> None:
-        self._set(number, Centric(*values, is_field=True))
-
-    def request_apply_field_centric(self, number: int, *values: Any) -> int:
-        return self._apply(number, Centric(*values, is_field=True))
-
-    def drivetrain_set_control_robot_centric(self, number: int, *values: Any) -> None:
-        self._set(number, Centric(*values))
-
-    def request_apply_robot_centric(self, number: int, *values: Any) -> int:
-        return self._apply(number, Centric(*values))
-
-    def drivetrain_set_control_point_wheels_at(self, number: int, *values: Any) -> None:
-        self._set(number, Point(*values))
-
-    def request_apply_point_wheels_at(self, number: int, *values: Any) -> int:
-        return self._apply(number, Point(*values))
-
-    def drivetrain_set_control_apply_robot_velocity(self, number: int, *values: Any) -> None:
-        self._set(number, _speeds(values, is_field=False))
-
-    def request_apply_apply_robot_velocity(self, number: int, *values: Any) -> int:
-        return self._apply(number, _speeds(values, is_field=False))
-
-    def drivetrain_set_control_apply_field_velocity(self, number: int, *values: Any) -> None:
-        self._set(number, _speeds(values, is_field=True))
-
-    def request_apply_apply_field_velocity(self, number: int, *values: Any) -> int:
-        return self._apply(number, _speeds(values, is_field=True))
-
-
-_FAMILIES = ("create_", "set_module", "destroy_", "drivetrain_", "module_", "request_")
+_FAMILIES = ("create_", "set_module", "destroy_", "drivetrain_", "module_")
 
 
 def _speeds(values: tuple[Any, ...], *, is_field: bool) -> Speeds:
     vx, vy, omega, forces_x, count_x, forces_y, count_y, *rest = values
     return Speeds(vx, vy, omega, tuple(forces_x[:count_x]), tuple(forces_y[:count_y]), *rest, is_field=is_field)
+
+
+_MakeRequest: TypeAlias = Callable[..., DrivetrainRequest]
+_REQUESTS: dict[str, _MakeRequest] = {
+    "idle": Idle,
+    "swerve_drive_brake": Brake,
+    "field_centric": partial(Centric, is_field=True),
+    "robot_centric": Centric,
+    "point_wheels_at": Point,
+    "apply_robot_velocity": lambda *values: _speeds(values, is_field=False),
+    "apply_field_velocity": lambda *values: _speeds(values, is_field=True),
+}
+"""What the native functions make of a request's numbers, by their last words."""
 
 
 def _velocity(speed: float, angle: float) -> SimpleNamespace:

@@ -232,23 +232,8 @@ def _hook_camera_sim(module: Any) -> None:
     _after(cls, "__init__", _camera_simulated)
     for camera in _alive(cls):
         _camera_simulated(camera)
-    next_entry, submit = cls.consumeNextEntryTime, cls.submitProcessedFrame
-
-    @functools.wraps(next_entry)
-    def consume(self: Any) -> Any:
-        if _name_of(self) in _program.fed:
-            _program.dropped += 1
-            return None
-        return next_entry(self)
-
-    @functools.wraps(submit)
-    def submit_frame(self: Any, *args: Any, **kwargs: Any) -> Any:
-        if _name_of(self) in _program.fed:
-            _program.dropped += 1
-            return None
-        return submit(self, *args, **kwargs)
-
-    cls.consumeNextEntryTime, cls.submitProcessedFrame = consume, submit_frame
+    for name in ("consumeNextEntryTime", "submitProcessedFrame"):
+        setattr(cls, name, _dropping(getattr(cls, name)))
 
 
 def _hook_vision_system(module: Any) -> None:
@@ -371,6 +356,19 @@ def _pairing(method: Callable[..., Any]) -> Callable[..., Any]:
         return method(self, *args, **kwargs)
 
     return estimate
+
+
+def _dropping(method: Callable[..., Any]) -> Callable[..., Any]:
+    """What the program's own simulation of a camera shows is left out where simcore feeds that camera."""
+
+    @functools.wraps(method)
+    def submit(self: Any, *args: Any, **kwargs: Any) -> Any:
+        if _name_of(self) in _program.fed:
+            _program.dropped += 1
+            return None
+        return method(self, *args, **kwargs)
+
+    return submit
 
 
 def _with_the_truth(method: Callable[..., Any]) -> Callable[..., Any]:

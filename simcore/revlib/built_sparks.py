@@ -5,14 +5,12 @@ Classes are watched as this module is imported: before the robot is built, as ph
 
 from __future__ import annotations
 
-import functools
-import inspect
 import weakref
 from collections.abc import Callable
 from typing import Any
 
 from simcore import season
-from simcore.devices.recorder import BuiltDevices, after_call
+from simcore.devices.recorder import BuiltDevices, after_call, guard
 
 rev = season.rev
 
@@ -92,16 +90,4 @@ def watch_simulations(may_write: Callable[[Key], bool]) -> None:
         after_call(cls, "__init__", _note_simulation)
         for name in (season.own_name(cls, write) for write in _WRITES):
             if hasattr(cls, name):
-                is_write = not name.startswith("get")
-                setattr(cls, name, _guarded(inspect.unwrap(getattr(cls, name)), may_write, drop=is_write))
-
-
-def _guarded(call: Any, may_write: Callable[[Key], bool], *, drop: bool) -> Any:
-    @functools.wraps(call)
-    def guarded(self: Any, *args: Any) -> Any:
-        key = _simulated.get(self)
-        if key is not None and not may_write(key) and drop:
-            return None
-        return call(self, *args)
-
-    return guarded
+                guard(cls, name, _simulated.get, may_write, drops=not name.startswith("get"))

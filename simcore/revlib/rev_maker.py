@@ -8,7 +8,7 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.loop_ports import LoopMaker
-from simcore.devices.makers import MotorFacts, Mounting
+from simcore.devices.makers import MotorFacts
 from simcore.revlib.built_sparks import SPARKS, watch_simulations
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Feedback, SparkConfiguration
@@ -18,7 +18,6 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.robot.shaft import ShaftSim
 
 rev = season.rev
 
@@ -31,6 +30,7 @@ _TURNS = (1.0, math.tau, 360.0)
 class _Rev(LoopMaker):
     name = "REV"
     motors = ("SPARK MAX", "SPARK Flex")
+    motor_sim = SparkMotorSim
     unserved = ("ColorSensorV3", "DetachedEncoder", "ServoChannel", "ServoHub", "SplineEncoder")
     sim_devices = ("SPARK MAX [", "SPARK Flex [")
 
@@ -91,18 +91,6 @@ class _Rev(LoopMaker):
             arm=(0.0, 0.0) if is_arm else None,
         )
         return GuessedMechanism(mechanism=shaft, motor=name, arm_gain="kCos")
-
-    def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> SparkMotorSim:
-        m = mounting or Mounting()
-        return SparkMotorSim(
-            group.leader,
-            mechanism,
-            followers=group.followers,
-            opposed=group.opposed,
-            reversed=m.reversed,
-            zero_at=mechanism.position,
-            encoder_gearing=m.encoder_gearing,
-        )
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
         return abs(float(motor.hardware.config_accessor.closed_loop.feed_forward.getk_s()))

@@ -226,11 +226,6 @@ class TankDrive(FixedWheelDrive[TankConfig]):
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
         return [vx - omega * self.robot.positions[row][1] for row in (0, -1)]
 
-    def side_distances(self) -> tuple[float, float]:
-        """How far left and right wheels have rolled since the reset [m]."""
-        left, right = self.shaft_angles
-        return left * self.config.wheel_radius, right * self.config.wheel_radius
-
     def side_speeds(self) -> tuple[float, float]:
         """Speed of the treads against the robot, left and right [m/s]."""
         left, right = self.shaft_speeds

@@ -29,7 +29,7 @@ from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotCo
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.further_robots import FurtherRobot, add_controllers, players_beside
-from simcore.robot_file.sensor_tables import BeamBreakSettings, RangeSettings, SensorSettings
+from simcore.robot_file.sensor_tables import SensorSettings
 from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
@@ -204,9 +204,7 @@ class RobotSettings:
         named = [kind for intake in self.intakes for kind in intake.kinds]
         named += [kind for shooter in self.shooters for kind in shooter.kinds]
         named += [kind for placer in self.placers for kind in placer.kinds]
-        for sensor in self.sensors:
-            if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
-                named += sensor.sees.kinds
+        named += [kind for sensor in self.sensors if sensor.sees is not None for kind in sensor.sees.kinds]
         for kind in named:
             if kind not in kinds:
                 raise UnknownNameError("kind of piece", kind, kinds)

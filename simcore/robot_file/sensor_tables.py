@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 from simcore.errors import ConfigError
 from simcore.quantities import DEGREES, DELAY, DURATION, GEARING, RATIO, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
@@ -15,32 +15,10 @@ from simcore.robot.robot_config import MechanismConfig, telemetry_name
 from simcore.robot_file.key_tables import Key, KeyTable, Named, Several
 from simcore.robot_file.toml_tables import Table
 
-__all__ = [
-    "SENSORS", "BeamBreakSettings", "EncoderSettings", "LimitSwitchSettings", "PieceView", "PotentiometerSettings",
-    "RangeSettings", "SensorSettings", "SwitchInput", "read_sensors",
-]  # fmt: skip
+__all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 
 # --- what they say ----------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SwitchInput:
-    """Where a switch, or a beam break, is wired to."""
-
-    model: str
-    """`DIO` or `CANdi`."""
-    number: int
-    """Channel, or CAN id."""
-    pin: int = 0
-    """Of a CANdi: 1 or 2."""
-    normally_closed: bool = False
-    """Whether its contact connects to ground while nothing touches it; else while something does."""
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """The port, as (model, number)."""
-        return [(self.model, self.number)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,103 +39,36 @@ class PieceView:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EncoderSettings:
-    """An encoder on a mechanism."""
+class SensorSettings:
+    """A sensor of any kind; what its kind does not have stays as it is here."""
 
     name: str
-    mechanism: str
     kind: str
-    """`encoder` (quadrature), `duty cycle encoder` or `analog encoder`."""
-    channels: tuple[int, ...]
-    """DIO channels A and B, the DIO channel, or the analog channel."""
-    gearing: float
-    """Turns of the encoder per turn of the mechanism [-]."""
-    reversed: bool
+    """One of `SENSORS`."""
+    keys: tuple[tuple[str, int], ...]
+    """Its ports or its device, as (model, number); of a quadrature encoder channels A and B."""
+    mechanism: str | None = None
+    """On which it is, or at which it looks; None: it sees pieces."""
+    sees: PieceView | None = None
+    """Which pieces a beam break or a CANrange sees; None: it looks at a mechanism."""
+    pin: int = 0
+    """Of a CANdi, to which a switch or beam break is wired: 1 or 2."""
+    normally_closed: bool = False
+    """Whether the contact of such connects to ground while nothing touches it; else while something does."""
+    pressed: tuple[float, float] = (0.0, 0.0)
+    """From and up to which position of the mechanism a limit switch is pressed [rad], of a piston's rod [m]."""
+    gearing: float = 1.0
+    """Turns of an encoder per turn of the mechanism; below zero: it counts down while that goes up [-]."""
     pulses_per_turn: float = 0.0
     """Of a quadrature encoder, per turn of itself."""
     zero: float = 0.0
-    """Reading of an absolute one with the mechanism at its zero, in the unit of robot code."""
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its ports, as (model, number)."""
-        model = "Analog" if self.kind == "analog encoder" else "DIO"
-        return [(model, channel) for channel in self.channels]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PotentiometerSettings:
-    """A potentiometer on a mechanism, linear between its stops."""
-
-    name: str
-    mechanism: str
-    channel: int
-    """Analog channel."""
-    lower_volts: float
-    upper_volts: float
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its port, as (model, number)."""
-        return [("Analog", self.channel)]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LimitSwitchSettings:
-    """A switch that a mechanism presses."""
-
-    name: str
-    mechanism: str
-    low: float
-    """It is pressed from this position of the mechanism's shaft on [rad], or of a piston's rod [m]."""
-    high: float
-    """Up to this one."""
-    input: SwitchInput
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its port, as (model, number)."""
-        return self.input.keys
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BeamBreakSettings:
-    """A light barrier that pieces in the robot break."""
-
-    name: str
-    sees: PieceView
-    input: SwitchInput
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its port, as (model, number)."""
-        return self.input.keys
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RangeSettings:
-    """A CANrange that looks at pieces in the robot, or at a mechanism that slides away from it."""
-
-    name: str
-    device_id: int
-    distance: float
-    """To a piece, or to the mechanism at its lower stop [m]."""
-    sees: PieceView | None = None
-    """The pieces; None: it looks at a mechanism."""
+    """Reading of an absolute encoder with the mechanism at its zero, in the unit of robot code."""
+    volts: tuple[float, float] = (0.0, 0.0)
+    """Of a potentiometer at the mechanism's lower and upper stop [V]."""
+    distance: float = 0.0
+    """Of a CANrange to a piece, or to the mechanism at its lower stop [m]."""
     empty: float = 0.0
-    """Where there is no piece [m]."""
-    mechanism: str | None = None
-
-    @property
-    def keys(self) -> list[tuple[str, int]]:
-        """The device, as (model, id)."""
-        return [("CANrange", self.device_id)]
-
-
-SensorSettings: TypeAlias = (
-    EncoderSettings | PotentiometerSettings | LimitSwitchSettings | BeamBreakSettings | RangeSettings
-)
-"""Any of them; `name` and `keys` are common to all."""
+    """Of a CANrange where there is no piece [m]."""
 
 
 # --- their keys -------------------------------------------------------------------------------------------------------
@@ -253,7 +164,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
             raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
         names[key] = sensor.name
         for model, number in sensor.keys:
-            port = (model, number, sensor.input.pin if hasattr(sensor, "input") else 0)
+            port = (model, number, sensor.pin)
             if port in owners:
                 raise ConfigError(f"{table.where}: {model} {number} already belongs to {owners[port]!r}")
             owners[port] = sensor.name
@@ -262,33 +173,41 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
 
 
 def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettings:
-    named = SENSOR.read(t)
-    name, kind = named["name"], named["kind"]
+    head = SENSOR.read(t)
+    kind = head["kind"]
     v = SENSORS[kind].read(t, {"mechanism": tuple(mechanisms)})
     t.finish()
     mechanism = v.get("mechanism")
+    head["mechanism"] = mechanism
     config = None if mechanism is None else mechanisms[mechanism]
     if kind == "beam break":
-        return BeamBreakSettings(name=name, sees=_piece_view(t, v), input=_switch_input(t, v))
+        return SensorSettings(**head, sees=_piece_view(t, v), **_wired(t, v))
     if kind == "canrange":
-        return _range(t, name, config, v)
+        return SensorSettings(**head, keys=(("CANrange", v["id"]),), **_range(t, config, v))
     assert config is not None
     if kind == "limit switch":
-        low, high = _pressed_range(t, config, v)
-        return LimitSwitchSettings(name=name, mechanism=v["mechanism"], low=low, high=high, input=_switch_input(t, v))
+        return SensorSettings(**head, pressed=_pressed_range(t, config, v), **_wired(t, v))
     if kind == "potentiometer":
         _stops(t, config)
-        v["channel"] = v.pop("analog")
-        return PotentiometerSettings(name=name, **v)
+        volts = (v["lower_volts"], v["upper_volts"])
+        return SensorSettings(**head, keys=(("Analog", v["analog"]),), volts=volts)
     if isinstance(config, PistonConfig):
         raise t.error("mechanism", f"must turn, and {mechanism!r} is a piston: a limit switch sees where it is")
-    channels = v.pop("dio") if "dio" in v else v.pop("analog")
-    if kind == "encoder" and (len(channels) != 2 or channels[0] == channels[1]):
+    model, channels = ("DIO", v["dio"]) if "dio" in v else ("Analog", v["analog"])
+    if kind != "encoder":
+        channels = (channels,)
+    elif len(channels) != 2 or channels[0] == channels[1]:
         raise t.error("dio", f"must be the two channels of the encoder, e.g. [0, 1]; got {list(channels)}")
-    return EncoderSettings(name=name, kind=kind, channels=channels if kind == "encoder" else (channels,), **v)
+    return SensorSettings(
+        **head,
+        keys=tuple((model, channel) for channel in channels),
+        gearing=-v["gearing"] if v["reversed"] else v["gearing"],
+        **{name: v[name] for name in ("pulses_per_turn", "zero") if name in v},
+    )
 
 
-def _switch_input(t: Table, v: Mapping[str, Any]) -> SwitchInput:
+def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
+    """Where a switch or a beam break is wired to, by the fields of its settings."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
         raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
@@ -297,10 +216,10 @@ def _switch_input(t: Table, v: Mapping[str, Any]) -> SwitchInput:
     if v["candi"] is None:
         if v["pin"] is not None:
             raise t.error("pin", "goes with candi = <CAN id>, not with dio")
-        return SwitchInput(model="DIO", number=v["dio"], normally_closed=closed)
+        return {"keys": (("DIO", v["dio"]),), "normally_closed": closed}
     if v["pin"] is None:
         raise t.error("pin", "is missing; it must be 1 or 2")
-    return SwitchInput(model="CANdi", number=v["candi"], pin=v["pin"], normally_closed=closed)
+    return {"keys": (("CANdi", v["candi"]),), "pin": v["pin"], "normally_closed": closed}
 
 
 def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
@@ -312,10 +231,11 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
     return PieceView(**{key.target: v[key.target] for key in _VIEW.keys})
 
 
-def _range(t: Table, name: str, config: MechanismConfig | None, v: Mapping[str, Any]) -> RangeSettings:
+def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
+    """What a CANrange looks at, by the fields of its settings."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
-        return RangeSettings(name=name, device_id=v["id"], distance=near, empty=v["empty"], sees=_piece_view(t, v))
+        return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
     if not isinstance(config, (ElevatorConfig, RackConfig, PistonConfig)):
         raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {v['mechanism']!r}")
     for key in ("empty", *(key.name for key in _VIEW.keys)):
@@ -323,7 +243,7 @@ def _range(t: Table, name: str, config: MechanismConfig | None, v: Mapping[str, 
             raise t.error(key, "is of a CANrange that looks at pieces; this one looks at a mechanism")
     if v["distance"] is None:
         raise t.error("distance", f"is missing; it must be {ROBOT_HEIGHT}")
-    return RangeSettings(name=name, device_id=v["id"], distance=v["distance"], mechanism=v["mechanism"])
+    return {"distance": v["distance"]}
 
 
 def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import weakref
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from simcore import season
@@ -60,17 +60,8 @@ class BuiltPort:
         return f"{text} ({self.made_by})" if self.made_by else text
 
 
-@dataclass(frozen=True, slots=True)
-class _Record:
-    made_by: str
-    model: str
-    channels: tuple[int, ...]
-    device: Any
-    args: tuple[Any, ...]
-    settings: dict[str, Any]
-
-
-_records: list[_Record] = []
+_records: list[BuiltPort] = []
+"""As they were built; `device` is a weak reference."""
 
 
 def built_ports() -> list[BuiltPort]:
@@ -83,9 +74,7 @@ def built_ports() -> list[BuiltPort]:
             continue  # freed since
         if record.model not in used and device is None:
             continue
-        found.append(
-            BuiltPort(record.model, record.channels, record.made_by, device, record.args, dict(record.settings))
-        )
+        found.append(replace(record, device=device))
     # an object that is gone has made room for what was built later on its ports
     found = [
         port
@@ -162,7 +151,7 @@ def _recording(build: Any, name: str) -> Any:
             if not new and sources and model == "DIO":
                 new = [int(source.get_channel()) for source in sources]  # made of DigitalInputs that were there
             if new:
-                _records.append(_Record(name, model, tuple(new), weakref.ref(self), args, settings))
+                _records.append(BuiltPort(model, tuple(new), name, weakref.ref(self), args, settings))
 
     init._records_ports = True  # type: ignore[attr-defined]
     return init
@@ -190,7 +179,7 @@ def _note(solenoid: Any, kind: str, number: int) -> None:
     is_single = isinstance(solenoid, wpilib.Solenoid)
     coils = [solenoid.get_channel()] if is_single else [solenoid.get_fwd_channel(), solenoid.get_rev_channel()]
     name, channels = "Solenoid" if is_single else "DoubleSolenoid", tuple(map(int, coils))
-    _records.append(_Record(name, f"{kind} {number} Solenoid", channels, weakref.ref(solenoid), (), {}))
+    _records.append(BuiltPort(f"{kind} {number} Solenoid", channels, name, weakref.ref(solenoid)))
 
 
 _record_ports()

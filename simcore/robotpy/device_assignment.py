@@ -111,22 +111,6 @@ class DeviceAssignment:
             for entry in [e for e in self._guessed if not self._ownership.foreign.isdisjoint(e[0].keys)]:
                 self._disconnect(*entry)
 
-    def table(self) -> list[tuple[str, str]]:
-        """Rows of devices and what moves them."""
-        rows = [(short_names(self._drivetrain), "drivetrain")] if self._drivetrain else []
-        rows += self.described
-        rows += [(devices, f"guessed: {guess}") for devices, guess in self.guessed]
-        foreign, idle = self.foreign, self.idle
-        if foreign:
-            rows.append((short_names(foreign), "the project's physics.py"))
-        if idle:
-            rows.append((short_names(idle), "nobody: reads what it read at start"))
-        if self._ports is not None:
-            rows += self._ports.sensors
-            rows += [(light, "shown: Sim/Lights in telemetry") for light in self._ports.lights]
-            rows += [(port, "nobody: does nothing, reads as if nothing were there") for port in self._ports.idle]
-        return rows
-
     @property
     def drivetrain(self) -> str:
         """Its devices, as text."""

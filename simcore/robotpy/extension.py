@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
 from simcore.robotpy.console_noise import restore_stderr
-from simcore.robotpy.sim_window import prepare_window
+from simcore.robotpy.sim_window import is_for_simcore, prepare_window
 from simcore.start_errors import leave, print_error
 
 __all__ = ["loadExtension", "load_extension"]
@@ -99,7 +99,7 @@ def _physics_of_project(robot_class: Any, folder: Path) -> tuple[Any, Any]:
 
 def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
     """In place of pyfrc's own where the flag is not given: a physics.py of simcore's ends with a sentence as well."""
-    is_ours = _names_simcore(folder)
+    is_ours = is_for_simcore(folder, has_flag=False)
     try:
         with _own_words() if is_ours else nullcontext():
             interface, program = create(robot_class, folder)
@@ -113,14 +113,6 @@ def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
         _leave_on_errors(interface, folder)
         filter_stderr()
     return interface, program
-
-
-def _names_simcore(folder: Path) -> bool:
-    """Whether a project's physics.py has to do with simcore, right or wrong."""
-    try:
-        return "simcore" in (folder / "physics.py").read_text("utf-8", "replace")
-    except OSError:
-        return False
 
 
 def _leave(error: BaseException, folder: Path) -> NoReturn:
@@ -216,7 +208,7 @@ def _watch_program() -> None:
     is_sim = "sim" in sys.argv
     if is_sim and any(_is_flag(word) for word in sys.argv):
         _load()
-    elif find_spec("phoenix6") is not None and (_names_simcore(Path()) if is_sim else _tests_here()):
+    elif find_spec("phoenix6") is not None and (is_for_simcore(Path(), has_flag=False) if is_sim else _tests_here()):
         from simcore.robotpy.program_watch import watch_program
 
         is_real = is_sim or "--phoenix=real" in sys.argv or os.environ.get("SIMCORE_PHOENIX") == "real"
@@ -271,7 +263,7 @@ def _run_guarded(command: Any) -> None:
             )
         ):
             _silence_joysticks()
-        if options.simcore or _names_simcore(Path()):
+        if is_for_simcore(Path(), has_flag=options.simcore):
             logging.getLogger("robotpy").addFilter(_is_no_interrupt)
         result = run(options, *args, **kwargs)
         sys.stdout.flush()

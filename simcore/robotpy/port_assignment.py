@@ -21,39 +21,25 @@ from simcore.phoenix6.built_devices import DEVICES
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiSwitchSim, CANrangeSim
 from simcore.robot.mechanisms import ElevatorSim, RackSim
 from simcore.robot.motor_controllers import MotorDevices
-from simcore.robot.motor_ports import AnglePort
+from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
-from simcore.robot_file.sensor_tables import (
-    BeamBreakSettings,
-    EncoderSettings,
-    LimitSwitchSettings,
-    PieceView,
-    PotentiometerSettings,
-    RangeSettings,
-    SensorSettings,
-    SwitchInput,
-)
+from simcore.robot_file.sensor_tables import SensorSettings
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text
 from simcore.robotpy.piece_sensors import PieceSensor
 from simcore.robotpy.port_devices import (
-    AbsoluteEncoderInput,
     DigitalSwitch,
     LimitSwitchInput,
     PistonValve,
     PortMotorSim,
     PotentiometerInput,
-    PWMChannelPort,
-    QuadratureInput,
-    RelayPort,
     ServoSignal,
     Switch,
 )
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, RelayPort
 from simcore.typing import IntArray
-
-EncoderSim = season.wpilib_simulation.EncoderSim
 
 __all__ = ["PortAssignment"]
 
@@ -76,11 +62,11 @@ def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership)
     if m.cancoder is not None:
         encoder = CANcoderSim(find_device(where, "CANcoder", m.cancoder).hardware)
         ownership.claim(("CANcoder", m.cancoder), m.name)
-    leader = _controller(m.leader) if m.controller == "PWM" else None
-    ports = [
-        PWMChannelPort(number, leader, coasts=m.coasts) if m.controller == "PWM" else RelayPort(number, coasts=m.coasts)
-        for number in m.devices
-    ]
+    if m.controller == "PWM":
+        leader = _controller(m.leader)
+        ports: list[MotorPort] = [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.devices]
+    else:
+        ports = [RelayPort(number, coasts=m.coasts) for number in m.devices]
     signs = [-1.0 if (number in m.opposed) != m.reversed else 1.0 for number in m.devices]
     return PortMotorSim(ports, mechanism, signs=signs, encoder=encoder, encoder_gearing=m.cancoder_gearing)
 
@@ -187,42 +173,40 @@ class PortAssignment:
     # --- connecting -----------------------------------------------------------------------------------------------
 
     def _connect(self, where: str, sensor: SensorSettings) -> None:
-        if isinstance(sensor, BeamBreakSettings):
-            self._watch(sensor.name, sensor.sees, self._switch(where, sensor.input).set_active)
-        elif isinstance(sensor, RangeSettings):
-            self._connect_range(where, sensor)
-        elif isinstance(sensor, LimitSwitchSettings):
-            limit = LimitSwitchInput(self._switch(where, sensor.input), low=sensor.low, high=sensor.high)
-            self._limits[sensor.name] = limit
-            self._inputs.add(self._robot.mechanisms[sensor.mechanism], limit)
+        if sensor.kind == "beam break":
+            self._watch(sensor, self._switch(where, sensor).set_active)
+        elif sensor.sees is not None:
+            device, distances = _range(where, sensor), (sensor.empty, sensor.distance)
+            self._watch(sensor, lambda is_seen: device.write(distances[is_seen]))
         else:
-            _require_ports(where, sensor.keys)
+            assert sensor.mechanism is not None
             mechanism = self._robot.mechanisms[sensor.mechanism]
-            if isinstance(sensor, PotentiometerSettings):
-                volts = (sensor.lower_volts, sensor.upper_volts)
-                self._inputs.add(mechanism, PotentiometerInput(sensor.channel, stops=mechanism.stops, volts=volts))
-            else:
-                self._inputs.add(mechanism, _encoder(where, sensor, mechanism))
+            self._inputs.add(mechanism, self._input(where, sensor, mechanism))
 
-    def _connect_range(self, where: str, sensor: RangeSettings) -> None:
-        device = CANrangeSim(find_device(where, "CANrange", sensor.device_id).hardware)
-        if sensor.sees is not None:
-            distances = sensor.empty, sensor.distance
-            self._watch(sensor.name, sensor.sees, lambda is_seen: device.write(distances[is_seen]))
-            return
-        assert sensor.mechanism is not None
-        mechanism = self._robot.mechanisms[sensor.mechanism]
-        self._inputs.add(mechanism, _SlideRange(device, mechanism, sensor.distance))
+    def _input(self, where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
+        """What shows where a mechanism is."""
+        if sensor.kind == "canrange":
+            return _SlideRange(_range(where, sensor), mechanism, sensor.distance)
+        if sensor.kind == "limit switch":
+            low, high = sensor.pressed
+            limit = self._limits[sensor.name] = LimitSwitchInput(self._switch(where, sensor), low=low, high=high)
+            return limit
+        _require_ports(where, sensor.keys)
+        if sensor.kind == "potentiometer":
+            return PotentiometerInput(sensor.keys[0][1], stops=mechanism.stops, volts=sensor.volts)
+        return _encoder(where, sensor, mechanism)
 
-    def _watch(self, name: str, sees: PieceView, show: Callable[[bool], object]) -> None:
-        self._piece_sensors[name] = PieceSensor(sees, self._robot, self._kind_of, show)
+    def _watch(self, sensor: SensorSettings, show: Callable[[bool], object]) -> None:
+        assert sensor.sees is not None
+        self._piece_sensors[sensor.name] = PieceSensor(sensor.sees, self._robot, self._kind_of, show)
 
-    def _switch(self, where: str, wired: SwitchInput) -> Switch:
-        if wired.model == "CANdi":
-            candi = find_device(where, "CANdi", wired.number).hardware
-            return CANdiSwitchSim(candi, wired.pin, normally_closed=wired.normally_closed)
-        _require_ports(where, wired.keys)
-        return DigitalSwitch(wired.number, normally_closed=wired.normally_closed)
+    def _switch(self, where: str, sensor: SensorSettings) -> Switch:
+        ((model, number),) = sensor.keys
+        if model == "CANdi":
+            candi = find_device(where, model, number).hardware
+            return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed)
+        _require_ports(where, sensor.keys)
+        return DigitalSwitch(number, normally_closed=sensor.normally_closed)
 
     def _kind_of(self, slot: int) -> str:
         number = int(self._match.pieces.state.kind[slot])
@@ -265,26 +249,31 @@ class _SlideRange:
         self._device.write(max(0.0, self._distance + way))
 
 
-def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> AnglePort:
-    gearing = -sensor.gearing if sensor.reversed else sensor.gearing
-    if sensor.kind == "encoder":
-        try:
-            sim = EncoderSim.create_for_channel(sensor.channels[0])
-        except IndexError:
-            raise ConfigError(
-                f"{where}: DIO {sensor.channels[0]} is channel A of no Encoder of the robot program; of DIO it builds: "
-                f"{ports_text('DIO')}"
-            ) from None
-        return QuadratureInput(sim, pulses_per_turn=sensor.pulses_per_turn, gearing=gearing, start=mechanism.position)
+def _range(where: str, sensor: SensorSettings) -> CANrangeSim:
+    return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
+
+
+def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
     model, channel = sensor.keys[0]
+    gearing, reversed = abs(sensor.gearing), sensor.gearing < 0.0
     try:
-        return AbsoluteEncoderInput(
-            model, channel, gearing=gearing, zero=sensor.zero, full_range=encoder_range(model, channel)
+        if sensor.kind == "encoder":
+            return EncoderPort(
+                channel,
+                pulses_per_turn=sensor.pulses_per_turn,
+                gearing=gearing,
+                reversed=reversed,
+                start=mechanism.position,
+            )
+        full_range = encoder_range(model, channel)
+        return AbsoluteEncoderPort(
+            (model, channel), zero=sensor.zero, full_range=full_range, gearing=gearing, reversed=reversed
         )
     except IndexError:
-        raise ConfigError(
-            f"{where}: the robot program reads no duty cycle on DIO {channel}; of DIO it builds: {ports_text('DIO')}"
-        ) from None
+        said = f"the robot program reads no duty cycle on DIO {channel}"
+        if sensor.kind == "encoder":
+            said = f"DIO {channel} is channel A of no Encoder of the robot program"
+        raise ConfigError(f"{where}: {said}; of DIO it builds: {ports_text('DIO')}") from None
 
 
 def _strip_colors(strip: Any) -> IntArray:
@@ -299,18 +288,13 @@ def _strip_colors(strip: Any) -> IntArray:
 
 def _port_text(sensor: SensorSettings) -> str:
     (model, _), numbers = sensor.keys[0], " ".join(str(number) for _, number in sensor.keys)
-    pin = sensor.input.pin if isinstance(sensor, (BeamBreakSettings, LimitSwitchSettings)) else 0
-    return f"{model} {numbers}" + (f" pin {pin}" if pin else "")
+    return f"{model} {numbers}" + (f" pin {sensor.pin}" if sensor.pin else "")
 
 
 def _meaning(sensor: SensorSettings) -> str:
-    if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
+    if sensor.sees is not None:
         return f"{sensor.name!r} {sensor.sees}"
-    kind = getattr(
-        sensor, "kind", {"PotentiometerSettings": "potentiometer"}.get(type(sensor).__name__, "limit switch")
-    )
-    assert not isinstance(sensor, BeamBreakSettings)
-    return f"{sensor.name!r}, {'distance' if isinstance(sensor, RangeSettings) else kind} of {sensor.mechanism!r}"
+    return f"{sensor.name!r}, {'distance' if sensor.kind == 'canrange' else sensor.kind} of {sensor.mechanism!r}"
 
 
 def _by_class(ports: Any) -> list[str]:

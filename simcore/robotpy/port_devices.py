@@ -6,8 +6,7 @@ difference where robot code keeps its objects. Nothing here lives on the wall cl
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from simcore import season
@@ -18,92 +17,17 @@ from simcore.robot.shaft import ShaftSim
 RobotState = season.wpilib.RobotState
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim
 DIOSim = season.wpilib_simulation.DIOSim
-DutyCycleSim = season.wpilib_simulation.DutyCycleSim
-EncoderSim = season.wpilib_simulation.EncoderSim
 PWMSim = season.wpilib_simulation.PWMSim
-RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
-SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 
 __all__ = [
-    "AbsoluteEncoderInput",
     "DigitalSwitch",
     "LimitSwitchInput",
-    "PWMChannelPort",
     "PistonValve",
     "PortMotorSim",
     "PotentiometerInput",
-    "QuadratureInput",
-    "RelayPort",
     "ServoSignal",
     "Switch",
 ]
-
-_RAIL = 5.0  # [V] at the roboRIO's analog inputs
-
-
-class _ChannelPort:
-    """What ports without a sensor or a configuration have in common.
-
-    Args:
-        coasts: Whether zero opens the circuit instead of braking.
-    """
-
-    def __init__(self, *, coasts: bool) -> None:
-        self._coasts = coasts
-        self._supply = 12.0
-
-    def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
-        self._supply = volts
-
-    def is_open(self) -> bool:
-        """Whether the circuit is open at zero."""
-        return self._coasts
-
-    def write(self, rotations: float, rps: float) -> None:
-        """Nobody reads it."""
-
-
-class PWMChannelPort(_ChannelPort):
-    """Whatever controls a motor on a PWM channel, whose output the roboRIO resolves to 0.4 %.
-
-    Args:
-        channel: Of the roboRIO.
-        leader: The robot code's object of the first controller on the shaft: its inversion says which way robot code
-            calls positive. None: the way that comes out of the channel.
-        coasts: Whether zero opens the circuit instead of braking.
-    """
-
-    def __init__(self, channel: int, leader: Any = None, *, coasts: bool = False) -> None:
-        super().__init__(coasts=coasts)
-        self._sim = PWMSim(channel)
-        self._leader = leader
-
-    def volts(self) -> float:
-        """Its duty cycle of the supply [V]; the roboRIO holds PWM neutral while disabled, its simulation does not."""
-        if not RobotState.is_enabled():
-            return 0.0
-        volts = season.pwm_speed(self._sim) * self._supply
-        return -volts if self._leader is not None and self._leader.get_inverted() else volts
-
-
-class RelayPort(_ChannelPort):
-    """A Spike on a relay channel: the whole battery one way or the other, or nothing.
-
-    Args:
-        channel: Of the roboRIO.
-        coasts: Whether nothing opens the circuit instead of braking.
-    """
-
-    def __init__(self, channel: int, *, coasts: bool = False) -> None:
-        super().__init__(coasts=coasts)
-        self._sim = RelaySim(channel)
-
-    def volts(self) -> float:
-        """What it puts on the motor [V]."""
-        if not RobotState.is_enabled():
-            return 0.0
-        return self._supply * (float(self._sim.getForward()) - float(self._sim.getReverse()))
 
 
 class PortMotorSim:
@@ -209,68 +133,6 @@ class PistonValve:
 
 
 # --- what a mechanism shows ---------------------------------------------------------------------------------------
-
-
-class QuadratureInput:
-    """A quadrature `Encoder`; it reads zero where the mechanism is at first, and where robot code resets it.
-
-    Args:
-        sim: Of the encoder, e.g. `EncoderSim.create_for_channel(a)`.
-        pulses_per_turn: Of the encoder, per turn of itself.
-        gearing: Turns of the encoder per turn of the mechanism; negative if it counts down [-].
-        start: Position of the mechanism at first [rad].
-    """
-
-    def __init__(self, sim: Any, *, pulses_per_turn: float, gearing: float, start: float = 0.0) -> None:
-        self._sim = sim
-        self._per_rad = pulses_per_turn * gearing / math.tau
-        self._base = self._written = start * self._per_rad
-
-    def write(self, position: float, velocity: float) -> None:
-        """See `AnglePort`; counts are whole."""
-        if self._sim.get_reset():
-            self._base = self._written
-        pulses = position * self._per_rad
-        self._sim.set_count(round(pulses - self._base))
-        self._sim.set_rate(velocity * self._per_rad * self._sim.get_distance_per_pulse())
-        self._sim.set_direction(velocity * self._per_rad > 0.0)
-        self._written = pulses
-
-
-class AbsoluteEncoderInput:
-    """A duty cycle encoder on a DIO channel or an analog one, by whichever class robot code reads it.
-
-    `DutyCycleEncoder` and `AnalogEncoder` read a position of their own in simulation; a bare `DutyCycle` reads the
-    share of the pulse and an `AnalogInput` or `AnalogPotentiometer` volts, which are those of the same angle.
-
-    Args:
-        model: `DIO` or `Analog`.
-        channel: Of the roboRIO.
-        gearing: Turns of the encoder per turn of the mechanism; negative if it counts down [-].
-        zero: What it reads with the mechanism at its zero, in the unit of robot code.
-        full_range: What a turn is in that unit.
-    """
-
-    def __init__(self, model: str, channel: int, *, gearing: float, zero: float, full_range: float) -> None:
-        device = f"DutyCycle:DutyCycleEncoder[{channel}]" if model == "DIO" else f"AnalogEncoder[{channel}]"
-        self._position = None
-        if device in SimDeviceSim.enumerate_devices():
-            self._position = SimDeviceSim(device).get_double("Position")
-        self._show: Callable[[float], object]
-        if model == "DIO":
-            self._show, self._per_turn = DutyCycleSim.create_for_channel(channel).set_output, 1.0
-        else:
-            self._show, self._per_turn = AnalogInputSim(channel).set_voltage, _RAIL
-        self._turns_per_rad = gearing / math.tau
-        self._zero = zero / full_range
-        self._range = full_range
-
-    def write(self, position: float, velocity: float) -> None:
-        """See `AnglePort`; within one turn."""
-        turns = (self._zero + position * self._turns_per_rad) % 1.0
-        if self._position is not None:
-            self._position.set(turns * self._range)
-        self._show(turns * self._per_turn)
 
 
 class PotentiometerInput:

@@ -1,4 +1,4 @@
-"""WPILib's own devices as ports of a drivetrain: PWM motor controllers, encoders on DIO, gyros.
+"""WPILib's own devices as ports of a drivetrain or a mechanism: motor controllers on PWM and relays, encoders, gyros.
 
 Nothing here lives on the wall clock, so a robot of these devices can be stepped as fast as the machine can, and does
 exactly the same every time.
@@ -7,14 +7,13 @@ exactly the same every time.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
 from simcore.devices.answers import Answers
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.quantities import GEARING, POSITIVE, require
-from simcore.robotpy.port_devices import AbsoluteEncoderInput, PWMChannelPort, QuadratureInput
 
 ADIS16448_IMU = season.class_before_2027("wpilib", "ADIS16448_IMU")
 ADIS16470_IMU = season.class_before_2027("wpilib", "ADIS16470_IMU")
@@ -22,11 +21,14 @@ ADXRS450_Gyro = season.class_before_2027("wpilib", "ADXRS450_Gyro")
 AnalogEncoder = season.wpilib.AnalogEncoder
 AnalogGyro = season.class_before_2027("wpilib", "AnalogGyro")
 DutyCycleEncoder = season.wpilib.DutyCycleEncoder
-Encoder = season.wpilib.Encoder
-PWMMotorController = season.wpilib.PWMMotorController
+RobotState = season.wpilib.RobotState
 ADXRS450_GyroSim = season.class_before_2027("wpilib.simulation", "ADXRS450_GyroSim")
 AnalogGyroSim = season.class_before_2027("wpilib.simulation", "AnalogGyroSim")
+AnalogInputSim = season.wpilib_simulation.AnalogInputSim
+DutyCycleSim = season.wpilib_simulation.DutyCycleSim
 EncoderSim = season.wpilib_simulation.EncoderSim
+PWMSim = season.wpilib_simulation.PWMSim
+RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
 SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 
 __all__ = [
@@ -34,54 +36,137 @@ __all__ = [
     "AbsoluteEncoderPort",
     "EncoderPort",
     "PWMMotorPort",
+    "RelayPort",
     "SimDeviceGyroPort",
     "WPILibGyroPort",
     "answer_for_adis",
 ]
 
+_RAIL = 5.0  # [V] at the roboRIO's analog inputs
 
-class PWMMotorPort(PWMChannelPort):
-    """A PWM motor controller without an encoder of its own: `PWMSparkMax`, `Talon`, `VictorSP`.
 
-    Positive is what robot code calls positive, whatever `setInverted` says. Disabled, the roboRIO holds PWM neutral;
-    WPILib's simulation does not, so this does.
+class _ChannelPort:
+    """What ports without a sensor or a configuration have in common.
 
     Args:
-        controller: Of the robot code; followers (`addFollower`) need no port of their own.
+        coasts: Whether zero opens the circuit instead of braking.
+    """
+
+    def __init__(self, *, coasts: bool) -> None:
+        self._coasts = coasts
+        self._supply = 12.0
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at its terminals [V]."""
+        self._supply = volts
+
+    def is_open(self) -> bool:
+        """Whether the circuit is open at zero."""
+        return self._coasts
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Nobody reads it."""
+
+
+class PWMMotorPort(_ChannelPort):
+    """A PWM motor controller without an encoder of its own: `PWMSparkMax`, `Talon`, `VictorSP`.
+
+    Positive is what robot code calls positive, whatever `setInverted` says; the roboRIO resolves the output to 0.4 %.
+    Disabled, it holds PWM neutral; WPILib's simulation does not, so this does.
+
+    Args:
+        controller: Of the robot code, or its channel; followers (`addFollower`) need no port of their own.
+        leader: The robot code's object of the first controller on the shaft, whose inversion counts; None: that of
+            `controller`, and of a mere channel none.
         coasts: Whether its jumper says coast instead of brake.
     """
 
-    def __init__(self, controller: Any, *, coasts: bool = False) -> None:
-        super().__init__(controller.get_channel(), controller, coasts=coasts)
+    def __init__(self, controller: Any, *, leader: Any = None, coasts: bool = False) -> None:
+        super().__init__(coasts=coasts)
+        is_channel = isinstance(controller, int)
+        self._sim = PWMSim(controller if is_channel else controller.get_channel())
+        self._leader = controller if leader is None and not is_channel else leader
+
+    def volts(self) -> float:
+        """Its duty cycle of the supply [V]; the roboRIO holds PWM neutral while disabled, its simulation does not."""
+        if not RobotState.is_enabled():
+            return 0.0
+        volts = season.pwm_speed(self._sim) * self._supply
+        return -volts if self._leader is not None and self._leader.get_inverted() else volts
 
 
-class EncoderPort(QuadratureInput):
-    """A quadrature `Encoder` on a shaft; `reset()` in robot code starts it from zero, as on the robot.
+class RelayPort(_ChannelPort):
+    """A Spike on a relay channel: the whole battery one way or the other, or nothing.
+
+    Args:
+        channel: Of the roboRIO.
+        coasts: Whether nothing opens the circuit instead of braking.
+    """
+
+    def __init__(self, channel: int, *, coasts: bool = False) -> None:
+        super().__init__(coasts=coasts)
+        self._sim = RelaySim(channel)
+
+    def volts(self) -> float:
+        """What it puts on the motor [V]."""
+        if not RobotState.is_enabled():
+            return 0.0
+        return self._supply * (float(self._sim.getForward()) - float(self._sim.getReverse()))
+
+
+class EncoderPort:
+    """A quadrature `Encoder` on a shaft: zero where the shaft is at first, and where robot code resets it.
 
     Positive is forward, whatever direction the encoder is configured with.
 
     Args:
-        encoder: Of the robot code, with its distance per pulse set.
-        pulses_per_turn: Of the encoder, per turn of the shaft.
-        gearing: Turns of the encoder per turn of the shaft that the model moves (wheel or azimuth) [-].
+        encoder: Of the robot code, with its distance per pulse set; or the DIO channel A of it.
+        pulses_per_turn: Of the encoder, per turn of itself.
+        gearing: Turns of the encoder per turn of the shaft that the model moves (wheel, azimuth, mechanism) [-].
+        reversed: Whether it counts down while that turns the positive way.
+        start: Angle of the shaft at first [rad].
 
     Raises:
         ConfigError: A number is not above zero.
     """
 
-    def __init__(self, encoder: Any, *, pulses_per_turn: float, gearing: float = 1.0) -> None:
+    def __init__(
+        self,
+        encoder: Any,
+        *,
+        pulses_per_turn: float,
+        gearing: float = 1.0,
+        reversed: bool = False,
+        start: float = 0.0,
+    ) -> None:
         require("EncoderPort", "pulses_per_turn", pulses_per_turn, GEARING)
         require("EncoderPort", "gearing", gearing, GEARING)
-        super().__init__(EncoderSim(encoder), pulses_per_turn=pulses_per_turn, gearing=gearing)
+        self._sim = EncoderSim.create_for_channel(encoder) if isinstance(encoder, int) else EncoderSim(encoder)
+        self._per_rad = pulses_per_turn * (-gearing if reversed else gearing) / math.tau
+        self._base = self._written = start * self._per_rad
+
+    def write(self, angle: float, rate: float) -> None:
+        """See `AnglePort`; counts are whole."""
+        if self._sim.get_reset():
+            self._base = self._written
+        pulses = angle * self._per_rad
+        self._sim.set_count(round(pulses - self._base))
+        self._sim.set_rate(rate * self._per_rad * self._sim.get_distance_per_pulse())
+        self._sim.set_direction(rate * self._per_rad > 0.0)
+        self._written = pulses
 
 
-class AbsoluteEncoderPort(AbsoluteEncoderInput):
-    """A `DutyCycleEncoder` or `AnalogEncoder` on an azimuth: knows its angle from the start.
+class AbsoluteEncoderPort:
+    """A `DutyCycleEncoder` or `AnalogEncoder` on a shaft: knows its angle from the start.
+
+    These read a position of their own in simulation; a bare `DutyCycle` reads the share of the pulse and an
+    `AnalogInput` or `AnalogPotentiometer` volts, which are those of the same angle.
 
     Args:
-        encoder: Of the robot code.
+        encoder: Of the robot code; or its port, `("DIO", 4)` or `("Analog", 0)`, whatever class reads it.
         zero: What `get()` shows while the module points ahead, in the encoder's own unit.
         full_range: What a whole turn is, in the same unit; 1 unless robot code has said otherwise.
+        gearing: Turns of the encoder per turn of the shaft [-].
         reversed: Whether it counts down while the module turns counter-clockwise.
 
     Raises:
@@ -94,18 +179,41 @@ class AbsoluteEncoderPort(AbsoluteEncoderInput):
         *,
         zero: float = 0.0,
         full_range: float = 1.0,
+        gearing: float = 1.0,
         reversed: bool = False,
     ) -> None:
         require("AbsoluteEncoderPort", "full_range", full_range, POSITIVE)
-        if isinstance(encoder, DutyCycleEncoder):
-            model, channel = "DIO", encoder.get_source_channel()
-        elif isinstance(encoder, AnalogEncoder):
-            model, channel = "Analog", encoder.get_channel()
+        model, channel = _port_of(encoder)
+        device = f"DutyCycle:DutyCycleEncoder[{channel}]" if model == "DIO" else f"AnalogEncoder[{channel}]"
+        self._position = None
+        if device in SimDeviceSim.enumerate_devices():
+            self._position = SimDeviceSim(device).get_double("Position")
+        self._show: Callable[[float], object]
+        if model == "DIO":
+            self._show, self._per_turn = DutyCycleSim.create_for_channel(channel).set_output, 1.0
         else:
-            raise ConfigError(
-                f"AbsoluteEncoderPort: want a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}"
-            )
-        super().__init__(model, channel, gearing=-1.0 if reversed else 1.0, zero=zero, full_range=full_range)
+            self._show, self._per_turn = AnalogInputSim(channel).set_voltage, _RAIL
+        self._turns_per_rad = (-gearing if reversed else gearing) / math.tau
+        self._zero = zero / full_range
+        self._range = full_range
+
+    def write(self, angle: float, rate: float) -> None:
+        """See `AnglePort`; within one turn."""
+        turns = (self._zero + angle * self._turns_per_rad) % 1.0
+        if self._position is not None:
+            self._position.set(turns * self._range)
+        self._show(turns * self._per_turn)
+
+
+def _port_of(encoder: Any) -> tuple[str, int]:
+    """Model and channel of an absolute encoder."""
+    if isinstance(encoder, tuple):
+        return encoder
+    if isinstance(encoder, DutyCycleEncoder):
+        return "DIO", encoder.get_source_channel()
+    if isinstance(encoder, AnalogEncoder):
+        return "Analog", encoder.get_channel()
+    raise ConfigError(f"AbsoluteEncoderPort: want a DutyCycleEncoder or AnalogEncoder, got {type(encoder).__name__}")
 
 
 class WPILibGyroPort:

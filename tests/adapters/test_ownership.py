@@ -30,9 +30,8 @@ def test_a_guess_spins_up_as_its_gains_say_and_kS_is_its_friction(said):
 
 def test_motors_that_nobody_drives_are_taken_and_given_back_when_somebody_does(said):
     assert said["taken"] == ["add", "add"]
-    before = dict(said["table"])
-    assert before["TalonFX 1"] == "drivetrain"
-    assert before["TalonFX 2"] == "the project's physics.py"
-    assert before["TalonFX 10 + 11"].startswith("guessed: 2 x Kraken X60 FOC, 4:1")
+    drivetrain, foreign, guessed = said["owners"]
+    assert drivetrain == "TalonFX 1" and foreign == [["TalonFX", 2]]
+    assert dict(guessed)["TalonFX 10 + 11"].startswith("2 x Kraken X60 FOC, 4:1")
     assert said["given_back"] == ["remove"]
-    assert "TalonFX 10 + 11" not in dict(said["table_after"])
+    assert "TalonFX 10 + 11" not in dict(said["guessed_after"])

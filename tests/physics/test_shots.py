@@ -266,6 +266,26 @@ def test_a_ball_that_lies_on_the_muzzle_is_struck_away_and_shots_go_on(offset, c
         assert len(match.record.shots) >= 1, "its way is free within some ticks"
 
 
+@pytest.mark.parametrize("blocked", [0, 1])
+def test_a_piece_at_the_muzzle_of_one_barrel_holds_up_that_barrel_alone(blocked, caplog):
+    """Muzzles 0.4 m apart, a ball at rest on one of them: in that tick the other one shoots, and this one does not."""
+    sides, config = (0.2, -0.2), robot(forward=0.0, height=0.62, elevation=1.2)
+    (shooter,) = config.shooters
+    config = replace(config, shooters=(replace(shooter, launch=replace(shooter.launch, barrels=sides)),))
+    with match_with(config, (8.0, 4.0, 0.0), count=8) as match:
+        (slot,) = match.robots[0].storage.in_turn[:1]
+        match.robots[0].storage.discard(slot)
+        match.pieces.launch(0, (8.0, 4.0 + sides[blocked], 0.62), (0.0, 0.0, 0.0), slot=slot, flying=False)
+        spin_wheels(match, 9.0)
+        match.tick()
+        assert [shot.points[0][1] for shot in match.record.shots] == pytest.approx([4.0 + sides[1 - blocked]], abs=0.01)
+        assert match.pieces.state.vel[slot][2] > 4.0, "struck away by the next piece of its barrel"
+        match.record.shots.clear()
+        play_shooting(match, 0.3, 9.0)
+        places = {round(shot.points[0][1] - 4.0, 1) for shot in match.record.shots}
+        assert places == set(sides), "both, once the ball has gone"
+
+
 def test_the_wheels_and_the_robot_lose_what_a_struck_ball_gains():
     light = robot(forward=0.0, height=0.62, elevation=0.0)
     wheels = FlywheelConfig(gearbox=GEARBOX, inertia=0.002)

@@ -14,7 +14,7 @@ from phoenix6 import configs, controls, hardware, signals, unmanaged
 
 from simcore.devices.ownership import Ownership
 from simcore.phoenix6.ctre_maker import MAKER
-from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import own_writer
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment
@@ -78,11 +78,11 @@ def main() -> None:
     for _ in range(6):
         assignment.after_tick()
     said["taken"] = list(steps)
-    said["table"] = assignment.table()
+    said["owners"] = [assignment.drivetrain, assignment.foreign, assignment.guessed]
     follower.sim_state.set_rotor_velocity(3.0)
     assignment.after_tick()
     said["given_back"] = steps[len(said["taken"]) :]
-    said["table_after"] = assignment.table()
+    said["guessed_after"] = assignment.guessed
     assert all(isinstance(d, BuiltDevice) for d in devices)
     print(json.dumps(said), flush=True)
     os._exit(0)

@@ -22,7 +22,7 @@ from simcore import Match, RobotConfig, TankConfig  # noqa: E402
 from simcore.phoenix5.built_talons import record_of  # noqa: E402
 from simcore.phoenix5.ctre5_maker import MAKER  # noqa: E402
 from simcore.phoenix5.talon_loop import TalonLoop  # noqa: E402
-from simcore.phoenix5.talon_motor import TalonSRXMotorSim  # noqa: E402
+from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim  # noqa: E402
 from simcore.robot.dc_motor import motor  # noqa: E402
 from simcore.robot.gearbox import GearboxConfig  # noqa: E402
 from simcore.robot.motor_ports import TankPorts  # noqa: E402

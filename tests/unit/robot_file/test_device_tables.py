@@ -10,7 +10,7 @@ import pytest
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
-from simcore.robot_file.sensor_tables import EncoderSettings, LimitSwitchSettings, PieceView, RangeSettings
+from simcore.robot_file.sensor_tables import PieceView
 from simcore.robot_file.template import FoundPort, template
 
 HOOD = """
@@ -96,13 +96,13 @@ def test_sensors(read):
         + '[[sensor]]\nname = "r"\nkind = "canrange"\nid = 9\nmechanism = "lift"\ndistance = 0.1\n'
     )
     encoder, switch, beam, ranging = robot.sensors
-    assert isinstance(encoder, EncoderSettings) and encoder.keys == [("DIO", 0), ("DIO", 1)]
-    assert (encoder.reversed, encoder.gearing, encoder.pulses_per_turn) == (True, 4.0, 2048.0)
-    assert isinstance(switch, LimitSwitchSettings) and switch.input.normally_closed
-    assert (switch.low, switch.high) == pytest.approx((0.48 / 0.02, 0.52 / 0.02))
+    assert encoder.kind == "encoder" and encoder.keys == (("DIO", 0), ("DIO", 1))
+    assert (encoder.gearing, encoder.pulses_per_turn) == (-4.0, 2048.0)
+    assert switch.kind == "limit switch" and switch.normally_closed
+    assert switch.pressed == pytest.approx((0.48 / 0.02, 0.52 / 0.02))
     assert beam.sees == PieceView(place="storage", at_least=3, delay=0.2, kinds=("Cube",))
-    assert beam.keys == [("CANdi", 30)] and beam.input.pin == 2
-    assert isinstance(ranging, RangeSettings) and ranging.sees is None and ranging.distance == 0.1
+    assert beam.keys == (("CANdi", 30),) and beam.pin == 2
+    assert ranging.mechanism == "lift" and ranging.sees is None and ranging.distance == 0.1
     with pytest.raises(UnknownNameError, match="no kind of piece named 'Cube'"):
         robot.require_pieces(["Cone"])
 
@@ -110,7 +110,7 @@ def test_sensors(read):
 @pytest.mark.parametrize(("at", "low", "high"), [("lower", -math.inf, 0.5), ("upper", 49.5, math.inf)])
 def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(read, at, low, high):
     (switch,) = read(HOOD + SWITCH + f'mechanism = "hood"\nat = "{at}"\n').sensors
-    assert (math.degrees(switch.low), math.degrees(switch.high)) == pytest.approx((low, high))
+    assert [math.degrees(end) for end in switch.pressed] == pytest.approx([low, high])
 
 
 @pytest.mark.parametrize(

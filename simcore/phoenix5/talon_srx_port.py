@@ -10,10 +10,10 @@ from phoenix5 import ErrorCode
 from wpilib import DriverStation
 
 from simcore.devices.answers import Answers
+from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
 from simcore.phoenix5.built_talons import MODELS, record_of
 from simcore.phoenix5.talon_loop import ControlMode, TalonLoop
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["TalonSRXPort", "answer_for_talons"]
 
@@ -31,9 +31,13 @@ class TalonSRXPort:
     Args:
         device: That robot code has built.
         sign: -1 where positive in robot code is negative for the mechanism.
+
+    Raises:
+        ConfigError: It was built before simcore was imported.
     """
 
-    def __init__(self, device: BuiltDevice, *, sign: float = 1.0) -> None:
+    def __init__(self, device: Any, *, sign: float = 1.0) -> None:
+        device = known_device(device)
         self.device = device
         self.loop = TalonLoop()
         self._talon = device.hardware
