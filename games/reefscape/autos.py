@@ -188,7 +188,15 @@ def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
     """Puts the coral on the nearest branch of a level."""
     offsets = {"left": -dim.BRANCH_OFFSET, "right": dim.BRANCH_OFFSET}
     branches = {(face, side): _before_face(face, 1.6, aside) for face in range(6) for side, aside in offsets.items()}
-    return lambda robot: _place(robot, *_nearest(robot, branches), level)
+
+    def script(robot: ScriptedRobot) -> Steps:
+        drum = _reach(level, _APPROACH)[1]
+        robot.set_position("elevator", drum)
+        while abs(robot.robot.mechanisms["elevator"].position - drum) > 1.5:  # [rad]; 0.1 m
+            yield  # else a robot that stands there already brings its coral down on branches below
+        yield from _place(robot, *_nearest(robot, branches), level)
+
+    return script
 
 
 def _algae_near(robot: ScriptedRobot) -> Steps:

@@ -17,7 +17,7 @@ from simcore.errors import ConfigError
 from simcore.players.driven_robot import DriverInput
 from simcore.quantities import shown
 
-__all__ = ["KEYS", "SUBPROTOCOL", "ViewDriving", "read_input"]
+__all__ = ["KEYS", "LONGEST", "SUBPROTOCOL", "ViewDriving", "read_input"]
 
 SUBPROTOCOL = "simcore-driving"
 """Of the socket."""
@@ -130,10 +130,13 @@ class ViewDriving:
         latest = self._latest
         return None if latest is None or self._clock() > latest[0] + _PATIENCE else latest[1]
 
-    def add_to(self, page: bytes) -> bytes:
-        """A page of HTML with the script in it."""
-        before, tag, after = page.rpartition(b"</body>")
-        return before + self._script + tag + after if tag else page + self._script
+    def add_to(self, answer: Any) -> None:
+        """Put the script into an answer of the web server, if that is a page of HTML without compression."""
+        if "html" in answer.headers.get("Content-Type", ""):
+            before, tag, after = answer.body.rpartition(b"</body>")
+            answer.body = before + self._script + tag + after if tag else answer.body + self._script
+            del answer.headers["Content-Length"]
+            answer.headers["Content-Length"] = str(len(answer.body))
 
     async def serve(self, socket: Any) -> None:
         """Listen to a page until it lets go, says nothing, or says nonsense."""

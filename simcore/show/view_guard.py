@@ -168,14 +168,8 @@ class ViewGuard:
                 if self._driving is not None and "Accept-Encoding" in request.headers:
                     del request.headers["Accept-Encoding"]  # the script goes into the plain page
                 answer = inner(connection, request) if inner is not None else None
-                if (
-                    self._driving is not None
-                    and answer is not None
-                    and "html" in answer.headers.get("Content-Type", "")
-                ):
-                    answer.body = self._driving.add_to(answer.body)
-                    del answer.headers["Content-Length"]
-                    answer.headers["Content-Length"] = str(len(answer.body))
+                if self._driving is not None and answer is not None:
+                    self._driving.add_to(answer)
                 if answer is None and _is_websocket(request.headers):
                     self._viewers.add(connection)
                     task = asyncio.ensure_future(connection.wait_closed())

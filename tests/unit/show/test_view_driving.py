@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -141,7 +142,14 @@ def test_nobody_drives_a_quarter_of_a_second_after_the_last_message():
 
 
 def test_the_script_knows_the_keys_and_the_actions():
-    page = ViewDriving(("shoot", "</script>")).add_to(b"<html><body>x</body></html>").decode()
+    driving, body = ViewDriving(("shoot", "</script>")), b"<html><body>x</body></html>"
+    answer = SimpleNamespace(headers={"Content-Type": "text/html; charset=utf-8", "Content-Length": "27"}, body=body)
+    driving.add_to(answer)
+    page = answer.body.decode()
+    assert answer.headers["Content-Length"] == str(len(answer.body))
+    picture = SimpleNamespace(headers={"Content-Type": "image/png"}, body=b"</body>")
+    driving.add_to(picture)
+    assert picture.body == b"</body>"
     assert page.startswith("<html><body>x<script>") and page.endswith("</script></body></html>")
     assert all(f'"{key}"' in page for key in KEYS) and SUBPROTOCOL in page and "$" not in page.replace("${", "")
     assert "1 or Space shoot, 2 <\\/script>" in page and page.count("</script>") == 1
