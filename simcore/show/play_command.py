@@ -120,7 +120,8 @@ def _list(name: str | None) -> int:
         print(f"{game.heading} ({game.year}), `{game.name}`")
         for auto in game.autos.values():
             print(f"    {auto.name:10} {auto.summary}")
-        print(f"    {_DRIVE:10} stand until you drive, from the page of --view")
+        if _DRIVE not in game.autos and _can_be_driven(game):
+            print(f"    {_DRIVE:10} stand until you drive, from the page of --view")
         for role in game.roles.values():
             print(f"    {role.name:10} in a match: {role.summary}")
     return 0
@@ -179,7 +180,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
         play = partial(play_match, game, seats)
         return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
     auto = _auto(options, game)
-    if options.view and isinstance(game.robot().drivetrain, SwerveConfig):
+    if options.view and _can_be_driven(game):
         driving = ViewDriving(tuple((game.driving or DriverControls()).actions))
 
     def controller(match: PlayedMatch, alliance: Alliance) -> Controller:
@@ -190,7 +191,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
         play = partial(play_match, game, seats, me=lambda match: controller(match, match.alliances[0]))
         return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
     play = partial(play_auto, game, replace(auto, controller=controller), alliance=options.alliance)
-    length = match_seconds(game) if auto.name == _DRIVE else auto_seconds(game)
+    length = auto_seconds(game) if auto.name in game.autos else match_seconds(game)
     return _Plan(auto.name, period, options.seconds or length, play, driving)
 
 
@@ -199,9 +200,15 @@ def _auto(options: argparse.Namespace, game: Game) -> Auto:
         return game.auto(options.auto)
     if not options.view:
         raise ConfigError("--auto drive is for a person at the page: give --view, too")
+    if not _can_be_driven(game):
+        raise ConfigError(f"--auto drive: a person drives robots with swerve, and that of {game.name} has none")
     return Auto(
         name=_DRIVE, summary="", controller=lambda match, alliance: lambda robot, time: None, start=game.starts[0]
     )
+
+
+def _can_be_driven(game: Game) -> bool:
+    return isinstance(game.robot().drivetrain, SwerveConfig)
 
 
 def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:

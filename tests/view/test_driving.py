@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ from simcore import Match, RobotEntry
 from simcore.errors import ConfigError
 from simcore.players.driven_robot import HandedOver
 from simcore.players.lineup import entries, lineup, take_seats
+from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.show import play_command
 from simcore.show.live_view import LiveView
 from simcore.show.view_driving import LONGEST, SUBPROTOCOL, ViewDriving
@@ -251,9 +253,12 @@ def test_there_is_a_button_where_there_is_a_robot_to_drive(words, is_driven, sec
     assert plan.seconds == pytest.approx(seconds, abs=1.0)
 
 
-def test_to_drive_needs_a_page() -> None:
+def test_to_drive_needs_a_page_and_swerve() -> None:
     with pytest.raises(ConfigError, match="--auto drive is for a person at the page: give --view, too"):
         play_command._plan(parsed("--auto drive"), REBUILT)
+    robot = replace(REBUILT.robot(), drivetrain=TankConfig())
+    with pytest.raises(ConfigError, match="a person drives robots with swerve, and that of rebuilt has none"):
+        play_command._plan(parsed("--view --auto drive"), replace(REBUILT, robot=lambda: robot))
 
 
 def parsed(words: str) -> argparse.Namespace:
