@@ -15,10 +15,10 @@ from games.rebuilt.dimensions import (
 )
 from games.rebuilt.field import HUB_TARGET
 from simcore.match.game import Auto
-from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
+from simcore.match.scripted import DriverControls, ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
 
-__all__ = ["AUTOS", "SETTINGS"]
+__all__ = ["AUTOS", "DRIVING", "SETTINGS"]
 
 _HUB_X = HUB_CENTER[0]
 
@@ -72,6 +72,15 @@ def tour(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_through([(_HUB_X + 1.6, trench), (_HUB_X - 1.8, trench)], 0.0, speed=3.0)
     yield from robot.drive_to(2.5, y, 0.0)
 
+
+def _shoot(robot: ScriptedRobot) -> Steps:
+    """Aim at the hub and shoot whatever comes in, for as long as it is asked for."""
+    while True:
+        yield from robot.shoot_until_empty(HUB_TARGET, timeout=10.0)
+
+
+DRIVING = DriverControls(settings=SETTINGS, actions={"shoot": _shoot})
+"""What the buttons of a person do who drives the robot."""
 
 AUTOS: dict[str, Auto] = {
     auto.name: auto

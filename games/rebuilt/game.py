@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from games.rebuilt.autos import AUTOS
+from games.rebuilt.autos import AUTOS, DRIVING
 from games.rebuilt.field import FIELD, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import HUB_EXITS
@@ -40,6 +40,7 @@ REBUILT = Game(
     robots=_STAGING.robots,
     autos=AUTOS,
     roles=ROLES,
+    driving=DRIVING,
     practice_matches={
         "practice-2v2": ("collector", "collector,defender"),
         "practice-3v3": ("collector,shuttle", "collector,collector,defender"),

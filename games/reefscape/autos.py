@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
@@ -10,10 +11,10 @@ from games.reefscape.robot import ALGAE_REACH, CORAL_REACH, CORAL_TILT, PIVOT, e
 from games.reefscape.staging import reef_algae_places
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Auto
-from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
+from simcore.match.scripted import DriverControls, ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
 
-__all__ = ["AUTOS"]
+__all__ = ["AUTOS", "DRIVING"]
 
 _SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the wheel that is unloaded slides
 
@@ -135,11 +136,8 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
     robot.set_position("arm", _TUCKED)
 
 
-def algae(robot: ScriptedRobot) -> Steps:
-    """The preload on level 4, one algae of the reef through the processor and one into the net."""
-    _begin(robot)
-    yield from _place(robot, 3, "left", 4)
-    yield from _take_algae(robot, 3)
+def _process(robot: ScriptedRobot) -> Steps:
+    """Bring the algae straight to the processor."""
     robot.set_position("elevator", 0.0)
     x, y = dim.PROCESSOR_X, 0.46
     yield from robot.drive_to(x, y + 0.8, -math.pi / 2, speed=3.5, tolerance=0.10)
@@ -148,6 +146,14 @@ def algae(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(x, y, -math.pi / 2, speed=1.5, tolerance=0.03, timeout=1.2)
     yield from robot.wait(0.2)
     yield from _let_algae_go(robot)
+
+
+def algae(robot: ScriptedRobot) -> Steps:
+    """The preload on level 4, one algae of the reef through the processor and one into the net."""
+    _begin(robot)
+    yield from _place(robot, 3, "left", 4)
+    yield from _take_algae(robot, 3)
+    yield from _process(robot)
     yield from _take_algae(robot, 4)
     arm = degrees(40.0)
     robot.set_position("elevator", elevator_turns(2.08))
@@ -173,6 +179,46 @@ def climb(robot: ScriptedRobot) -> Steps:
     yield from robot.wait(3.0)
     robot.set_volts("climber", 0.0)
 
+
+def _nearest(robot: ScriptedRobot, places: dict[tuple[int, str], Pose]) -> tuple[int, str]:
+    return min(places, key=lambda key: math.dist(robot.pose[:2], places[key][:2]))
+
+
+def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
+    """Puts the coral on the nearest branch of a level."""
+    offsets = {"left": -dim.BRANCH_OFFSET, "right": dim.BRANCH_OFFSET}
+    branches = {(face, side): _before_face(face, 1.6, aside) for face in range(6) for side, aside in offsets.items()}
+
+    def script(robot: ScriptedRobot) -> Steps:
+        drum = _reach(level, _APPROACH)[1]
+        robot.set_position("elevator", drum)
+        while abs(robot.robot.mechanisms["elevator"].position - drum) > 1.5:  # [rad]; 0.1 m
+            yield  # else a robot that stands there already brings its coral down on branches below
+        yield from _place(robot, *_nearest(robot, branches), level)
+
+    return script
+
+
+def _algae_near(robot: ScriptedRobot) -> Steps:
+    """Take the algae of the nearest face; with one, bring it to the processor."""
+    if robot.robot.placers[1].piece is not None:
+        yield from _process(robot)
+    else:
+        yield from _take_algae(robot, _nearest(robot, {(face, ""): _before_face(face, 1.6) for face in range(6)})[0])
+
+
+def _rest(robot: ScriptedRobot) -> None:
+    _begin(robot)
+    robot.set_volts("algae_wheel", 0.0)
+    robot.set_position("elevator", _CARRY)
+
+
+DRIVING = DriverControls(
+    settings=_SETTINGS,
+    actions={**{f"level {level}": _place_near(level) for level in (4, 3, 2)}, "algae": _algae_near},
+    rest=_rest,
+)
+"""What the buttons of a person do who drives the robot."""
 
 AUTOS: dict[str, Auto] = {
     auto.name: auto

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from games.reefscape.autos import AUTOS
+from games.reefscape.autos import AUTOS, DRIVING
 from games.reefscape.field import CAGE_OPTIONS, FIELD, arrange, scoring_zones
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.places import PLACES
@@ -31,6 +31,7 @@ REEFSCAPE = Game(
     preload=1,
     robots=ROBOTS,
     autos=AUTOS,
+    driving=DRIVING,
     models=shipped("reefscape", "advantagescope"),
     options=CAGE_OPTIONS,
     arrange=arrange,

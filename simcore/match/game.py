@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
@@ -45,6 +45,9 @@ from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
+
+if TYPE_CHECKING:
+    from simcore.match.scripted import DriverControls
 
 __all__ = [
     "Auto",
@@ -366,6 +369,8 @@ class Game:
     """By name; the first is the one that is played if none is named."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """What scripted players do, by name."""
+    driving: DriverControls | None = None
+    """What a person's buttons do who drives its robot; None: nothing but driving and the intake."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
     """Whole matches for somebody's robot code, by name: its partners and its opponents, as line-ups are typed."""
     options: tuple[GameOption, ...] = ()

@@ -30,7 +30,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
 
-__all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
+__all__ = ["DriverControls", "Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
 _log = logging.getLogger(__name__)
 
@@ -74,6 +74,22 @@ class ScriptSettings:
     def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
         """What makes a robot that follows a script so, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverControls:
+    """What the buttons of a person do who drives a robot of a game; sticks and intake are the same in all games."""
+
+    settings: ScriptSettings = field(default_factory=ScriptSettings)
+    """How the robot is handled."""
+    actions: Mapping[str, Script] = field(default_factory=dict)
+    """Up to four scripts by what people call them, in the order of the buttons; each runs while its button is held."""
+    rest: Callable[[ScriptedRobot], None] = lambda robot: None
+    """Commands the mechanisms as they are while no action runs; called at the start and after each action."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.actions, Mapping) or len(self.actions) > 4:
+            raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
 
 class ScriptedRobot:

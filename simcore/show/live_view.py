@@ -11,6 +11,7 @@ from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.shot_preview import ShotPreview
 from simcore.show.view_buttons import FieldButtons
 from simcore.show.view_charts import RecentSignals, ViewCharts
+from simcore.show.view_driving import ViewDriving
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
@@ -32,6 +33,7 @@ class LiveView:
         title: Of the page.
         seed: Shown at first.
         rate: Frames a second at most.
+        driving: The person at the page, if there is a robot to drive.
 
     Raises:
         OutputError: The extra `view` is not installed, or the port is taken.
@@ -50,8 +52,10 @@ class LiveView:
         title: str = "simcore",
         seed: int = 0,
         rate: float = 30.0,
+        driving: ViewDriving | None = None,
     ) -> None:
-        self.page = ViewPage(models, host=host, port=port, robot=robot, title=title)
+        self.page = ViewPage(models, host=host, port=port, robot=robot, title=title, driving=driving)
+        self._driving = driving
         self.url = self.page.url
         self.pacer = Pacer()
         self._rate, self._state_rate = FrameRate(rate), FrameRate(3.0)
@@ -177,7 +181,8 @@ class LiveView:
 
     def _say(self, progress: str) -> None:
         self._state_rate.take()
-        lines = [progress]
+        wants = None if self._driving is None else self._driving.input()
+        lines = [progress] if wants is None else [progress, f"driving: {wants.device}"]
         if self._preview is not None:
             paths = self._preview.paths
             several = len(self._match.robots) > 1 if self._match is not None else False

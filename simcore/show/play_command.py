@@ -14,17 +14,23 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Game
+from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
 from simcore.match.scatter import Scatter
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import DriverControls
 from simcore.physics.engine_choice import add_engine_option
+from simcore.players.driven_robot import HandedOver
 from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
 from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
+from simcore.robot.robot import Controller
+from simcore.robot.swerve_config import SwerveConfig
 from simcore.show.run_outputs import RunOutputs
+from simcore.show.view_driving import ViewDriving
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
@@ -32,13 +38,15 @@ from simcore.units import TICK
 __all__ = ["InterruptFlag", "add_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
+_DRIVE = "drive"
+"""As an auto: the robot stands until somebody drives it from the page."""
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; a game's own options are flags, too."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first)")
+    parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
     parser.add_argument("--match", action="store_true", help="a whole match of scripted players, with --red and --blue")
     players = f"up to three of ROLE[:LEVEL] with commas between, levels 1 to {len(SKILLS)}"
@@ -112,6 +120,8 @@ def _list(name: str | None) -> int:
         print(f"{game.heading} ({game.year}), `{game.name}`")
         for auto in game.autos.values():
             print(f"    {auto.name:10} {auto.summary}")
+        if _DRIVE not in game.autos and _can_be_driven(game):
+            print(f"    {_DRIVE:10} stand until you drive, from the page of --view")
         for role in game.roles.values():
             print(f"    {role.name:10} in a match: {role.summary}")
     return 0
@@ -124,7 +134,7 @@ def _play(options: argparse.Namespace) -> int:
     if options.field is not None:
         game.field.load(options.field)  # a broken mesh must not cost the last run's log
     sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
-    watch = Watch(options, game)
+    watch = Watch(options, game, plan.driving)
     seed: int | None = options.seed
     try:
         with InterruptFlag() as interrupted:
@@ -154,6 +164,8 @@ class _Plan:
     first_period: str
     seconds: float
     play: Callable[..., AutoRun]
+    driving: ViewDriving | None
+    """The person at the page, where there is one and a robot to drive."""
 
 
 def _plan(options: argparse.Namespace, game: Game) -> _Plan:
@@ -163,14 +175,41 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     me = any(seat.role == ME for seat in seats)
     if options.match and options.auto is not None and not me:
         raise ConfigError(f"--auto {options.auto} is what {ME!r} plays in a match, and {ME!r} is in no line-up")
-    period = game.clock.phases[0].name
-    if not options.match:
-        auto = game.auto(options.auto)
-        play = partial(play_auto, game, auto, alliance=options.alliance)
-        return _Plan(auto.name, period, options.seconds or auto_seconds(game), play)
-    mine = game.auto(options.auto) if me else None
-    play = partial(play_match, game, seats, me=None if mine is None else plays(mine))
-    return _Plan("match", period, options.seconds or match_seconds(game), play)
+    period, driving = game.clock.phases[0].name, None
+    if options.match and not me:
+        play = partial(play_match, game, seats)
+        return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
+    auto = _auto(options, game)
+    if options.view and _can_be_driven(game):
+        driving = ViewDriving(tuple((game.driving or DriverControls()).actions))
+
+    def controller(match: PlayedMatch, alliance: Alliance) -> Controller:
+        own = auto.controller(match, alliance)
+        return own if driving is None else HandedOver(match, alliance, own, driving.input, from_teleop=options.match)
+
+    mine = replace(auto, controller=controller)
+    if options.match:
+        play = partial(play_match, game, seats, me=plays(mine))
+        return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
+    play = partial(play_auto, game, mine, alliance=options.alliance)
+    length = auto_seconds(game) if auto.name in game.autos else match_seconds(game)
+    return _Plan(auto.name, period, options.seconds or length, play, driving)
+
+
+def _auto(options: argparse.Namespace, game: Game) -> Auto:
+    if options.auto != _DRIVE or _DRIVE in game.autos:
+        return game.auto(options.auto)
+    if not options.view:
+        raise ConfigError("--auto drive is for a person at the page: give --view, too")
+    if not _can_be_driven(game):
+        raise ConfigError(f"--auto drive: a person drives robots with swerve, and that of {game.name} has none")
+    return Auto(
+        name=_DRIVE, summary="", controller=lambda match, alliance: lambda robot, time: None, start=game.starts[0]
+    )
+
+
+def _can_be_driven(game: Game) -> bool:
+    return isinstance(game.robot().drivetrain, SwerveConfig)
 
 
 def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:

@@ -18,6 +18,8 @@ from collections.abc import Callable, Iterator, Sequence
 from http import HTTPStatus
 from typing import Any, Protocol
 
+from simcore.show.view_driving import LONGEST, SUBPROTOCOL, ViewDriving
+
 __all__ = ["MOST_VIEWERS", "ViewGuard"]
 
 MOST_VIEWERS = 16
@@ -47,9 +49,11 @@ class ViewGuard:
     Args:
         host: Where the view listens. On another address than the loopback's, every name of this computer and every
             numeric address will do: a site's own name is neither.
+        driving: Gets a script into the page and a socket from it; None: nobody can drive.
     """
 
-    def __init__(self, host: str) -> None:
+    def __init__(self, host: str, driving: ViewDriving | None = None) -> None:
+        self._driving = driving
         self._names = set(_LOOPBACK)
         self._any_address = host.lower() not in _LOOPBACK | {"::1"}
         if self._any_address:
@@ -74,11 +78,17 @@ class ViewGuard:
         site, mode, target = (", ".join(headers.get_all(f"Sec-Fetch-{name}")) for name in ("Site", "Mode", "Dest"))
         if site in ("cross-site", "same-site") and (mode, target) != ("navigate", "document"):
             return HTTPStatus.FORBIDDEN, f"the view does not answer other sites: Sec-Fetch-Site {site}"
+        if self._drives(headers):
+            return None
         if len(self._viewers) >= MOST_VIEWERS:
             return HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} pages look at this view, no more can; close one"
         if _is_websocket(headers) and not any(_LIBRARY in name for name in headers.get_all("Sec-WebSocket-Protocol")):
             return HTTPStatus.BAD_REQUEST, "this socket is for the page of the view"
         return None
+
+    def _drives(self, headers: Headers) -> bool:
+        asked = headers.get_all("Sec-WebSocket-Protocol")
+        return self._driving is not None and _is_websocket(headers) and list(asked) == [SUBPROTOCOL]
 
     def _is_own(self, host: str, port: int) -> bool:
         name, colon, number = host.rpartition(":")
@@ -96,7 +106,7 @@ class ViewGuard:
 
     @contextlib.contextmanager
     def guarding(self) -> Iterator[None]:
-        """Have the websocket servers that start in this context ask first.
+        """Have the websocket servers that start in this context ask first, and hand sockets that drive over.
 
         viser passes no hook on, so the one function with which it starts its server is wrapped meanwhile. `is_asked`
         tells whether that worked.
@@ -106,8 +116,18 @@ class ViewGuard:
         with _patching:
             real: Any = library.serve
 
-            def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
-                return real(*args, process_request=self._before(process_request), logger=_silent(), **options)
+            def serve(handler: Any, *args: Any, process_request: Any = None, **options: Any) -> Any:
+                select = options.pop("select_subprotocol", None)
+                return real(
+                    self._handler(handler),
+                    *args,
+                    process_request=self._before(process_request),
+                    select_subprotocol=lambda connection, names: (
+                        SUBPROTOCOL if names == [SUBPROTOCOL] else select and select(connection, names)
+                    ),
+                    logger=_silent(),
+                    **options,
+                )
 
             library.serve = serve
             try:
@@ -127,13 +147,29 @@ class ViewGuard:
         asked = (foreign, {**upgrade, **foreign}, {**upgrade, "Host": own, "Origin": "http://simcore.invalid"})
         return all(_status(host, port, headers) == HTTPStatus.FORBIDDEN for headers in asked)
 
+    def _handler(self, inner: Callable[..., Any]) -> Callable[..., Any]:
+        async def handle(connection: Any) -> None:
+            if self._driving is not None and connection.subprotocol == SUBPROTOCOL:
+                await self._driving.serve(connection)
+            else:
+                await inner(connection)
+
+        return handle
+
     def _before(self, inner: Callable[..., Any] | None) -> Callable[..., Any]:
         def process_request(connection: Any, request: Any) -> Any:
             refused = self.refusal(request.headers, connection.local_address[1])
             if refused is not None:
                 answer = connection.respond(refused[0], f"{refused[1]}\n")
+            elif self._drives(request.headers):
+                connection.protocol.max_message_size = 4 * LONGEST  # bytes; else they may be as long as viser's
+                return None
             else:
+                if self._driving is not None and "Accept-Encoding" in request.headers:
+                    del request.headers["Accept-Encoding"]  # the script goes into the plain page
                 answer = inner(connection, request) if inner is not None else None
+                if self._driving is not None and answer is not None:
+                    self._driving.add_to(answer)
                 if answer is None and _is_websocket(request.headers):
                     self._viewers.add(connection)
                     task = asyncio.ensure_future(connection.wait_closed())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simcore.show.view_board import board_html
 from simcore.show.view_cameras import BEHIND, CAMERAS, FIELD, STATION, STATIONS, ViewCameras, default_stations
+from simcore.show.view_driving import ViewDriving
 from simcore.show.view_models import ViewModels
 from simcore.show.view_scene import ViewScene, robot_keys
 from simcore.show.view_server import address, start_server, stop_server
@@ -27,6 +28,7 @@ class ViewPage:
         port: 0 takes a free one.
         robot: Name of the robot model; empty: the first.
         title: Of the page.
+        driving: The person at the page; None: nobody can drive.
 
     Raises:
         OutputError: The extra `view` is not installed, the port is taken, or viser cannot be guarded.
@@ -36,11 +38,18 @@ class ViewPage:
     """
 
     def __init__(
-        self, models: ViewModels, *, host: str = "127.0.0.1", port: int = 0, robot: str = "", title: str = "simcore"
+        self,
+        models: ViewModels,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        robot: str = "",
+        title: str = "simcore",
+        driving: ViewDriving | None = None,
     ) -> None:
         models.robot(robot)  # a wrong name shall not cost a started server
         self._closed = False
-        self.server = start_server(host, port, title)
+        self.server = start_server(host, port, title, driving)
         self.url = f"http://{address(host)}:{self.server.get_port()}"
         try:
             self._build(models, robot)

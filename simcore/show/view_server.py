@@ -15,6 +15,7 @@ import rich
 
 from simcore.errors import ConfigError, OutputError
 from simcore.install_text import install_command
+from simcore.show.view_driving import ViewDriving
 from simcore.show.view_guard import ViewGuard
 
 if TYPE_CHECKING:
@@ -26,13 +27,14 @@ _quiet_lock = threading.Lock()
 _quiet_count = 0
 
 
-def start_server(host: str, port: int, title: str) -> viser.ViserServer:
+def start_server(host: str, port: int, title: str, driving: ViewDriving | None = None) -> viser.ViserServer:
     """Start to serve an empty page.
 
     Args:
         host: Where to listen.
         port: 0 takes a free one.
         title: Of the page.
+        driving: The person at the page; None: nobody can drive.
 
     Raises:
         OutputError: The extra `view` is not installed, the port is taken, or this viser cannot be guarded.
@@ -55,7 +57,7 @@ def start_server(host: str, port: int, title: str) -> viser.ViserServer:
                 "Another view may be running: end it, or leave the port out for a free one"
             ) from error
         free: Any = probe.getsockname()[1]
-    with _quiet(), ViewGuard(host).guarding():
+    with _quiet(), ViewGuard(host, driving).guarding():
         server = viser.ViserServer(host=host, port=int(free), label=title, verbose=False)
     if not ViewGuard.is_asked(address(host), server.get_port()):
         stop_server(server)

@@ -17,6 +17,7 @@ from simcore.match.match import Match
 from simcore.quantities import PORT, number_flag
 from simcore.show.live_view import LiveView
 from simcore.show.pacing import Pacer
+from simcore.show.view_driving import ViewDriving
 from simcore.show.view_models import ViewModels, load_models
 from simcore.show.view_server import open_browser
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
@@ -47,9 +48,10 @@ class Watch:
     Args:
         options: Parsed from what `add_options` added; also `seed`.
         game: Whose models are shown.
+        driving: The person at the page; None: nobody can drive.
     """
 
-    def __init__(self, options: argparse.Namespace, game: Game) -> None:
+    def __init__(self, options: argparse.Namespace, game: Game, driving: ViewDriving | None = None) -> None:
         self._view: LiveView | None = None
         self._tables: Any = None
         self._control: Any = None
@@ -59,7 +61,7 @@ class Watch:
         if options.live:
             self._tables = _attempt(lambda: _serve(options.nt_port))
         if options.view:
-            self._view = _attempt(lambda: _open(options, game))
+            self._view = _attempt(lambda: _open(options, game, driving))
         if self._view is not None:
             url = self._view.url
             _say(f"the view is at {url}" if options.no_browser else open_browser(url))
@@ -136,12 +138,14 @@ class Watch:
         self._controlled, self._control = match, ControlTopics(match, self._tables)
 
 
-def _open(options: argparse.Namespace, game: Game) -> LiveView:
+def _open(options: argparse.Namespace, game: Game, driving: ViewDriving | None) -> LiveView:
     own = ViewModels() if game.models is None else load_models(game.models)
     models = own if options.models is None else load_models(options.models)
     if models.field is None:  # a team's folder may hold its robot alone
         models = models.with_field(own.field)
-    return LiveView(models, host=options.host, port=options.port, title=game.heading, seed=options.seed)
+    return LiveView(
+        models, host=options.host, port=options.port, title=game.heading, seed=options.seed, driving=driving
+    )
 
 
 def _serve(port: int) -> Any:

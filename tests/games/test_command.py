@@ -97,7 +97,7 @@ def test_the_readable_report_names_score_fuel_and_outputs(here, capsys):
 def test_the_list_names_all_autos_and_roles_and_runs_nothing(here, capsys):
     assert main(["--list"]) == 0
     said = capsys.readouterr().out
-    autos, roles = ["depot", "neutral", "tour"], ["collector", "shuttle", "defender", "climber", "idle"]
+    autos, roles = ["depot", "neutral", "tour", "drive"], ["collector", "shuttle", "defender", "climber", "idle"]
     assert [line.split()[0] for line in said.splitlines()] == ["REBUILT", *autos, *roles]
     assert list(here.iterdir()) == []
 
