@@ -17,6 +17,7 @@ from simcore.geometry.rotation import matrix
 from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
 from simcore.show.scene import PLAIN_PIECE
 from simcore.show.scope_assets import HANGING
+from simcore.show.view_follow import FollowCamera, robot_top
 from simcore.show.view_models import Model, RobotModels, ViewModels
 from simcore.show.view_trails import Trails
 from simcore.telemetry.snapshot import Snapshot
@@ -70,14 +71,15 @@ class ViewScene:
         self._robot_models = models.robot(robot)
         self.size = models.field.size if models.field else _PLAIN_FIELD
         """Length and width of the field [m]."""
-        self.follow: tuple[int, bool] | None = None
-        """The robot that stays in the middle, and whether the view turns with it; None for the whole field."""
+        self.follow: tuple[int, str] | None = None
+        """The robot that stays in the middle, and how: `FOLLOW` or `BEHIND`; None for the whole field."""
         self.previews: Sequence[ShotPath] = ()
         """What shots would do now; drawn with the next snapshot."""
         self._robots: dict[int, _RobotNode] = {}
         self._pieces: dict[str, _PieceNode] = {}
         self._trails: dict[str, Trails] = {}
         self._lines: dict[str, Any] = {}
+        self._follow_camera = FollowCamera(models.field.body if models.field else None, self.center)
         self._world = server.scene.add_frame("/world", show_axes=False)
         self._light()
         self._add_field()
@@ -194,14 +196,12 @@ class ViewScene:
         node.visible = True
 
     def _move_world(self, snapshot: Snapshot, robots: dict[int, str]) -> None:
-        """Moving the world under a camera that stands lets the user orbit while he follows."""
         position, yaw = np.zeros(3), 0.0
         if self.follow is not None and self.follow[0] in robots:
-            x, y, _, w, qx, qy, qz = snapshot.poses[f"{robots[self.follow[0]]}/Robot/Pose3d"].tolist()
-            if self.follow[1]:
-                yaw = -math.atan2(2.0 * (w * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-            c, s = math.cos(yaw), math.sin(yaw)
-            position = np.array(self.center) - (c * x - s * y, s * x + c * y, 0.0)
+            prefix = robots[self.follow[0]]
+            rows = snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", np.zeros((0, 7)))
+            pose = snapshot.poses[f"{prefix}/Robot/Pose3d"]
+            position, yaw = self._follow_camera.world_pose(self.follow[1], pose, robot_top(self._robot_models, rows))
         self._world.position = tuple(position.tolist())
         self._world.wxyz = (math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0))
 

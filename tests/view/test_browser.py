@@ -20,6 +20,7 @@ from simcore import RobotEntry
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
 from simcore.show.replay import Replay
+from simcore.show.view_cameras import BEHIND
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
@@ -282,7 +283,7 @@ def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
         booleans={"Sim/Robot/IsRed": True},
     )  # fmt: skip
     with ViewPage(load_models(REBUILT.models).with_field(None)) as page:
-        page.scene.follow = (0, True)
+        page.scene.follow = (0, BEHIND)
         page.show(snapshot)
         browser(page.url).wait_for_text("0:00.0")
         cx, cy, _ = page.scene.center
