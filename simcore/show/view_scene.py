@@ -6,9 +6,13 @@ controls are in `view_page`.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-from collections.abc import Sequence
+import threading
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +32,7 @@ if TYPE_CHECKING:
 
     from simcore.show.shot_preview import ShotPath
 
-__all__ = ["ViewScene", "robot_keys"]
+__all__ = ["ViewScene", "add_sun", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
 _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -43,6 +47,8 @@ _MARK_SIZE = 0.15  # [m]
 _CROSS = np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))], dtype=np.float64)
 _CORNERS = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
 _SQUARE = np.stack((_CORNERS, np.roll(_CORNERS, -1, axis=0)), axis=1)
+_SETTLE = 3.0  # [s]
+_FAST = 0.1  # [s] for a picture of 640 x 360, there and back; software takes 0.2 to 1
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)  # viser takes no empty lines
 
 
@@ -54,6 +60,39 @@ def robot_keys(snapshot: Snapshot) -> dict[int, str]:
         if match:
             found[int(match[2] or 0)] = f"Sim/Robots/{match[2]}" if match[1] else "Sim"
     return dict(sorted(found.items()))
+
+
+def add_sun(
+    client: viser.ClientHandle, connected: Callable[[], Mapping[int, object]], *, settle: float = _SETTLE
+) -> None:
+    """Give a browser its sun, and shadows as soon as it has shown that it draws fast.
+
+    Where there is no graphics card, shadows take half of the frames.
+
+    Args:
+        client: Who looks.
+        connected: All who look, by their numbers.
+        settle: How long it may take to load the scene, before it is measured [s].
+    """
+    sun = client.scene.add_light_directional(
+        "/light/sun", intensity=1.8, cast_shadow=False, position=(4.0, -6.0, 14.0), color=(255, 250, 240)
+    )
+
+    def measure() -> None:
+        warnings.filterwarnings("ignore", "Queued a GetRenderRequestMessage")  # viser, of a page that is being closed
+        with contextlib.suppress(RuntimeError, TimeoutError):  # it leaves, or does not answer
+            for _ in range(3):  # the first one compiles shaders
+                if client.client_id not in connected():
+                    return
+                begun = time.perf_counter()
+                client.get_render(height=360, width=640, timeout=5.0)
+                if time.perf_counter() - begun < _FAST:
+                    sun.cast_shadow = True
+                    return
+
+    timer = threading.Timer(settle, measure)
+    timer.daemon = True
+    timer.start()
 
 
 class ViewScene:
@@ -124,9 +163,7 @@ class ViewScene:
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
         scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 155), intensity=2.4)
-        scene.add_light_directional(
-            "/light/sun", intensity=1.8, cast_shadow=False, position=(4.0, -6.0, 14.0), color=(255, 250, 240)
-        )
+        self._server.on_client_connect(lambda client: add_sun(client, self._server.get_clients))
         shade = np.linspace(0.0, 1.0, 64)[:, None, None]
         image = (1.0 - shade) * np.array((176, 196, 222)) + shade * np.array((238, 241, 245))
         scene.set_background_image(np.repeat(image, 2, axis=1).astype(np.uint8), format="png")
@@ -281,8 +318,6 @@ class _PieceNode:
                 batched_positions=pos,
                 batched_colors=(r, g, b),
                 lod="off",
-                cast_shadow=False,
-                receive_shadow=False,
             )
         self._node.batched_wxyzs = quat
         self._node.batched_positions = pos
@@ -301,7 +336,7 @@ def _add_glb(server: viser.ViserServer, name: str, model: Model, data: bytes | N
     x, y, z, w = Rotation.from_matrix(model.transform[:3, :3]).as_quat().tolist()
     position = tuple(model.transform[:3, 3].tolist())
     content = model.path.read_bytes() if data is None else data
-    return server.scene.add_glb(name, content, wxyz=(w, x, y, z), position=position, cast_shadow=False)
+    return server.scene.add_glb(name, content, wxyz=(w, x, y, z), position=position)
 
 
 def _frustum(row: FloatArray) -> FloatArray:

@@ -33,7 +33,7 @@ BUDGET = {
     "robot_file": (3985, 19),
     "robotpy": (8153, 42),
     "shooting": (1360, 7),
-    "show": (8180, 46),
+    "show": (8333, 47),
     "simcore": (1549, 10),
     "sweep": (5122, 28),
     "telemetry": (1442, 7),
