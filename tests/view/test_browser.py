@@ -274,6 +274,26 @@ def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> Non
         replay.close()
 
 
+def test_a_clip_of_the_last_ten_seconds_is_downloaded(browser, tmp_path: Path) -> None:
+    """The browser gets a GIF of the seconds up to the slider, under the log's name."""
+    with RebuiltSim(sinks=[WpilogSink(tmp_path / "run.wpilog")]) as sim:
+        for _ in range(100):
+            sim.tick()
+    replay = Replay(read_log(tmp_path / "run.wpilog"), load_models(REBUILT.models).with_field(None))
+    try:
+        visitor = browser(replay.url)
+        visitor.wait_for_text("clip of the last 10 s")
+        visitor.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+        replay.step(1.0)
+        visitor.click("clip of the last 10 s")
+        wait_until(lambda: (tmp_path / "run.gif").exists(), 40.0)
+        wait_until(lambda: (tmp_path / "run.gif").read_bytes().endswith(b";"))  # a GIF's trailer
+        assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+        visitor.wait_for_text("clip of the last 10 s")
+    finally:
+        replay.close()
+
+
 def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
     """The world moves, so the camera can be turned meanwhile; behind the robot its front is always ahead."""
     x, y, yaw = 3.0, 5.0, 2.0
