@@ -97,7 +97,7 @@ def _intake() -> list[Any]:
 
 
 def _hopper() -> list[Any]:
-    x, y, low, high = 0.25, 0.285, -0.04, 0.20
+    x, y, low, high = 0.25, 0.285, -0.04, 0.44  # the room of 50 fuel ends at 0.46
     sheets = [box((-x, side * y - 0.003, low), (x - 0.14, side * y + 0.003, high), (*PURPLE, 90)) for side in (-1, 1)]
     return [*sheets, box((-x, -y, 0.08), (-x + 0.006, y, high), (*PURPLE, 90))]
 

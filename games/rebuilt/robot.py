@@ -125,7 +125,8 @@ def rebuilt_robot() -> RobotConfig:
                 stretch=Joint(mechanism="intake_deploy", axis=_OUTWARD, slides=True, ratio=_PINION),
             ),
         ),
-        storage=StorageConfig(capacity=50, low=(-0.33, -0.30, 0.20), high=(0.20, 0.30, 0.50)),
+        # 54 fuel in layers that lie in one another's hollows, up to the height limit of 30 in
+        storage=StorageConfig(capacity=50, low=(-0.36, -0.305, 0.18), high=(0.17, 0.305, 0.76)),
         shooters=(
             ShooterConfig(
                 wheels=("shooter",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -11,6 +12,11 @@ from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
+
+_Row = tuple[int, float]
+"""How many balls are in a row, and how far its middle is from the middle of the room [m]."""
+_Layer = tuple[_Row, _Row]
+"""Along x and along y."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,27 +47,58 @@ class StorageConfig:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
 
     def position(self, number: int, radius: float) -> Vector:
-        """Where the piece of a number, counted from 0, is shown: rows of balls, filled from the floor of the room.
+        """Where the piece of a number, counted from 0, is: in layers of balls that lie in the hollows of one another.
 
-        Pieces in a robot are not simulated one by one. A room that is too small for its capacity is filled beyond its
-        top.
+        Pieces in a robot are not simulated one by one. Where more are to be held than the room has space for, its
+        layers are drawn into each other: nothing stands higher than the room, or than one ball in a flat one.
 
         Args:
-            number: Place in the order in which pieces came.
+            number: Place in the order in which pieces came, below the capacity.
             radius: Bounding radius of a piece [m].
         """
-        pitch = 2.0 * radius
-        (x0, y0, z0), (x1, y1, _) = self.low, self.high
-        columns = max(1, math.floor((x1 - x0) / pitch + 1e-9))
-        rows = max(1, math.floor((y1 - y0) / pitch + 1e-9))
-        layer, rest = divmod(number, columns * rows)
-        column, row = divmod(rest, rows)
-        middle_x, middle_y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-        return (
-            middle_x + (column - 0.5 * (columns - 1)) * pitch,
-            middle_y + (row - 0.5 * (rows - 1)) * pitch,
-            z0 + radius + layer * pitch,
-        )
+        return _places(self, radius)[number]
+
+    def balls_that_fit(self, radius: float) -> int:
+        """How many balls of a radius [m] have their places in the room without being drawn into each other."""
+        layers, rise = _layers(self, radius)
+        count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
+        lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
+        return (count + 1) // 2 * lower + count // 2 * upper
+
+
+@functools.lru_cache(maxsize=64)
+def _places(config: StorageConfig, radius: float) -> list[Vector]:
+    """Of as many pieces as it holds."""
+    layers, rise = _layers(config, radius)
+    (x0, y0, z0), (x1, y1, z1) = config.low, config.high
+    cells: list[tuple[int, float, float]] = []  # number of the layer, x and y
+    layer = 0
+    while len(cells) < config.capacity:
+        (columns, shift_x), (rows, shift_y) = layers[layer % 2]
+        cells += [
+            (layer, 0.5 * (x0 + x1) + shift_x + (2 * i - columns + 1) * radius,
+             0.5 * (y0 + y1) + shift_y + (2 * j - rows + 1) * radius)
+            for i in range(columns) for j in range(rows)
+        ]  # fmt: skip
+        layer += 1
+    cells = cells[: config.capacity]
+    rise = min(rise, max(0.0, z1 - z0 - 2.0 * radius) / max(1, layer - 1))
+    return [(x, y, z0 + radius + number * rise) for number, x, y in cells]
+
+
+def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
+    """The lowest layer and the next, which take turns, and how much higher each is than the one below [m]."""
+    ways = [_ways(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
+    staggered = sum(lower != upper for lower, upper in ways)
+    return ((ways[0][0], ways[1][0]), (ways[0][1], ways[1][1])), radius * math.sqrt(4.0 - staggered)
+
+
+def _ways(length: float, radius: float) -> tuple[_Row, _Row]:
+    """Balls along one side of a room in a layer and in the next, which is half a ball aside if that can be."""
+    count = max(1, math.floor(0.5 * length / radius + 1e-9))
+    if length - 2.0 * count * radius >= radius - 1e-9:
+        return (count, -0.5 * radius), (count, 0.5 * radius)
+    return (count, 0.0), (max(1, count - 1), 0.0)
 
 
 class Storage:

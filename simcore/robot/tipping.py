@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.storage import StorageConfig
 from simcore.robot.mass_distribution import MassDistribution, PointMass, moved_points, with_points
 from simcore.robot.robot_config import RobotConfig, build_drivetrain, build_mechanism
 from simcore.robot.shaft import ShaftSim
 from simcore.units import GRAVITY
 
-__all__ = ["TippingLimit", "tipping_limit"]
+__all__ = ["TippingLimit", "stored_kind", "tipping_limit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,13 +78,20 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
         yield with_points(body, points)
 
 
+def stored_kind(
+    config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
+) -> GamePieceConfig | None:
+    """The heaviest kind that intakes bring into a storage; None if they bring none."""
+    names = (storage.name, "") if storage is config.storage else (storage.name,)
+    users = [intake for intake in config.intakes if intake.storage in names]
+    allowed = [] if any(not one.kinds for one in users) else [kind for one in users for kind in one.kinds]
+    return _heaviest(kinds, allowed)
+
+
 def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[PointMass]:
     """The pieces in full storages."""
     for storage in (config.storage, *config.more_storages):
-        names = (storage.name, "") if storage is config.storage else (storage.name,)
-        users = [intake for intake in config.intakes if intake.storage in names]
-        allowed = [] if any(not one.kinds for one in users) else [kind for one in users for kind in one.kinds]
-        heaviest = _heaviest(kinds, allowed)
+        heaviest = stored_kind(config, storage, kinds)
         if heaviest is not None:
             for number in range(storage.capacity):
                 yield heaviest.mass, storage.position(number, heaviest.bounding_radius)

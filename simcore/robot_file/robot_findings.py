@@ -19,6 +19,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.robot.shaft import ShaftSim
+from simcore.robot.tipping import stored_kind
 from simcore.robot_file.known_shot import elevations
 from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, reading_unit, with_limits
 from simcore.typing import FloatArray
@@ -70,6 +71,7 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         yield from _of_intake(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
         yield from _of_shooter(f"shooter {number}", shooter, config, game)
+    yield from _of_storages(config, game)
     if game is not None and game.pieces and not config.intakes:
         yield RobotFinding("no [[intake]] is described: pieces are pushed, not taken in", is_wrong=False)
     for name, mechanism in config.mechanisms.items():
@@ -235,6 +237,22 @@ def _entry(zone: Zone, *, downward: bool) -> float:
     if downward and isinstance(zone, CylinderZone):
         return zone.top
     return zone.high[2] if downward and isinstance(zone, BoxZone) else zone.bottom
+
+
+def _of_storages(config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+    for storage in (config.storage, *config.more_storages):
+        kind = stored_kind(config, storage, () if game is None else [supply.kind for supply in game.pieces])
+        if kind is None or kind.inner_radius < kind.bounding_radius:  # other shapes than balls stack in their own ways
+            continue
+        most = storage.balls_that_fit(kind.bounding_radius)
+        if most < storage.capacity:
+            x, y, z = (high - low for low, high in zip(storage.low, storage.high, strict=True))
+            yield RobotFinding(
+                f"storage{f' {storage.name!r}' if storage.name else ''}: {storage.capacity} {kind.name} do not fit in "
+                f"its room of {x:.2f} x {y:.2f} x {z:.2f} m, {most} do; they are drawn into one another. "
+                f"Give it the size that the robot has (x_min to z_max), or a capacity of {most}",
+                is_wrong=False,
+            )
 
 
 def _of_climbers(config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:

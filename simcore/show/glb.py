@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,9 @@ from simcore.show.scene import PieceLook
 from simcore.show.view_models import Model
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["PieceMesh", "box_glb", "linear_rgba", "look_mesh", "painted_glb", "piece_mesh"]
+__all__ = [
+    "PieceMesh", "box_glb", "corners", "linear_rgba", "look_mesh", "opaque_triangles", "painted_glb", "piece_mesh",
+]  # fmt: skip
 
 PieceMesh = tuple[FloatArray, IntArray, tuple[int, int, int]]
 """Vertices [m], triangles, color."""
@@ -67,6 +71,41 @@ def piece_mesh(model: Model) -> PieceMesh:
     mesh.vertices = vertices
     mesh.merge_vertices(merge_norm=True, merge_tex=True)  # smooth: the view computes its own normals
     return np.asarray(mesh.vertices), np.asarray(mesh.faces), color
+
+
+@functools.lru_cache(maxsize=256)
+def corners(model: Model) -> FloatArray:
+    """Of the box around a model, frame of its owner [m], shape (8, 3); a model without a surface has its origin.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    bounds = _load(model.path).bounds
+    box = np.zeros((2, 3)) if bounds is None else np.asarray(bounds)
+    found = np.array(list(itertools.product(*box.T)))
+    return found @ model.transform[:3, :3].T + model.transform[:3, 3]
+
+
+def opaque_triangles(model: Model, most: int) -> FloatArray:
+    """Triangles of what cannot be seen through, frame of the model's owner [m], shape (n, 3, 3).
+
+    Args:
+        model: The file.
+        most: A model with more of them gives none.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    scene = _load(model.path)
+    found = [np.zeros((0, 3, 3))]
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if getattr(getattr(mesh.visual, "material", None), "alphaMode", None) != "BLEND":
+            whole = model.transform @ place
+            found.append(mesh.triangles @ whole[:3, :3].T + whole[:3, 3])
+    triangles = np.concatenate(found)
+    return triangles if len(triangles) <= most else found[0]
 
 
 def look_mesh(look: PieceLook) -> PieceMesh:

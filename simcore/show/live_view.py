@@ -11,6 +11,7 @@ from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.shot_preview import ShotPreview
 from simcore.show.view_buttons import FieldButtons
 from simcore.show.view_charts import RecentSignals, ViewCharts
+from simcore.show.view_clip import ClipButton, RecentSnapshots
 from simcore.show.view_driving import ViewDriving
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
@@ -70,6 +71,8 @@ class LiveView:
         self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
         self._seed = gui.add_number("seed", seed, min=0, step=1)
         self._again = gui.add_button("restart with this seed")
+        self._recent = RecentSnapshots()
+        ClipButton(server, self._recent, title, order=CHARTS - 2)
         self._buttons = FieldButtons(server, lambda: self.page.robot, order=CHARTS - 1)
         self._charts = ViewCharts(server, self._signals, order=CHARTS)
         self._pause.on_click(lambda _: self.set_paused(not self.pacer.paused))
@@ -204,13 +207,16 @@ class _ViewSink:
         self._closed = False
 
     def due(self, time: float) -> bool:
-        """Whether the page wants a frame; the simulated time does not matter."""
-        return not self._closed and self._view._rate.due()
+        """Whether the page wants a frame, by the wall clock, or a clip one, by the simulated time [s]."""
+        return not self._closed and (self._view._rate.due() or self._view._recent.due(time))
 
     def write(self, snapshot: Snapshot) -> None:
-        """Show it."""
-        self._view._rate.take()
-        self._view.show(snapshot)
+        """Show and keep it."""
+        if self._view._recent.due(snapshot.time):
+            self._view._recent.note(snapshot)
+        if self._view._rate.due():
+            self._view._rate.take()
+            self._view.show(snapshot)
 
     def close(self) -> None:
         """The run is over."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from simcore.show.animation import frame_times
 from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.view_charts import LogSignals, ViewCharts
+from simcore.show.view_clip import CLIP_SECONDS, ClipButton
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
 from simcore.telemetry.log_reader import TelemetryLog
@@ -115,6 +117,7 @@ class Replay:
         self._slider_rate = FrameRate(10.0)
         self._signals = LogSignals(log)
         self._charts = ViewCharts(self.page.server, self._signals, order=CHARTS)
+        ClipButton(self.page.server, self._until_now, log.path.stem, order=CHARTS - 2)
         self._build_timeline()
         self.page.on_camera = self._redraw  # type: ignore[method-assign]
 
@@ -190,6 +193,11 @@ class Replay:
             self._buttons.label = f"speed {name}"
         else:
             self.set_playing(not self.playing)
+
+    def _until_now(self) -> Iterator[Snapshot]:
+        """What a clip shows: the seconds up to the time of the slider, or the first ones at the start."""
+        end = max(self.time, min(self.end, self.start + CLIP_SECONDS))
+        return (smooth_snapshot(self.log, time) for time in frame_times(max(self.start, end - CLIP_SECONDS), end))
 
     def _redraw(self) -> None:
         self._drawn = math.nan

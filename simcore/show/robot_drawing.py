@@ -64,6 +64,8 @@ class _View:
         self, sketch: RobotSketch, columns: tuple[int, int], low: FloatArray, high: FloatArray, scale: float
     ) -> None:
         self._sketch, self._columns, self._scale = sketch, columns, scale
+        self._taken: list[tuple[float, float, float, float]] = []
+        """Left and upper edge, width and height of all tags and names [px]."""
         across, up = columns
         self._left = 0.5 * (low[across] + high[across]) - 0.5 * _VIEW[0] / scale  # [m] at the frame's edge
         # from the side on the floor: what is left over is above the robot
@@ -81,12 +83,34 @@ class _View:
             parts += drawn
             if at is not None:
                 labels.setdefault((round(at[0]), round(at[1])), []).append(way.name)
+        tags += self._arrows()
         for (x, y), names in labels.items():
             text = ", ".join(names)
-            back = {"x": x + 13, "y": y - 24, "width": 5.9 * len(text) + 6, "height": 16, "rx": 3}
-            parts.append(element("rect", **back, fill=color("paper"), opacity=0.8))
-            parts.append(words(x + 16, y - 12, text, 12, ink=_INKS["way"]))
-        return "".join((*parts, *tags, *self._arrows()))
+            wide = 5.9 * len(text) + 6.0
+            left, top = self._free_place(x + 13.0, y - 24.0, wide, 16.0, across=-(wide + 26.0))
+            parts.append(
+                element("rect", x=left, y=top, width=wide, height=16, rx=3, fill=color("paper"), opacity=0.8)
+                + words(left + 3, top + 12, text, 12, ink=_INKS["way"])
+            )
+        return "".join((*parts, *tags))
+
+    def _free_place(self, left: float, top: float, wide: float, tall: float, *, across: float) -> tuple[float, float]:
+        """The place nearest to the wanted one, above or below it there or aside, where no other words are [px]."""
+        steps = [(side, k * (tall + 1.0)) for k in (0, 1, -1, 2, -2, 3, -3, 4, -4) for side in (0.0, across)]
+        places = [(left + side, top + step) for side, step in steps]
+        for x, y in places:
+            if all(x >= a + w or a >= x + wide or y >= b + h or b >= y + tall for a, b, w, h in self._taken):
+                break
+        else:
+            x, y = places[0]
+        self._taken.append((x, y, wide, tall))
+        return x, y
+
+    def _badge(self, tag: str, x: float, y: float, ink: str) -> str:
+        """A tag at a place, or beside it if another one is there."""
+        wide = _tag_width(tag)
+        left, top = self._free_place(x - wide / 2, y - 10.0, wide, 20.0, across=wide)
+        return _tag(tag, left + wide / 2, top + 10.0, ink)
 
     # --- places -------------------------------------------------------------------------------------------------
 
@@ -197,7 +221,7 @@ class _View:
                     middle = volume.corners[0, self._columns]
                 elif volume.role == "storage":  # out of the way of what stands in it
                     middle = np.array([edges[:, 0].min() + 0.035, edges[:, 1].max() - 0.03])
-                tags.append(_tag(volume.tag, *self._at(*middle.tolist()), ink))
+                tags.append(self._badge(volume.tag, *self._at(*middle.tolist()), ink))
         return parts, tags
 
     def _way(self, way: SketchWay) -> tuple[list[str], tuple[float, float] | None]:
@@ -231,7 +255,7 @@ class _View:
             parts.append(element("circle", cx=start[0], cy=start[1], r=4.5, fill=ink, stroke=color("paper")))
             if arrow.tag:
                 back = [a + (a - b) / max(away, 1e-9) * 0.05 * self._scale for a, b in zip(start, end, strict=True)]
-                tags.append(_tag(arrow.tag, back[0], back[1], ink))
+                tags.append(self._badge(arrow.tag, back[0], back[1], ink))
         return parts + tags
 
 
@@ -242,9 +266,13 @@ def _arrow_head(start: tuple[float, float], end: tuple[float, float], size: floa
     return polygon([end, *sides], fill=ink)
 
 
+def _tag_width(tag: str) -> float:
+    return 9.0 * len(tag) + 8.0
+
+
 def _tag(tag: str, x: float, y: float, ink: str) -> str:
     """White letters on a badge."""
-    wide = 9.0 * len(tag) + 8.0
+    wide = _tag_width(tag)
     badge = element("rect", x=x - wide / 2, y=y - 10, width=wide, height=20, rx=4, fill=ink, stroke=color("paper"))
     return badge + words(x, y + 4.5, tag, 12.5, ink=color("paper"), anchor="middle", bold=True)
 

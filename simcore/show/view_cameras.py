@@ -13,28 +13,45 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["CAMERAS", "COVERED", "STATIONS", "ViewCameras", "default_stations", "station_eye", "whole_field"]
+__all__ = [
+    "BEHIND",
+    "CAMERAS",
+    "CHASE",
+    "COVERED",
+    "FIELD",
+    "FOLLOW",
+    "FOV",
+    "STATION",
+    "STATIONS",
+    "ViewCameras",
+    "default_stations",
+    "station_eye",
+    "whole_field",
+]
 
 FIELD, FOLLOW, BEHIND, STATION = "whole field", "follow robot", "behind robot", "driver station"
 CAMERAS = (FIELD, FOLLOW, BEHIND, STATION)
 """What the page offers."""
 STATIONS = ("blue 1", "blue 2", "blue 3", "red 1", "red 2", "red 3")
 """In the order of a field model's `driverStations`."""
+CHASE = {FOLLOW: ((0.0, -4.0, 3.0), 0.2), BEHIND: ((-2.6, 0.0, 1.7), 0.4)}
+"""Where cameras that follow stand, from the robot's center on the carpet, and how high over it they look [m]."""
+FOV = 0.85
+"""Vertical field of view [rad]."""
 COVERED = 0.45
 """Share of a phone's screen, from below, that the page's buttons cover."""
 
 _PHONE = 0.75  # width over height; narrower windows are phones
-_FOV = 0.85  # [rad]; vertical
 _HEIGHT = 2.0  # [m]; of what stands on a field
 _MARGIN = 0.95  # share of the window that the field may fill
 _SIDE, _END = math.radians(42.0), math.radians(62.0)  # how far the view looks down, from the side and from blue's end
 _MUCH_NEARER = 0.85  # the usual view, from the side, is left where the other one is so much nearer
 _EYE_HEIGHT = 1.57  # estimate: eyes of standing adults are at 1.5 m (women) and 1.63 m (men) in the mean
-_BEHIND_WALL = 0.6  # [m]; of a driver who stands at the shelf of the station
+_BEFORE_GLASS = 0.05  # [m]; drivers stand behind it, but a picture through it is grey
 
 
 def whole_field(
-    size: tuple[float, float], aspect: float, *, fov: float = _FOV, covered: float = 0.0
+    size: tuple[float, float], aspect: float, *, fov: float = FOV, covered: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
     """A camera that shows the whole field as large as the window allows.
 
@@ -89,7 +106,7 @@ def default_stations(size: tuple[float, float]) -> tuple[tuple[float, float], ..
 
 
 def station_eye(size: tuple[float, float], station: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """What a driver sees who stands in a station.
+    """What a driver sees who stands in a station, from just before the glass.
 
     Args:
         size: Length and width of the field [m].
@@ -99,7 +116,7 @@ def station_eye(size: tuple[float, float], station: tuple[float, float]) -> tupl
         Position of the eye and the point at which it looks [m], shape (3,) each.
     """
     x, y = station
-    x = max(x, size[0] + _BEHIND_WALL) if x > 0.5 * size[0] else min(x, -_BEHIND_WALL)
+    x = size[0] - _BEFORE_GLASS if x > 0.5 * size[0] else _BEFORE_GLASS
     return np.array([x, y, _EYE_HEIGHT]), np.array([0.5 * size[0], 0.5 * (y + 0.5 * size[1]), 0.3])
 
 
@@ -127,7 +144,7 @@ class ViewCameras:
         self._placed: dict[int, tuple[float, FloatArray]] = {}  # window's shape and camera, by viewer
         eye, target = whole_field(size, 1.15)
         server.initial_camera.position, server.initial_camera.look_at = tuple(eye.tolist()), tuple(target.tolist())
-        server.initial_camera.fov = _FOV
+        server.initial_camera.fov = FOV
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(lambda client: self._placed.pop(client.client_id, None))
 
@@ -165,8 +182,8 @@ class ViewCameras:
             return whole_field(self._size, aspect, fov=fov, covered=covered)
         middle = np.array([0.5 * self._size[0], 0.5 * self._size[1], 0.0])
         far = 1.0 if aspect > 1.0 else 1.6  # a narrow window shows less beside the robot
-        back, up, look = ((-2.6, 0.0), 1.7, 0.4) if self.mode == BEHIND else ((0.0, -4.0), 3.0, 0.2)
-        return middle + far * np.array([*back, up]), middle + np.array([0.0, 0.0, look - 1.5 * covered])
+        eye, look = CHASE[self.mode]
+        return middle + far * np.array(eye), middle + np.array([0.0, 0.0, look - 1.5 * covered])
 
 
 def _aspect(client: Any) -> float:

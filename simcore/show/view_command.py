@@ -9,6 +9,7 @@ from pathlib import Path
 
 from simcore.quantities import PORT, Quantity, number_flag
 from simcore.show.log_page import game_of_log
+from simcore.show.play_command import InterruptFlag
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
 from simcore.show.view_server import open_browser
@@ -41,12 +42,12 @@ def run(options: argparse.Namespace) -> int:
     Raises:
         SimcoreError: The log, the models or the port cannot be used.
     """
-    with contextlib.suppress(KeyboardInterrupt):
-        return _show(options)
+    with contextlib.suppress(KeyboardInterrupt), InterruptFlag() as interrupted:
+        _show(options, interrupted)
     return 0
 
 
-def _show(options: argparse.Namespace) -> int:
+def _show(options: argparse.Namespace, interrupted: InterruptFlag) -> None:
     log = read_log(options.log)
     first, last = log.span
     print(f"{options.log}: {last - first:.1f} s, {len(log.columns)} keys")
@@ -66,7 +67,6 @@ def _show(options: argparse.Namespace) -> int:
     try:
         print(f"the replay is at {replay.url}" if options.no_browser else open_browser(replay.url))
         print("Ctrl-C ends it", flush=True)
-        replay.run(seconds=options.seconds)
+        replay.run(should_stop=interrupted, seconds=options.seconds)
     finally:
         replay.close()
-    return 0

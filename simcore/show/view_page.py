@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from simcore.show.view_board import board_html
-from simcore.show.view_cameras import BEHIND, CAMERAS, FIELD, STATION, STATIONS, ViewCameras, default_stations
+from simcore.show.view_cameras import CAMERAS, FIELD, STATION, STATIONS, ViewCameras, default_stations
 from simcore.show.view_driving import ViewDriving
 from simcore.show.view_models import ViewModels
 from simcore.show.view_scene import ViewScene, robot_keys
@@ -115,7 +115,7 @@ class ViewPage:
     def _move_cameras(self) -> None:
         mode = self._camera.value
         self._station.visible = mode == STATION
-        self.scene.follow = None if mode in (FIELD, STATION) else (int(self._robot.value), mode == BEHIND)
+        self.scene.follow = None if mode in (FIELD, STATION) else (int(self._robot.value), mode)
         self.cameras.mode, self.cameras.station = mode, self._station.value
         self.cameras.place()
         self.on_camera()

@@ -6,9 +6,13 @@ controls are in `view_page`.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-from collections.abc import Sequence
+import threading
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +21,7 @@ from simcore.geometry.rotation import matrix
 from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
 from simcore.show.scene import PLAIN_PIECE
 from simcore.show.scope_assets import HANGING
+from simcore.show.view_follow import FollowCamera, robot_top
 from simcore.show.view_models import Model, RobotModels, ViewModels
 from simcore.show.view_trails import Trails
 from simcore.telemetry.snapshot import Snapshot
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
 
     from simcore.show.shot_preview import ShotPath
 
-__all__ = ["ViewScene", "robot_keys"]
+__all__ = ["ViewScene", "add_sun", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
 _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -42,6 +47,8 @@ _MARK_SIZE = 0.15  # [m]
 _CROSS = np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))], dtype=np.float64)
 _CORNERS = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
 _SQUARE = np.stack((_CORNERS, np.roll(_CORNERS, -1, axis=0)), axis=1)
+_SETTLE = 3.0  # [s]
+_FAST = 0.1  # [s] for a picture of 640 x 360, there and back; software takes 0.2 to 1
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)  # viser takes no empty lines
 
 
@@ -53,6 +60,39 @@ def robot_keys(snapshot: Snapshot) -> dict[int, str]:
         if match:
             found[int(match[2] or 0)] = f"Sim/Robots/{match[2]}" if match[1] else "Sim"
     return dict(sorted(found.items()))
+
+
+def add_sun(
+    client: viser.ClientHandle, connected: Callable[[], Mapping[int, object]], *, settle: float = _SETTLE
+) -> None:
+    """Give a browser its sun, and shadows as soon as it has shown that it draws fast.
+
+    Where there is no graphics card, shadows take half of the frames.
+
+    Args:
+        client: Who looks.
+        connected: All who look, by their numbers.
+        settle: How long it may take to load the scene, before it is measured [s].
+    """
+    sun = client.scene.add_light_directional(
+        "/light/sun", intensity=1.8, cast_shadow=False, position=(4.0, -6.0, 14.0), color=(255, 250, 240)
+    )
+
+    def measure() -> None:
+        warnings.filterwarnings("ignore", "Queued a GetRenderRequestMessage")  # viser, of a page that is being closed
+        with contextlib.suppress(RuntimeError, TimeoutError):  # it leaves, or does not answer
+            for _ in range(3):  # the first one compiles shaders
+                if client.client_id not in connected():
+                    return
+                begun = time.perf_counter()
+                client.get_render(height=360, width=640, timeout=5.0)
+                if time.perf_counter() - begun < _FAST:
+                    sun.cast_shadow = True
+                    return
+
+    timer = threading.Timer(settle, measure)
+    timer.daemon = True
+    timer.start()
 
 
 class ViewScene:
@@ -70,14 +110,15 @@ class ViewScene:
         self._robot_models = models.robot(robot)
         self.size = models.field.size if models.field else _PLAIN_FIELD
         """Length and width of the field [m]."""
-        self.follow: tuple[int, bool] | None = None
-        """The robot that stays in the middle, and whether the view turns with it; None for the whole field."""
+        self.follow: tuple[int, str] | None = None
+        """The robot that stays in the middle, and how: `FOLLOW` or `BEHIND`; None for the whole field."""
         self.previews: Sequence[ShotPath] = ()
         """What shots would do now; drawn with the next snapshot."""
         self._robots: dict[int, _RobotNode] = {}
         self._pieces: dict[str, _PieceNode] = {}
         self._trails: dict[str, Trails] = {}
         self._lines: dict[str, Any] = {}
+        self._follow_camera = FollowCamera(models.field.body if models.field else None, self.center)
         self._world = server.scene.add_frame("/world", show_axes=False)
         self._light()
         self._add_field()
@@ -122,9 +163,7 @@ class ViewScene:
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
         scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 155), intensity=2.4)
-        scene.add_light_directional(
-            "/light/sun", intensity=1.8, cast_shadow=False, position=(4.0, -6.0, 14.0), color=(255, 250, 240)
-        )
+        self._server.on_client_connect(lambda client: add_sun(client, self._server.get_clients))
         shade = np.linspace(0.0, 1.0, 64)[:, None, None]
         image = (1.0 - shade) * np.array((176, 196, 222)) + shade * np.array((238, 241, 245))
         scene.set_background_image(np.repeat(image, 2, axis=1).astype(np.uint8), format="png")
@@ -194,14 +233,12 @@ class ViewScene:
         node.visible = True
 
     def _move_world(self, snapshot: Snapshot, robots: dict[int, str]) -> None:
-        """Moving the world under a camera that stands lets the user orbit while he follows."""
         position, yaw = np.zeros(3), 0.0
         if self.follow is not None and self.follow[0] in robots:
-            x, y, _, w, qx, qy, qz = snapshot.poses[f"{robots[self.follow[0]]}/Robot/Pose3d"].tolist()
-            if self.follow[1]:
-                yaw = -math.atan2(2.0 * (w * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-            c, s = math.cos(yaw), math.sin(yaw)
-            position = np.array(self.center) - (c * x - s * y, s * x + c * y, 0.0)
+            prefix = robots[self.follow[0]]
+            rows = snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", np.zeros((0, 7)))
+            pose = snapshot.poses[f"{prefix}/Robot/Pose3d"]
+            position, yaw = self._follow_camera.world_pose(self.follow[1], pose, robot_top(self._robot_models, rows))
         self._world.position = tuple(position.tolist())
         self._world.wxyz = (math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0))
 
@@ -281,8 +318,6 @@ class _PieceNode:
                 batched_positions=pos,
                 batched_colors=(r, g, b),
                 lod="off",
-                cast_shadow=False,
-                receive_shadow=False,
             )
         self._node.batched_wxyzs = quat
         self._node.batched_positions = pos
@@ -301,7 +336,7 @@ def _add_glb(server: viser.ViserServer, name: str, model: Model, data: bytes | N
     x, y, z, w = Rotation.from_matrix(model.transform[:3, :3]).as_quat().tolist()
     position = tuple(model.transform[:3, 3].tolist())
     content = model.path.read_bytes() if data is None else data
-    return server.scene.add_glb(name, content, wxyz=(w, x, y, z), position=position, cast_shadow=False)
+    return server.scene.add_glb(name, content, wxyz=(w, x, y, z), position=position)
 
 
 def _frustum(row: FloatArray) -> FloatArray:

@@ -147,8 +147,10 @@ def key_in_words(name: str) -> str:
 
     >>> key_in_words("IntakeZoneActive")
     'intake zone active'
+    >>> key_in_words("EndGameTowerRobot1")
+    'end game tower robot 1'
     """
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[a-z]{2})(?=[0-9])", " ", name).lower()
 
 
 def robot_prefix(number: int) -> str:

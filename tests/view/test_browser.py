@@ -20,6 +20,7 @@ from simcore import RobotEntry
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
 from simcore.show.replay import Replay
+from simcore.show.view_cameras import BEHIND
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
@@ -273,6 +274,26 @@ def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> Non
         replay.close()
 
 
+def test_a_clip_of_the_last_ten_seconds_is_downloaded(browser, tmp_path: Path) -> None:
+    """The browser gets a GIF of the seconds up to the slider, under the log's name."""
+    with RebuiltSim(sinks=[WpilogSink(tmp_path / "run.wpilog")]) as sim:
+        for _ in range(100):
+            sim.tick()
+    replay = Replay(read_log(tmp_path / "run.wpilog"), load_models(REBUILT.models).with_field(None))
+    try:
+        visitor = browser(replay.url)
+        visitor.wait_for_text("clip of the last 10 s")
+        visitor.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+        replay.step(1.0)
+        visitor.click("clip of the last 10 s")
+        wait_until(lambda: (tmp_path / "run.gif").exists(), 40.0)
+        wait_until(lambda: (tmp_path / "run.gif").read_bytes().endswith(b";"))  # a GIF's trailer
+        assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+        visitor.wait_for_text("clip of the last 10 s")
+    finally:
+        replay.close()
+
+
 def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
     """The world moves, so the camera can be turned meanwhile; behind the robot its front is always ahead."""
     x, y, yaw = 3.0, 5.0, 2.0
@@ -282,7 +303,7 @@ def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
         booleans={"Sim/Robot/IsRed": True},
     )  # fmt: skip
     with ViewPage(load_models(REBUILT.models).with_field(None)) as page:
-        page.scene.follow = (0, True)
+        page.scene.follow = (0, BEHIND)
         page.show(snapshot)
         browser(page.url).wait_for_text("0:00.0")
         cx, cy, _ = page.scene.center

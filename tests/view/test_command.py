@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
+import os
+import shlex
+import signal
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -15,7 +20,10 @@ import pytest
 from games.rebuilt import REBUILT, RebuiltSim
 from simcore import cli
 from simcore.install_text import install_command
+from simcore.show.replay import Replay
+from simcore.show.view_models import load_models
 from simcore.show.view_server import open_browser
+from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
@@ -24,6 +32,7 @@ def main(words: list[str]) -> int:
     return cli.main(["view", *words])
 
 
+ROOT = Path(__file__).resolve().parents[2]
 MODELS = ("--models", str(REBUILT.models), "--no-browser")
 
 
@@ -66,6 +75,39 @@ def test_a_log_is_served_on_this_computer_only(log, capsys):
     said = capsys.readouterr().out
     assert "run.wpilog: 1.2 s" in said and f"http://127.0.0.1:{port}" in said
     assert "viser" not in said, "it speaks for itself, not for its library"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell is needed")
+def test_a_replay_in_the_background_of_a_script_ends_with_sigint(log):
+    """A shell that is not interactive starts what it puts behind `&` with SIGINT ignored."""
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    words = [sys.executable, "-m", "simcore", "view", str(log), *MODELS]
+    script = f"{shlex.join(words)} & echo $!; wait $!; echo status $?"
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(["sh", "-c", script], env=env, cwd=log.parent, stdout=subprocess.PIPE, text=True) as shell:
+        assert shell.stdout is not None
+        pid = int(shell.stdout.readline())
+        try:
+            while "Ctrl-C ends it" not in (line := shell.stdout.readline()):
+                assert line, "it ended before it served"
+            os.kill(pid, signal.SIGINT)
+            assert shell.stdout.read().endswith("status 0\n")
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+
+def test_a_replay_waits_for_its_first_page(log):
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    replay = Replay(read_log(log), load_models(REBUILT.models).with_field(None))
+    try:
+        replay.run(seconds=0.5)
+        assert replay.time == replay.start
+        replay.step(0.1)
+        replay.run(seconds=0.2)
+        assert replay.time == pytest.approx(replay.start + 0.3), "it goes on, whoever has left"
+    finally:
+        replay.close()
 
 
 def test_a_cut_log_and_a_foreign_one_are_shown_with_a_word(log, capsys, tmp_path):

@@ -30,7 +30,7 @@ MODULE = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0)
 ROBOT = RobotConfig(
     drivetrain=SwerveConfig.rectangle(0.6, 0.4, MODULE, mass=50.0, height=0.25),
     mechanisms={"lift": LIFT},
-    storage=StorageConfig(capacity=5, low=(0.1, -0.1, 0.5), high=(0.3, 0.1, 1.0)),
+    storage=StorageConfig(capacity=5, low=(0.1, -0.1, 0.5), high=(0.3, 0.1, 1.5)),
 )
 
 

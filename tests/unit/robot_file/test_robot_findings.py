@@ -51,6 +51,16 @@ def test_nothing_is_wrong_with_the_robot_of_the_game():
     assert found() == [] and found(with_intake()) == [] and found(with_climber(0.5)) == []
 
 
+def test_more_fuel_than_the_hopper_has_space_for_is_a_note():
+    notes = [finding.text for finding in findings(ROBOT, game=REBUILT, codes={})]
+    assert not any("do not fit" in note for note in notes)
+    flat = replace(ROBOT, storage=replace(ROBOT.storage, high=(0.17, 0.30, 0.50)))
+    (note,) = (f for f in findings(flat, game=REBUILT, codes={}) if "do not fit" in f.text)
+    assert "storage: 50 Fuel do not fit in its room of 0.53 x 0.60 x 0.32 m, 21 do" in note.text and not note.is_wrong
+    fits = replace(flat, storage=replace(flat.storage, capacity=21))
+    assert not any("do not fit" in f.text for f in findings(fits, game=REBUILT, codes={}))
+
+
 @pytest.mark.parametrize(
     ("robot", "said"),
     [

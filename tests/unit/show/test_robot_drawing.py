@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from games.rebuilt import REBUILT
+from games.reefscape import REEFSCAPE
 from simcore.errors import OutputError
 from simcore.geometry.linkage import Joint
 from simcore.pieces.intake import IntakeZone
@@ -46,6 +49,19 @@ def test_shots_point_where_hood_and_heading_say():
     back = replace(ROBOT, shooters=(replace(shooter, launch=replace(shooter.launch, heading=math.pi)),))
     faint, *_ = [arrow for arrow in sketch_robot(back).arrows if arrow.is_faint]
     assert faint.end[0] < faint.start[0] < 0.0
+
+
+def test_names_and_tags_do_not_cover_each_other(tmp_path):
+    """Arm, elevator, climber and both claws of REEFSCAPE's robot stand at nearly one place."""
+    draw_robot(tmp_path / "robot.svg", sketch_robot(REEFSCAPE.robot()), title="robot")
+    seen = 0
+    for group in ElementTree.parse(tmp_path / "robot.svg").iter():
+        found = [(float(r.get("x")), float(r.get("y")), float(r.get("width")), float(r.get("height")))
+                 for r in group if r.tag.endswith("rect") and r.get("height") in ("16", "20")]  # fmt: skip
+        seen += len(found)
+        for (x, y, wide, tall), (a, b, w, h) in itertools.combinations(found, 2):
+            assert x >= a + w - 0.1 or a >= x + wide - 0.1 or y >= b + h - 0.1 or b >= y + tall - 0.1
+    assert seen > 15
 
 
 def test_the_way_of_an_arm_is_its_arc_from_stop_to_stop():
