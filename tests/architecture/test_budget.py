@@ -14,7 +14,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3000, 20),
-    "games/rebuilt": (1860, 16),
+    "games/rebuilt": (1797, 16),
     "games/reefscape": (1397, 13),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
@@ -27,7 +27,7 @@ BUDGET = {
     "photonvision": (645, 3),
     "physics": (6434, 25),
     "pieces": (5222, 23),
-    "players": (748, 4),
+    "players": (853, 5),
     "revlib": (896, 7),
     "robot": (8592, 38),
     "robot_file": (3967, 19),
