@@ -8,8 +8,9 @@ from games.reefscape.autos import AUTOS
 from games.reefscape.field import CAGE_OPTIONS, FIELD, arrange, scoring_zones
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.places import PLACES
+from games.reefscape.players import ROLES
 from games.reefscape.robot import reefscape_robot
-from games.reefscape.rules import MATCH, ReefscapeRules
+from games.reefscape.rules import ASSESSMENT, MATCH, ReefscapeRules
 from games.reefscape.staging import ALGAE_COUNT, CORAL_COUNT, ROBOTS, stage
 from games.shipped import shipped
 from simcore.match.game import Game, PieceSupply
@@ -22,6 +23,7 @@ REEFSCAPE = Game(
     field=FIELD,
     pieces=(PieceSupply(CORAL, CORAL_COUNT), PieceSupply(ALGAE, ALGAE_COUNT)),
     clock=MATCH,
+    assessment=ASSESSMENT,
     staging=stage,
     zones=scoring_zones(),
     places=PLACES,
@@ -31,6 +33,11 @@ REEFSCAPE = Game(
     preload=1,
     robots=ROBOTS,
     autos=AUTOS,
+    roles=ROLES,
+    practice_matches={
+        "practice-2v2": ("scorer", "scorer,defender"),
+        "practice-3v3": ("scorer,algae", "scorer,climber,defender"),
+    },
     models=shipped("reefscape", "advantagescope"),
     options=CAGE_OPTIONS,
     arrange=arrange,

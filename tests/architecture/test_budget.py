@@ -15,7 +15,7 @@ BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3000, 20),
     "games/rebuilt": (1797, 16),
-    "games/reefscape": (1397, 13),
+    "games/reefscape": (1965, 15),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
     "match": (5856, 27),
@@ -27,7 +27,7 @@ BUDGET = {
     "photonvision": (645, 3),
     "physics": (6434, 25),
     "pieces": (5222, 23),
-    "players": (853, 5),
+    "players": (855, 5),
     "revlib": (896, 7),
     "robot": (8592, 38),
     "robot_file": (3967, 19),
