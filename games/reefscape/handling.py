@@ -14,11 +14,12 @@ from simcore.units import degrees
 
 __all__ = [
     "NET_X", "SETTINGS", "before_algae", "before_branch", "before_station", "hang", "lower_claw", "lower_wheel",
-    "make_ready", "place_coral", "process", "put_in_net", "raise_to", "take_algae", "tuck",
+    "make_ready", "place_coral", "process", "put_in_net", "raise_to", "raise_to_net", "take_algae", "tuck",
 ]  # fmt: skip
 
 SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the wheel that is unloaded slides
 
+_ELEVATOR_TOLERANCE = 0.3  # [rad] of its drum, 2 cm
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
 """By level, from the end of a branch to the near end of the coral that is let go [m]: over level 4 it falls on by
 itself, on the others most of it is on the branch already."""
@@ -28,17 +29,21 @@ _APPROACH, _NEAR_ENOUGH = 0.35, 0.05  # [m], of the robot along a branch, and fr
 _ALGAE_ARM = degrees(35.0)  # while it takes algae off the reef
 _ALGAE_OUT = dim.REEF_ALGAE_RADIUS + PIVOT[0] + ALGAE_REACH * math.cos(_ALGAE_ARM)  # [m] from the reef's center
 _NET_ARM = degrees(40.0)  # as an algae falls into the net
+_OVER_NET = elevator_turns(2.08)
 NET_X = dim.FIELD_CENTER[0] - 0.02 - PIVOT[0] - ALGAE_REACH * math.cos(_NET_ARM)
 """Of a robot's center then [m]."""
 _AT_STATION = 0.46  # [m] from a station's face to the robot's center
-_ASIDE = {"left": -dim.BRANCH_OFFSET, "right": dim.BRANCH_OFFSET}
+_ASIDE = {"left": -dim.BRANCH_OFFSET, "middle": 0.0, "right": dim.BRANCH_OFFSET}
 
 
 def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
     """How to place on a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
 
-    The coral is let go in line with the branch. The drum is for a robot that has so far left to go along it [m].
+    The coral is let go in line with the branch; over the trough it is let fall nearly upright. The drum is for a robot
+    that has so far left to go along a branch [m].
     """
+    if level == 1:
+        return dim.REEF_APOTHEM + 0.44, elevator_turns(0.85), degrees(-27.0)
     slope = math.pi / 2 if level == 4 else dim.BRANCH_SLOPE
     arm = math.pi / 2 - slope - CORAL_TILT
     before = 0.5 * dim.CORAL_LENGTH + _BEYOND[level]
@@ -67,6 +72,14 @@ def raise_to(robot: ScriptedRobot, level: int) -> None:
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
+def _wait_for_elevator(robot: ScriptedRobot, goal: float) -> Steps:
+    """Wait until it is nearly where it was sent [rad], for 1.5 s at most."""
+    for _ in range(75):
+        if abs(robot.robot.mechanisms["elevator"].position - goal) < _ELEVATOR_TOLERANCE:
+            break
+        yield
+
+
 def before_branch(face: int, side: str, level: int) -> Pose:
     """Where placing on a branch begins."""
     return _before_face(face, _reach(level)[0] + _APPROACH, _ASIDE[side])
@@ -81,15 +94,15 @@ def place_coral(
     *,
     error: float = 0.0,
 ) -> Steps:
-    """Drive to a face, put the coral on a branch (left or right as seen from there), and back off.
+    """Drive to a face, put the coral on a branch (left or right as seen from there) or into the trough, and back off.
 
     Where something keeps the robot from the branch, it keeps the coral.
 
     Args:
         robot: Which has it.
         face: Of the reef.
-        side: Of the face.
-        level: 2 to 4.
+        side: Of the face; `middle` for the trough.
+        level: 1 to 4.
         way: Corners of the way there [m].
         error: How far to the left of the branch it puts the coral [m].
     """
@@ -98,6 +111,7 @@ def place_coral(
     x, y, yaw = before_branch(face, side, level)
     yield from robot.drive_through([*way, (x, y)], yaw, speed=3.5, tolerance=0.10)
     robot.set_position("arm", arm)
+    yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
     x, y, yaw = _before_face(face, out, _ASIDE[side] + error)
     for _ in robot.drive_to(x, y, yaw, speed=1.5 if level == 4 else 0.8, tolerance=0.012, timeout=1.2):
         robot.set_position("elevator", _reach(level, math.dist(robot.pose[:2], (x, y)))[1])
@@ -180,10 +194,16 @@ def process(robot: ScriptedRobot) -> Steps:
     yield from _let_algae_go(robot)
 
 
+def raise_to_net(robot: ScriptedRobot) -> None:
+    """Bring the elevator to where an algae goes over the rim of the net."""
+    robot.set_position("elevator", _OVER_NET)
+
+
 def put_in_net(robot: ScriptedRobot, y: float, way: tuple[tuple[float, float], ...] = ()) -> Steps:
     """Lift an algae over the rim of the net, at a place along it [m]."""
-    robot.set_position("elevator", elevator_turns(2.08))
+    raise_to_net(robot)
     yield from robot.drive_through([*way, (NET_X - 0.5, y)], 0.0, speed=4.0, tolerance=0.10)
+    yield from _wait_for_elevator(robot, _OVER_NET)
     robot.set_position("arm", degrees(60.0))
     yield from robot.drive_to(NET_X, y, 0.0, speed=1.5, tolerance=0.04, timeout=1.5)
     robot.set_position("arm", _NET_ARM)

@@ -26,12 +26,13 @@ from games.reefscape.handling import (
     process,
     put_in_net,
     raise_to,
+    raise_to_net,
     take_algae,
     tuck,
 )
 from games.reefscape.places import BRANCH_ROWS, level_of
 from games.reefscape.robot import ALGAE_REACH, PIVOT
-from games.reefscape.rules import COOP_ALGAE, MATCH, ReefscapeRules
+from games.reefscape.rules import COOP_ALGAE, CORAL_A_LEVEL, MATCH, ReefscapeRules
 from games.reefscape.staging import reef_algae_places
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
@@ -49,6 +50,7 @@ Spot: TypeAlias = tuple[str, float]
 """At a station: which one, and how far aside of its middle [m]."""
 _T = TypeVar("_T")
 
+_ROWS = {1: "trough", **BRANCH_ROWS}
 _SPOTS: tuple[Spot, ...] = tuple((side, aside) for side in ("left", "right") for aside in (-0.48, 0.48))
 _NET_YS = (4.9, 5.7, 6.5, 7.3)  # [m]
 _PARKING_X = 8.05  # [m]; with the front bumper in the barge zone, before the cages
@@ -58,11 +60,13 @@ _MARGIN = 0.45  # [m] from walls, where a robot can take pieces
 _OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; who collects no farther does not go beyond the barge
 _PLACING, _LOADING = 2.5, 2.0  # [s] that take longer than the way there
 _LEVER = 0.3  # [m]; by which an error of the heading puts a coral aside: level 1 then misses every third branch
+_FOR_RANKING = 3.0  # points, for who plans, of a coral on a level that a ranking point still wants
+_ALIGNING = 2.5  # times of its reaction that a player takes before a branch
 _WAITS = 4.0  # [s] at a station
 _CLIMB_TIME = 15.0  # [s] before the end
 _PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the own cages
 _REEF = FIELD.symmetry.flip_point(*dim.REEF_CENTER)  # the opponents'
-_TOUCHES_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 0.6  # [m] from the reef's center
+_NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] from the reef's center
 
 
 @dataclass(slots=True)
@@ -127,18 +131,24 @@ def _go(
 
 
 def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
-    """Free branches that nobody stands at, each with its points a second."""
+    """Free branches and troughs that nobody stands at, each with its points a second.
+
+    Who plans counts a level for more that has not yet what a ranking point asks of it.
+    """
     counts, worth = player.match.pieces.places.counts(), {}
     highest = min(4, 2 + SKILLS.index(player.skill))
     in_the_way = player.seen_pieces["Coral"][:, :2]
-    for level in range(2, highest + 1):
-        taken = counts[level_of(player.alliance, BRANCH_ROWS[level])]
-        for number in np.nonzero(taken == 0)[0].tolist():
-            branch = (-(number // 2) % 6, "right" if number % 2 else "left", level)
+    for level, row in _ROWS.items():
+        taken = counts[level_of(player.alliance, row)]
+        points = level + 1 + _FOR_RANKING * player.skill.planning * (taken.sum() < CORAL_A_LEVEL)
+        for number in np.nonzero(taken == 0)[0].tolist() if level > 1 else range(0, 12, 2):
+            side = "middle" if level == 1 else "right" if number % 2 else "left"
+            branch = (-(number // 2) % 6, side, level)
             x, y, yaw = before_branch(*branch)
             before = x + 0.8 * math.cos(yaw), y + 0.8 * math.sin(yaw)  # between the robot and the reef
-            if _is_free(player, (x, y)) and not (np.hypot(*(in_the_way - before).T) < 0.45).any():
-                worth[branch] = (level + 1) / (_PLACING + _way(player, (x, y))) * 0.4 ** memory.failed[branch]
+            if level > highest or not _is_free(player, (x, y)) or (np.hypot(*(in_the_way - before).T) < 0.45).any():
+                continue
+            worth[branch] = points / (_PLACING + _way(player, (x, y))) * 0.4 ** memory.failed[branch]
     return worth
 
 
@@ -156,9 +166,11 @@ def _score(player: Player, memory: _Memory) -> Steps:
     if branch is None:
         yield from player.wait(player.skill.reaction)
         return
+    yield from player.wait(_ALIGNING * player.skill.reaction)
     error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
     yield from place_coral(player, *branch, error=error)
-    memory.failed[branch] += 1  # it is asked again only if nothing stays there
+    if branch[2] > 1:
+        memory.failed[branch] += 1  # it is asked again only if nothing stays there
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
@@ -202,6 +214,7 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
         while player.match.time < ends and not _has(player, "Coral"):
             player.steer_along([pose[:2]], pose[2], speed=0.6)
             yield
+        yield from player.wait(player.skill.reaction)
         memory.failed[spot] = 0 if _has(player, "Coral") else memory.failed[spot] + 1
     player.intake(False)
 
@@ -263,6 +276,12 @@ def _take_lying(player: Player) -> Steps:
 
 def _bring_algae(player: Player) -> Steps:
     """Bring an algae to the processor until that is enough for coopertition, then to the net."""
+
+    def before_net(y: float) -> Pose:
+        if player.away((NET_X, y)) < 1.8:
+            raise_to_net(player)
+        return NET_X - 0.6, y, 0.0
+
     rules = player.match.rules
     assert isinstance(rules, ReefscapeRules)
     if player.skill.foresight == 0.0 or rules.processed(player.alliance) < COOP_ALGAE:
@@ -273,7 +292,7 @@ def _bring_algae(player: Player) -> Steps:
         y = yield from _go(
             player,
             lambda: {y: -player.away((NET_X, y)) for y in _NET_YS if _is_free(player, (NET_X - 0.5, y))},
-            lambda y: (NET_X - 0.6, y, 0.0),
+            before_net,
         )
         if y is not None:
             yield from put_in_net(player, y)
@@ -345,12 +364,12 @@ def climber(player: Player) -> Steps:
 
 
 def _is_left_alone(player: Player, place: Place) -> bool:
-    """Whether an opponent is, or may soon be, where touching it is a foul: at its reef (G427) or beyond its barge."""
-    ahead = player.skill.reaction * 1.6
-    return math.dist(place, _REEF) < _TOUCHES_ZONE + ahead or place[0] < dim.FIELD_CENTER[0] + 1.3 + ahead
+    """Whether an opponent is not on its stations' side, or near to its reef, where touching it is a foul (G427)."""
+    ahead = 0.8 * player.skill.reaction
+    return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
 
-_DEFENSE = Defense(goal=_REEF, retreat=(10.7, 4.03), is_left_alone=_is_left_alone)
+_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_is_left_alone)
 
 
 def defender(player: Player) -> Steps:
@@ -369,6 +388,7 @@ def defender(player: Player) -> Steps:
     while player.pose[0] < dim.FIELD_CENTER[0] + 1.0:
         yield from player.travel(7.7, _PASSAGE, 0.0, near=0.05, timeout=6.0)
         yield from player.drive_to(dim.FIELD_CENTER[0] + 1.2, _PASSAGE, 0.0, speed=1.5, timeout=4.0)
+    yield from player.travel(_REEF[0], 7.3, 0.0, near=0.4)
     yield from _DEFENSE.play(player)
 
 

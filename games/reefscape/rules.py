@@ -19,7 +19,7 @@ from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.robot import Robot
 from simcore.robot.wheel_ground import ground_clearance
 
-__all__ = ["ASSESSMENT", "COOP_ALGAE", "MATCH", "ReefscapeRules"]
+__all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 
 MATCH = MatchClock(
     [
@@ -36,7 +36,7 @@ _AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
 _TELEOP_CORAL = {1: 2, 2: 3, 3: 4, 4: 5}
 _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
-_CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points, before championships
+CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points, before championships
 COOP_ALGAE = 2
 """Through each alliance's processor, for coopertition."""
 ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
@@ -223,7 +223,7 @@ class ReefscapeRules(Rules):
         return all(self._processed[alliance] >= COOP_ALGAE for alliance in ALLIANCES)
 
     def _full_levels(self, alliance: Alliance) -> int:
-        return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= _CORAL_A_LEVEL])
+        return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
         """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""
