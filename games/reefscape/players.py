@@ -199,7 +199,10 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
     stations = _stations(player, memory)
     if player.time > memory.lying_until and nearest < 1.0 / max(stations.values(), default=0.01):
         lower_claw(player)
-        yield from player.collect(_can_be_taken, until=lambda: _has(player, "Coral"), timeout=5.0, kind="Coral")
+        for _ in player.collect(_can_be_taken, until=lambda: False, timeout=5.0, kind="Coral"):
+            if _has(player, "Coral"):
+                break  # at once: a second one is G409
+            yield
         if not _has(player, "Coral"):
             memory.lying_until = player.time + 8.0
         player.intake(False)

@@ -143,6 +143,7 @@ class ReefscapeRules(Rules):
                 "foulCount": book.count(alliance, 2),
                 "techFoulCount": book.count(alliance, 6),
                 "foulPoints": book.gained(alliance),
+                "totalPoints": self.match.tracker.totals[alliance],
                 **{f"{rule.lower()}Penalty": int(rule in broken) for rule in ("G410", "G418", "G428")},
                 **bonuses,
                 "rp": int(math.fsum((*bonuses.values(), self._result(alliance)))),
