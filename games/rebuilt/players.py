@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Callable
 
 import numpy as np
 
@@ -15,11 +13,10 @@ from games.rebuilt.robot import CLIMBER, climbing_robot
 from games.rebuilt.rules import RebuiltRules
 from games.rebuilt.scoring import MATCH
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import PlayedMatch, Role
-from simcore.match.scoring import Alliance
-from simcore.match.scripted import ScriptedRobot, Steps
-from simcore.players.player import SKILLS, Player, PlayScript
-from simcore.robot.robot_config import RobotConfig
+from simcore.match.game import Role
+from simcore.match.scripted import Steps
+from simcore.players.player import Player
+from simcore.players.roles import Defense, idle, make_role
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["ROLES"]
@@ -33,8 +30,6 @@ _SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the all
 _MARGIN = 0.45  # [m] from walls, where a robot can take fuel in
 _THROW_FROM, _THROW_TO = (6.6, 1.9), (1.6, 2.2)  # [m] along the field, and aside of its middle, to both sides
 _TOWER_REACH = 1.6  # [m]; robots that are nearer to the tower in the end game are left alone (G420)
-_BEFORE = 0.75  # [m]; a robot this far before another one's middle touches it
-_LONGEST_TOUCH, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
 _HOOK_UP = 35.0  # [rad] of the hook's drum: over the low rung
 _CLIMB_TIME, _HANGS = 15.0, 0.08  # [s] before the end, [m] above the carpet
 _EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touched anything yet (G408)
@@ -159,16 +154,7 @@ def defender(player: Player) -> Steps:
     while player.time < MATCH.start("transition"):
         player.stop()
         yield
-    touched: dict[int, float] = defaultdict(float)
-    while True:
-        yield from _block(player, _chosen_opponent(player), touched)
-        yield
-
-
-def _chosen_opponent(player: Player) -> int | None:
-    """Number of the opponent that is nearest and not at its tower in the end game; None: there is none."""
-    open_ones = [other for other in player.opponents if not _is_at_tower(player, other.place)]
-    return min(open_ones, key=lambda other: player.away(other.place)).number if open_ones else None
+    yield from _DEFENSE.play(player)
 
 
 def _is_at_tower(player: Player, place: tuple[float, float]) -> bool:
@@ -177,44 +163,7 @@ def _is_at_tower(player: Player, place: tuple[float, float]) -> bool:
     return is_near and player.time >= MATCH.start("end game") - 1.0
 
 
-def _block(player: Player, number: int | None, touched: dict[int, float]) -> Steps:
-    """Keep between an opponent and its hub for some seconds; leave it alone before touches become a pin.
-
-    Args:
-        player: Who does.
-        number: Of the opponent; None: it waits in the middle of the field.
-        touched: For how long it has touched each opponent since it left it alone [s].
-    """
-    hub, since = FIELD.symmetry.flip_point(_HUB_X, _HUB_Y), 0.0
-
-    def place() -> tuple[float, float] | None:
-        other = next((one.place for one in player.opponents if one.number == number), None)
-        return None if other is None or _is_at_tower(player, other) else other
-
-    def between() -> Pose | None:
-        other = place()
-        if number is None or other is None or touched[number] > _LONGEST_TOUCH:
-            return None
-        if (player.robot.number, number) in player.match.contacts.robots:
-            touched[number] += player.skill.reaction
-        toward = math.atan2(hub[1] - other[1], hub[0] - other[0])
-        return other[0] + _BEFORE * math.cos(toward), other[1] + _BEFORE * math.sin(toward), toward
-
-    def away() -> Pose | None:
-        nonlocal since
-        other = place()
-        if other is None or player.away(other) < _SIX_FEET:
-            since = player.match.time
-        return None if player.match.time > since + _LET_GO else (*dim.FIELD_CENTER, player.pose[2])
-
-    yield from player.pursue(between, near=0.0, timeout=4.0, ignored=() if number is None else (number,))
-    since = player.match.time
-    if number is None:
-        yield from player.pursue(away, timeout=_LET_GO)
-    elif touched[number] > _LONGEST_TOUCH:
-        yield from player.pursue(away, near=0.0, timeout=8.0)
-        touched[number] = 0.0
-    player.stop()
+_DEFENSE = Defense(goal=FIELD.symmetry.flip_point(_HUB_X, _HUB_Y), retreat=dim.FIELD_CENTER, is_left_alone=_is_at_tower)
 
 
 def climber(player: Player) -> Steps:
@@ -234,28 +183,14 @@ def climber(player: Player) -> Steps:
     player.set_volts(CLIMBER, 0.0)
 
 
-def idle(robot: ScriptedRobot) -> Steps:
-    """Stand still."""
-    while True:
-        robot.stop()
-        yield
-
-
-def _role(script: PlayScript, summary: str, config: Callable[[], RobotConfig] | None = None) -> Role:
-    def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
-        return Player(script, match, alliance, SKILLS[level - 1], SETTINGS)
-
-    return Role(name=script.__name__, summary=summary, controller=controller, config=config)
-
-
 ROLES: dict[str, Role] = {
     role.name: role
     for role in (
-        _role(collector, "collects fuel and shoots it into its hub while that counts"),
-        _role(shuttle, "collects fuel in the neutral zone and throws it into its alliance zone"),
-        _role(defender, "stands in the way of opponents, without fouls G403, G418 and G420"),
-        _role(climber, "a collector that hangs on the tower's low rung as the match ends", climbing_robot),
-        _role(idle, "stands still"),
+        make_role(collector, "collects fuel and shoots it into its hub while that counts", SETTINGS),
+        make_role(shuttle, "collects fuel in the neutral zone and throws it into its alliance zone", SETTINGS),
+        make_role(defender, "stands in the way of opponents, without fouls G403, G418 and G420", SETTINGS),
+        make_role(climber, "a collector that hangs on the low rung as the match ends", SETTINGS, climbing_robot),
+        make_role(idle, "stands still", SETTINGS),
     )
 }
 """By name."""

@@ -9,13 +9,15 @@ from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.footprints import corners, hexagon, overlaps
 from simcore.match.foul_book import FoulBook, Releases
 from simcore.match.game import PlayedMatch
+from simcore.match.pinning import PinCounts, pins_of
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
+from simcore.units import TICK
 
 __all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
 
 _MINOR, _MAJOR = 2, 6
-_FEW_SECONDS = 3.0  # [s] for which a second robot may be beyond the barge before it is another foul
+_FEW_SECONDS = 3.0  # [s] for which a pin may last, and a second robot may be beyond the barge before it is another foul
 _LAUNCHED = 1.5  # [m/s] over the carpet, away from the robot; ours: a coral that is only let go is slower
 _KNOCKED = 1.0  # [s]; ours: a coral that falls so soon after a robot touched it was knocked off by that robot
 
@@ -39,6 +41,7 @@ class Fouls:
         self.book = FoulBook(match)
         """What was found."""
         self._releases = Releases(match)
+        self._pins = PinCounts(_FEW_SECONDS)
         self._owners = {body.config.name: body.config.alliance for body in match.hanging}
         self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
         self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
@@ -59,6 +62,9 @@ class Fouls:
             elif piece.speed > _LAUNCHED and not overlaps(match.outline(piece.robot), REEF_ZONE):
                 self.book.call("G412", piece.robot, _MAJOR, "launches a coral outside of its reef zone", piece.slot)
         self._judge_released()
+        places = {robot.number: robot.chassis.pose[:2] for robot in match.robots}
+        for (number, other), before in self._pins.update(TICK, pins_of(match), places):
+            self.book.call("G425", number, _MAJOR if before else _MINOR, f"pins robot {other}", other, before)
         for alliance in ALLIANCES:
             own = [robot.number for robot in match.robots if match.alliances[robot.number] == alliance]
             beyond = [number for number in own if len(own) > 1 and self._is_beyond(number)]

@@ -23,7 +23,16 @@ from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotCo
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
 
-__all__ = ["ALGAE_REACH", "BUMPER", "CORAL_REACH", "CORAL_TILT", "PIVOT", "elevator_turns", "reefscape_robot"]
+__all__ = [
+    "ALGAE_REACH",
+    "BUMPER",
+    "CORAL_REACH",
+    "CORAL_TILT",
+    "FLOOR_PIVOT_HEIGHT",
+    "PIVOT",
+    "elevator_turns",
+    "reefscape_robot",
+]
 
 _DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, thrice its drum's radius; and
 _HOOK_DRUM = 0.012  # of the climber's winch
@@ -35,6 +44,8 @@ CORAL_REACH = 0.46
 """From the arm's pivot to the middle of the coral [m]."""
 CORAL_TILT = degrees(35.0)
 """Of the coral in the claw, from across the arm back to the robot: upright while the arm points so far down."""
+FLOOR_PIVOT_HEIGHT = 0.62
+"""Of the arm's pivot while the claw takes coral off the carpet [m]."""
 ALGAE_REACH = 0.73
 """From the arm's pivot to the middle of the algae, which is held farther out [m]."""
 
@@ -77,6 +88,10 @@ _SWING = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0))
 _HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
 
 
+_BEFORE_BUMPER = IntakeZone(x_min=0.24, x_max=0.50, y_min=-0.25, y_max=0.25, z_min=-0.62, z_max=-0.42)
+"""Where the claw takes coral off the carpet, from the arm's pivot."""
+
+
 def _roller(name: str, x: float, z: float) -> Joint:
     """About an axle across the robot [m]."""
     return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
@@ -90,8 +105,9 @@ def _around(reach: float, spare: float) -> IntakeZone:
 def reefscape_robot() -> RobotConfig:
     """52 kg, 11 of which the elevator lifts.
 
-    A coral comes in at the back from a station and leaves at the front, algae are held beyond it. A cage comes into the
-    bay in its back until the hook is above or in it: the robot then hangs level.
+    A coral comes in at the back from a station, or off the carpet in front of the lowered arm; it leaves at the front,
+    and algae are held beyond it. A cage comes into the bay in its back until the hook is above or in it: the robot then
+    hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,
@@ -112,6 +128,14 @@ def reefscape_robot() -> RobotConfig:
             IntakeConfig(
                 zone=IntakeZone(x_min=-0.48, x_max=-0.10, y_min=-0.33, y_max=0.33, z_min=0.55, z_max=1.10),
                 roller="funnel",
+                kinds=("Coral",),
+            ),
+            IntakeConfig(  # the claw before the front bumper
+                joints=(_LIFT,),
+                zone=_BEFORE_BUMPER,
+                roller="claw",
+                deploy="arm",
+                deployed_at="lower",
                 kinds=("Coral",),
             ),
         ),

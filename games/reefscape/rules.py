@@ -19,7 +19,7 @@ from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.robot import Robot
 from simcore.robot.wheel_ground import ground_clearance
 
-__all__ = ["MATCH", "ReefscapeRules"]
+__all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 
 MATCH = MatchClock(
     [
@@ -36,8 +36,10 @@ _AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
 _TELEOP_CORAL = {1: 2, 2: 3, 3: 4, 4: 5}
 _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
-_CORAL_A_LEVEL, _BARGE_BONUS, _COOP_ALGAE = 5, 14, 2  # for ranking points, before championships
-_ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
+CORAL_A_LEVEL, _BARGE_BONUS = 5, 14  # for ranking points, before championships
+COOP_ALGAE = 2
+"""Through each alliance's processor, for coopertition."""
+ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
 
 
 class ReefscapeRules(Rules):
@@ -106,12 +108,16 @@ class ReefscapeRules(Rules):
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
             self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}
             self._judge()
-        elif MATCH.duration < time <= MATCH.duration + _ASSESSMENT:
+        elif MATCH.duration < time <= MATCH.duration + ASSESSMENT:
             self._judge()
 
     def end(self) -> None:
         """Robots park or hang; they are looked at until the assessment is over."""
         self._judge()
+
+    def processed(self, alliance: Alliance) -> int:
+        """How many algae an alliance has brought through its processor."""
+        return self._processed[alliance]
 
     def breakdown(self) -> Mapping[str, int]:
         """Counts by alliance, in the names of The Blue Alliance's score breakdown."""
@@ -133,10 +139,11 @@ class ReefscapeRules(Rules):
                 "teleopCoralPoints": late,
                 "teleopPoints": late + algae + barge,
                 "endGameBargePoints": barge,
-                "coopertitionCriteriaMet": int(processed >= _COOP_ALGAE),
+                "coopertitionCriteriaMet": int(processed >= COOP_ALGAE),
                 "foulCount": book.count(alliance, 2),
                 "techFoulCount": book.count(alliance, 6),
                 "foulPoints": book.gained(alliance),
+                "totalPoints": self.match.tracker.totals[alliance],
                 **{f"{rule.lower()}Penalty": int(rule in broken) for rule in ("G410", "G418", "G428")},
                 **bonuses,
                 "rp": int(math.fsum((*bonuses.values(), self._result(alliance)))),
@@ -178,7 +185,7 @@ class ReefscapeRules(Rules):
     @property
     def _is_assessed(self) -> bool:
         """Whether nothing counts any more; in practice everything always does."""
-        return self.match.timer.time > MATCH.duration + _ASSESSMENT + 1e-9 and not self.match.practice
+        return self.match.timer.time > MATCH.duration + ASSESSMENT + 1e-9 and not self.match.practice
 
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
         """Points of an alliance's coral at auto's worth and at teleop's."""
@@ -214,10 +221,10 @@ class ReefscapeRules(Rules):
 
     @property
     def _is_coop(self) -> bool:
-        return all(self._processed[alliance] >= _COOP_ALGAE for alliance in ALLIANCES)
+        return all(self._processed[alliance] >= COOP_ALGAE for alliance in ALLIANCES)
 
     def _full_levels(self, alliance: Alliance) -> int:
-        return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= _CORAL_A_LEVEL])
+        return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
         """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""

@@ -124,8 +124,8 @@ class Player(ScriptedRobot):
         self.skill = skill
         self.others: list[SeenRobot] = []
         """As last seen, by number."""
-        self.seen_pieces: FloatArray = np.zeros((0, 3))
-        """Pieces that lie on the carpet, as last seen, blue frame [m], shape (n, 3)."""
+        self.seen_pieces: dict[str | None, FloatArray] = {}
+        """Pieces that lie on the carpet, as last seen, blue frame [m], shape (n, 3): by kind, and under None all."""
         self._routes = RouteMap(
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
@@ -155,8 +155,9 @@ class Player(ScriptedRobot):
             for other, side in zip(match.robots, match.alliances, strict=True)
             if other is not robot
         ]
-        positions = self.piece_positions()
-        self.seen_pieces = positions[positions[:, 2] < _LYING]
+        for kind in (None, *(one.name for one in match.pieces.types)):
+            positions = self.piece_positions(kind)
+            self.seen_pieces[kind] = positions[positions[:, 2] < _LYING]
 
     # --- what a script sees -----------------------------------------------------------------------------------------
 
@@ -243,7 +244,12 @@ class Player(ScriptedRobot):
             yield
 
     def collect(
-        self, wanted: Callable[[FloatArray], BoolArray], *, until: Callable[[], bool], timeout: float = 10.0
+        self,
+        wanted: Callable[[FloatArray], BoolArray],
+        *,
+        until: Callable[[], bool],
+        timeout: float = 10.0,
+        kind: str | None = None,
     ) -> Steps:
         """Take in pieces, where there are many or near ones, as the skill has it.
 
@@ -251,11 +257,12 @@ class Player(ScriptedRobot):
             wanted: Which of some places [m], shape (n, 2), to take pieces from.
             until: Asked at every look; True ends it. It also ends when the robot is full or nothing is left.
             timeout: Gives up after this long [s].
+            kind: Of pieces; None: any.
         """
         front = 0.0 if self.settings.intake_x > 0.0 else math.pi
 
         def goal() -> Pose | None:
-            place = None if until() or self.room == 0 else self._best_piece(wanted)
+            place = None if until() or self.room == 0 else self._best_piece(wanted, kind)
             if place is None:
                 return None
             x, y, yaw = self.pose
@@ -344,9 +351,9 @@ class Player(ScriptedRobot):
             self.accelerate_to(math.cos(way), math.sin(way))
             yield
 
-    def _best_piece(self, wanted: Callable[[FloatArray], BoolArray]) -> Place | None:
+    def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
         """The place that is most worth driving to of those with pieces [m]; None: there is none."""
-        places = self.seen_pieces[:, :2]
+        places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
             return None

@@ -14,8 +14,8 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3096, 21),
-    "games/rebuilt": (1868, 16),
-    "games/reefscape": (1442, 13),
+    "games/rebuilt": (1803, 16),
+    "games/reefscape": (2038, 16),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
     "match": (5877, 27),
@@ -27,7 +27,7 @@ BUDGET = {
     "photonvision": (643, 3),
     "physics": (6486, 26),
     "pieces": (5259, 23),
-    "players": (907, 5),
+    "players": (1014, 6),
     "revlib": (829, 7),
     "robot": (8596, 38),
     "robot_file": (3903, 19),

@@ -73,10 +73,10 @@ BEFORE_2027 = {"navx", "phoenix5", "photonvision", "upgrade_2027"}
 """Packages of makers whose libraries keep their names or have no release of 2027, and the tool that knows both."""
 GONE_IN_2027 = {
     "simcore/robotpy/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
-    "simcore/robotpy/port_devices.py": {"getForward", "getReverse"},
     "simcore/robotpy/wpilib_ports.py": {
         *("getAngle", "setAngle", "setRate"),
         *("getYawAxis", "getPitchAxis", "getRollAxis", "getPort"),
+        *("getForward", "getReverse"),
     },
 }
 """Of relays and gyros that the robot of 2027 has no more."""

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
-from games.reefscape.autos import _before_face, _reach
+from games.reefscape.handling import _before_face, _reach
 from games.reefscape.places import branch_ends
 from simcore.geometry.rotation import from_rpy, matrix, multiply
 from simcore.match.game import RobotEntry

@@ -51,6 +51,16 @@ def test_who_touches_an_opponent_in_its_reef_zone_commits_g427(play, side):
     assert match.contacts.robots and told(match) == [], "a partner may"
 
 
+def test_who_pins_an_opponent_for_three_seconds_commits_g425_and_again_three_seconds_later(play):
+    poses = {0: (6.8, HALF + 0.02, 0.0), 1: (6.8, 3 * HALF + 0.06, -math.pi / 2)}
+    drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
+    match = play(poses, 60.0, drive=drive, seconds=3.6)
+    assert told(match) == [("G425", "red", 2)]
+    match.play(3.0)
+    assert told(match) == [("G425", "red", 2), ("G425", "red", 6)]
+    assert told(play(poses, 60.0, drive=drive, seconds=2.6)) == []
+
+
 def test_in_auto_contact_counts_beyond_the_barge_only(play):
     push = {1: (1.0, 0.0, 0.0)}
     match = play({0: OPEN[0], 1: OPEN[1]}, 5.0, drive=push)

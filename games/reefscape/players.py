@@ -1,0 +1,411 @@
+"""What scripted players do in a match of REEFSCAPE, written for a blue robot."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import FIELD
+from games.reefscape.handling import (
+    NET_X,
+    SETTINGS,
+    before_algae,
+    before_branch,
+    before_station,
+    hang,
+    lower_claw,
+    lower_wheel,
+    make_ready,
+    place_coral,
+    process,
+    put_in_net,
+    raise_to,
+    raise_to_net,
+    take_algae,
+    tuck,
+)
+from games.reefscape.places import BRANCH_ROWS, level_of
+from games.reefscape.robot import ALGAE_REACH, PIVOT
+from games.reefscape.rules import COOP_ALGAE, CORAL_A_LEVEL, MATCH, ReefscapeRules
+from games.reefscape.staging import reef_algae_places
+from simcore.geometry.symmetry import Pose
+from simcore.match.game import Role
+from simcore.match.scripted import Steps
+from simcore.players.player import SKILLS, Player
+from simcore.players.roles import Defense, idle, make_role
+from simcore.players.routes import Place
+from simcore.typing import BoolArray, FloatArray
+
+__all__ = ["ROLES"]
+
+Branch: TypeAlias = tuple[int, str, int]
+"""Face of the reef, side of the face, level."""
+Spot: TypeAlias = tuple[str, float]
+"""At a station: which one, and how far aside of its middle [m]."""
+_T = TypeVar("_T")
+
+_ROWS = {1: "trough", **BRANCH_ROWS}
+_SPOTS: tuple[Spot, ...] = tuple((side, aside) for side in ("left", "right") for aside in (-0.48, 0.48))
+_NET_YS = (4.9, 5.7, 6.5, 7.3)  # [m]
+_PARKING_X = 8.05  # [m]; with the front bumper in the barge zone, before the cages
+_THERE = 0.15  # [m]; how near to a place a player comes before it handles a piece there
+_ROOM = 0.95  # [m] between the middles of robots that do not touch
+_MARGIN = 0.45  # [m] from walls, where a robot can take pieces
+_OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; who collects no farther does not go beyond the barge
+_PLACING, _LOADING = 2.5, 2.0  # [s] that take longer than the way there
+_LEVER = 0.3  # [m]; by which an error of the heading puts a coral aside: level 1 then misses every third branch
+_FOR_RANKING = 3.0  # points, for who plans, of a coral on a level that a ranking point still wants
+_ALIGNING = 2.5  # times of its reaction that a player takes before a branch
+_WAITS = 4.0  # [s] at a station
+_CLIMB_TIME = 15.0  # [s] before the end
+_PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the own cages
+_REEF = FIELD.symmetry.flip_point(*dim.REEF_CENTER)  # the opponents'
+_NEAR_ZONE = dim.REEF_ZONE_APOTHEM / math.cos(math.radians(30.0)) + 1.5  # [m] from the reef's center
+
+
+@dataclass(slots=True)
+class _Memory:
+    """What a player remembers."""
+
+    failed: Counter[Branch | Spot | int] = field(default_factory=Counter)
+    """How often it has failed at a branch, a station or a face's algae."""
+    lying_until: float = -math.inf
+    """When it looks for coral on the carpet again [s]."""
+
+
+def _has(player: Player, kind: str) -> bool:
+    pieces = player.match.pieces
+    return any(pieces.kind_name(slot) == kind for slot in player.robot.held)
+
+
+def _is_free(player: Player, place: Place) -> bool:
+    """Whether no other robot is where this one wants to be."""
+    return all(math.dist(other.place, place) > _ROOM for other in player.others)
+
+
+def _way(player: Player, place: Place) -> float:
+    """How long a way takes [s]; around the reef, if that is in between."""
+    (x, y), reef = player.pose[:2], dim.REEF_CENTER
+    along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
+    share = along / (player.away(place) ** 2 + 1e-9)
+    nearest = (x + share * (place[0] - x), y + share * (place[1] - y))
+    detour = max(0.0, 1.6 - math.dist(nearest, reef)) if 0.0 < share < 1.0 else 0.0
+    return (player.away(place) + detour) / player.skill.speed
+
+
+def _go(
+    player: Player, available: Callable[[], dict[_T, float]], pose: Callable[[_T], Pose], *, timeout: float = 8.0
+) -> Generator[None, None, _T | None]:
+    """Drive to one of several places: the best, or the next one when that is available no more.
+
+    Args:
+        player: Who does.
+        available: What each place is worth.
+        pose: Of a robot there.
+        timeout: Gives up after this long [s].
+
+    Returns:
+        The place, once the robot is there; None: it did not come there.
+    """
+    chosen: _T | None = None
+
+    def goal() -> Pose | None:
+        nonlocal chosen
+        worth = available()
+        if chosen not in worth:
+            chosen = max(worth, key=worth.__getitem__, default=None)
+        return None if chosen is None else pose(chosen)
+
+    yield from player.pursue(goal, near=_THERE, timeout=timeout)
+    player.stop()
+    return chosen if chosen is not None and player.away(pose(chosen)[:2]) < 1.5 * _THERE else None
+
+
+# --- coral --------------------------------------------------------------------------------------------------------
+
+
+def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
+    """Free branches and troughs that nobody stands at, each with its points a second.
+
+    Who plans counts a level for more that has not yet what a ranking point asks of it.
+    """
+    counts, worth = player.match.pieces.places.counts(), {}
+    highest = min(4, 2 + SKILLS.index(player.skill))
+    in_the_way = player.seen_pieces["Coral"][:, :2]
+    for level, row in _ROWS.items():
+        taken = counts[level_of(player.alliance, row)]
+        points = level + 1 + _FOR_RANKING * player.skill.planning * (taken.sum() < CORAL_A_LEVEL)
+        for number in np.nonzero(taken == 0)[0].tolist() if level > 1 else range(0, 12, 2):
+            side = "middle" if level == 1 else "right" if number % 2 else "left"
+            branch = (-(number // 2) % 6, side, level)
+            x, y, yaw = before_branch(*branch)
+            before = x + 0.8 * math.cos(yaw), y + 0.8 * math.sin(yaw)  # between the robot and the reef
+            if level > highest or not _is_free(player, (x, y)) or (np.hypot(*(in_the_way - before).T) < 0.45).any():
+                continue
+            worth[branch] = points / (_PLACING + _way(player, (x, y))) * 0.4 ** memory.failed[branch]
+    return worth
+
+
+def _score(player: Player, memory: _Memory) -> Steps:
+    """Bring the coral to a branch."""
+
+    def pose(branch: Branch) -> Pose:
+        place = before_branch(*branch)
+        if player.away(place[:2]) < 1.2:
+            raise_to(player, branch[2])
+        return place
+
+    tuck(player)
+    branch = yield from _go(player, lambda: _branches(player, memory), pose)
+    if branch is None:
+        yield from player.wait(player.skill.reaction)
+        return
+    yield from player.wait(_ALIGNING * player.skill.reaction)
+    error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
+    yield from place_coral(player, *branch, error=error)
+    if branch[2] > 1:
+        memory.failed[branch] += 1  # it is asked again only if nothing stays there
+
+
+def _can_be_taken(places: FloatArray) -> BoolArray:
+    """Which coral on the carpet a player may want: on its side, and not at a wall."""
+    x, y = places.T
+    inside: BoolArray = (x > _MARGIN) & (x < _OWN_SIDE) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
+    return inside
+
+
+def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
+    """Where nobody waits at a station, each as it is near."""
+    return {
+        spot: 0.5 ** memory.failed[spot] / (_LOADING + _way(player, place))
+        for spot in _SPOTS
+        for place in [before_station(*spot)[:2]]
+        if _is_free(player, place)
+    }
+
+
+def _fetch(player: Player, memory: _Memory) -> Steps:
+    """Take a coral off the carpet, if one is nearer than the stations, or wait for one at a station."""
+    make_ready(player)
+    lying = player.seen_pieces["Coral"][:, :2]
+    lying = lying[_can_be_taken(lying)]
+    nearest = min((_way(player, (x, y)) for x, y in lying.tolist()), default=math.inf)
+    stations = _stations(player, memory)
+    if player.time > memory.lying_until and nearest < 1.0 / max(stations.values(), default=0.01):
+        lower_claw(player)
+        for _ in player.collect(_can_be_taken, until=lambda: False, timeout=5.0, kind="Coral"):
+            if _has(player, "Coral"):
+                break  # at once: a second one is G409
+            yield
+        if not _has(player, "Coral"):
+            memory.lying_until = player.time + 8.0
+        player.intake(False)
+        tuck(player)
+        return
+    tuck(player)
+    player.intake(True)
+    spot = yield from _go(player, lambda: _stations(player, memory), lambda spot: before_station(*spot))
+    if spot is not None:
+        pose = before_station(*spot)
+        ends = player.match.time + _WAITS
+        while player.match.time < ends and not _has(player, "Coral"):
+            player.steer_along([pose[:2]], pose[2], speed=0.6)
+            yield
+        yield from player.wait(player.skill.reaction)
+        memory.failed[spot] = 0 if _has(player, "Coral") else memory.failed[spot] + 1
+    player.intake(False)
+
+
+def scorer(player: Player, until: float = math.inf) -> Steps:
+    """Bring coral from the stations and the carpet to the reef, until a time of the match [s]."""
+    memory = _Memory()
+    make_ready(player)
+    yield
+    while player.time < until:
+        yield from _cycle(player, memory)
+        yield
+
+
+def _cycle(player: Player, memory: _Memory) -> Steps:
+    yield from _score(player, memory) if _has(player, "Coral") else _fetch(player, memory)
+
+
+# --- algae --------------------------------------------------------------------------------------------------------
+
+
+def _algae_at(places: FloatArray, place: FloatArray) -> bool:
+    return bool((np.linalg.norm(places - place, axis=1) < 0.15).any()) if len(places) else False
+
+
+def _faces(player: Player, memory: _Memory) -> dict[int, float]:
+    """Faces of the reef with an algae where nobody stands, each as it is near."""
+    places = player.piece_positions("Algae")
+    return {
+        face: 0.3 ** memory.failed[face] / (1.0 + _way(player, before_algae(face)[:2]))
+        for face, place in enumerate(reef_algae_places())
+        if _algae_at(places, place) and _is_free(player, before_algae(face)[:2])
+    }
+
+
+def _lying_algae(player: Player) -> list[tuple[float, float, float]]:
+    """Algae on the carpet and on the marks' coral, the nearest first [m]."""
+    places = player.piece_positions("Algae")
+    low = places[(places[:, 2] < 0.6) & _can_be_taken(places[:, :2])]
+    return sorted(((x, y, z) for x, y, z in low.tolist()), key=lambda place: player.away(place[:2]))
+
+
+def _take_lying(player: Player) -> Steps:
+    """Drive the wheel at the nearest algae that lies free."""
+
+    def goal() -> Pose | None:
+        places = _lying_algae(player)
+        if not places or _has(player, "Algae"):
+            return None
+        x, y, z = places[0]
+        lower_wheel(player, z)
+        yaw, out = math.atan2(y - player.pose[1], x - player.pose[0]), PIVOT[0] + ALGAE_REACH - 0.05
+        return x - out * math.cos(yaw), y - out * math.sin(yaw), yaw
+
+    yield from player.pursue(goal, speed=player.skill.collecting_speed, near=0.0, timeout=6.0)
+    player.stop()
+    tuck(player)
+
+
+def _bring_algae(player: Player) -> Steps:
+    """Bring an algae to the processor until that is enough for coopertition, then to the net."""
+
+    def before_net(y: float) -> Pose:
+        if player.away((NET_X, y)) < 1.8:
+            raise_to_net(player)
+        return NET_X - 0.6, y, 0.0
+
+    rules = player.match.rules
+    assert isinstance(rules, ReefscapeRules)
+    if player.skill.foresight == 0.0 or rules.processed(player.alliance) < COOP_ALGAE:
+        yield from player.travel(dim.PROCESSOR_X, 1.3, -math.pi / 2, near=_THERE)
+        yield from process(player)
+        yield from player.drive_to(dim.PROCESSOR_X, 1.2, -math.pi / 2, speed=2.0, tolerance=0.12)
+    else:
+        y = yield from _go(
+            player,
+            lambda: {y: -player.away((NET_X, y)) for y in _NET_YS if _is_free(player, (NET_X - 0.5, y))},
+            before_net,
+        )
+        if y is not None:
+            yield from put_in_net(player, y)
+            yield from player.drive_to(NET_X - 0.6, y, 0.0, speed=2.0, tolerance=0.12)
+    tuck(player)
+
+
+def algae(player: Player) -> Steps:
+    """Bring the reef's and the carpet's algae to the processor and the net; without any left, it is a scorer."""
+    memory = _Memory()
+    make_ready(player)
+    yield
+    while True:
+        if _has(player, "Algae"):
+            yield from _bring_algae(player)
+        elif _has(player, "Coral"):
+            yield from _score(player, memory)
+        elif faces := _faces(player, memory):
+            player.set_volts("claw", 0.0)
+            lying = _lying_algae(player)
+            if lying and player.away(lying[0][:2]) / player.skill.speed + 1.0 < 1.0 / max(faces.values()):
+                yield from _take_lying(player)
+            else:
+                face = yield from _go(player, lambda: _faces(player, memory), before_algae)
+                if face is not None:
+                    yield from take_algae(player, face)
+                    memory.failed[face] += not _has(player, "Algae")
+        elif _lying_algae(player):
+            yield from _take_lying(player)
+        else:
+            yield from _fetch(player, memory)
+        yield
+
+
+# --- the end of the match, and defense ----------------------------------------------------------------------------
+
+
+def parker(player: Player) -> Steps:
+    """A scorer that stands in its barge zone as the match ends."""
+    yield from scorer(player, until=MATCH.duration - 4.0 - 7.0 / player.skill.speed)
+    player.intake(False)
+    tuck(player)
+    while True:
+        yield from _go(
+            player,
+            lambda: {y: -player.away((_PARKING_X, y)) for y in _NET_YS if _is_free(player, (_PARKING_X, y))},
+            lambda y: (_PARKING_X, y, 0.0),
+        )
+        yield from player.wait(1.0)
+
+
+def climber(player: Player) -> Steps:
+    """A scorer that hangs on a cage as the match ends."""
+    yield from scorer(player, until=MATCH.duration - _CLIMB_TIME - 7.0 / player.skill.speed)
+    player.intake(False)
+    tuck(player)
+    player.set_position("elevator", 0.0)
+    y = None
+    while y is None:
+        y = yield from _go(
+            player,
+            lambda: {y: -player.away((dim.CAGE_X, y)) for y in dim.CAGE_YS if _is_free(player, (dim.CAGE_X - 0.5, y))},
+            lambda y: (dim.CAGE_X - 1.3, y, math.pi),
+        )
+        yield
+    yield from hang(player, y)
+    while True:
+        yield
+
+
+def _is_left_alone(player: Player, place: Place) -> bool:
+    """Whether an opponent is not on its stations' side, or near to its reef, where touching it is a foul (G427)."""
+    ahead = 0.8 * player.skill.reaction
+    return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
+
+
+_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_is_left_alone)
+
+
+def defender(player: Player) -> Steps:
+    """Stand in the way of opponents who bring coral to their reef; it commits no G403, G425 and G427.
+
+    In auto it scores what it has, on its own side; then it crosses between its own cages.
+    """
+    memory = _Memory()
+    make_ready(player)
+    yield
+    while player.time < MATCH.start("teleop"):
+        if _has(player, "Coral"):
+            yield from _score(player, memory)
+        yield
+    tuck(player)
+    while player.pose[0] < dim.FIELD_CENTER[0] + 1.0:
+        yield from player.travel(7.7, _PASSAGE, 0.0, near=0.05, timeout=6.0)
+        yield from player.drive_to(dim.FIELD_CENTER[0] + 1.2, _PASSAGE, 0.0, speed=1.5, timeout=4.0)
+    yield from player.travel(_REEF[0], 7.3, 0.0, near=0.4)
+    yield from _DEFENSE.play(player)
+
+
+_SETTINGS = replace(SETTINGS, intake_x=0.5)  # who collects from the carpet drives forward
+
+ROLES: dict[str, Role] = {
+    role.name: role
+    for role in (
+        make_role(scorer, "brings coral from stations and carpet to its reef, as high as it can", _SETTINGS),
+        make_role(algae, "brings algae to its processor and its net", _SETTINGS),
+        make_role(defender, "stands in the way of opponents, without fouls G403, G425 and G427", _SETTINGS),
+        make_role(parker, "a scorer that stands in its barge zone as the match ends", _SETTINGS),
+        make_role(climber, "a scorer that hangs on a cage as the match ends", _SETTINGS),
+        make_role(idle, "stands still", _SETTINGS),
+    )
+}
+"""By name."""

@@ -1,0 +1,93 @@
+"""Whole matches of REEFSCAPE with scripted players: coral is scored, nothing is lost, each role does what it says."""
+
+from __future__ import annotations
+
+import pytest
+
+from games.reefscape import REEFSCAPE
+from games.reefscape import dimensions as dim
+from games.reefscape.rules import MATCH
+from simcore.match.match import Match
+from simcore.players.lineup import entries, lineup, play_match, take_seats
+
+SIX = {"red": "scorer:3,scorer:2,defender", "blue": "scorer:3,algae:2,parker"}
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def _engine(engine_name, whole):
+    if engine_name == "mujoco" and not whole:
+        pytest.skip("sampled: --whole plays on both engines")
+
+
+def match_of(sides, *, at=0.0, seed=1):
+    """A match with its players, whose clock has come to a time [s]."""
+    seats = lineup(REEFSCAPE, **sides)
+    match = Match(REEFSCAPE, robots=entries(REEFSCAPE, seats), seed=seed)
+    match.timer._start = match.timer.time = at
+    take_seats(match, seats)
+    return match
+
+
+def test_six_robots_score_coral_lose_nothing_and_repeat(whole):
+    def look(match):
+        count = match.count
+        assert count.is_conserved and count.staged == 144, f"{match.time} s: {count}"
+
+    digests = []
+    for _ in range(2):
+        run = play_match(REEFSCAPE, lineup(REEFSCAPE, **SIX), seconds=None if whole else 20.0, seed=4, on_tick=look)
+        with run.match as match:
+            digests.append(run.report.digest)
+            rows = match.rules.breakdown()
+            for side in ("Blue", "Red"):
+                assert rows[f"{side}/autoMobilityPoints"] == 9 and rows[f"{side}/autoBonusAchieved"] == 1
+                assert sum(rows[f"{side}/autoReef/{row}"] for row in ("topRow", "midRow", "botRow")) >= 3
+            assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
+            if whole:
+                assert match.timer.is_over and rows["Blue/rp"] + rows["Red/rp"] >= 2
+    assert digests[0] == digests[1]
+
+
+def test_a_scorer_fetches_coral_from_station_and_carpet():
+    with match_of({"blue": "scorer:4"}, at=MATCH.start("teleop")) as match:
+        match.play(32.0)
+        assert match.rules.human_players.stock["blue"] < 59, "from a station"
+        lying = match.pieces.state.pos[match.pieces.on_field("Coral")]
+        lying = lying[(lying[:, 0] < 2.0) & (lying[:, 2] < 0.3)]
+        assert len(lying) < 3, "off the marks"
+        assert match.rules.breakdown()["Blue/teleopReef/topRow"] >= 3
+
+
+def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net():
+    with match_of({"blue": "algae:4"}, at=MATCH.start("teleop")) as match:
+        match.play(45.0)
+        rows = match.rules.breakdown()
+        assert rows["Blue/wallAlgaeCount"] == 2 and rows["Blue/netAlgaeCount"] >= 1
+
+
+@pytest.mark.parametrize("level", [2, 4])
+def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
+    """It comes to the other side between its cages, touches, and breaks neither G425 nor G427 nor G418."""
+    with match_of({"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
+        touches = 0
+        for _ in range(2250):
+            match.tick()
+            touches += (0, 1) in match.contacts.robots
+        assert touches > 10
+        assert [foul for foul in match.tracker.fouls if foul.alliance == "red"] == []
+
+
+@pytest.mark.parametrize(("role", "points", "before"), [("parker:2", 2, 12.0), ("climber:3", 12, 20.0)])
+def test_who_parks_or_climbs_has_done_so_as_the_match_ends(role, points, before):
+    with match_of({"blue": role}, at=MATCH.duration - before) as match:
+        match.play(before + 3.0)
+        assert match.rules.breakdown()["Blue/endGameBargePoints"] == points
+
+
+def test_an_idle_robot_stands():
+    with match_of({"red": "idle"}) as match:
+        match.play(3.0)
+        x, _, _ = match.robots[0].chassis.pose
+        assert x == pytest.approx(dim.FIELD_LENGTH - REEFSCAPE.starts[0][0], abs=0.02)
