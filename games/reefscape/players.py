@@ -201,7 +201,8 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
         lower_claw(player)
         for _ in player.collect(_can_be_taken, until=lambda: False, timeout=5.0, kind="Coral"):
             if _has(player, "Coral"):
-                break  # at once: a second one is G409
+                player.set_volts("claw", 0.0)  # at once: a second one is G409
+                break
             yield
         if not _has(player, "Coral"):
             memory.lying_until = player.time + 8.0

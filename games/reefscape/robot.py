@@ -67,7 +67,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
         inertia=0.6,
         mass=3.0,
         center_of_mass=0.3,
-        min_angle=degrees(-60.0),
+        min_angle=degrees(-75.0),  # so low that it does not count as lowered while a coral is let go over level 4
         max_angle=degrees(90.0),
         start_angle=degrees(85.0),
     ),

@@ -15,7 +15,7 @@ BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3096, 21),
     "games/rebuilt": (1803, 16),
-    "games/reefscape": (2038, 16),
+    "games/reefscape": (2039, 16),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
     "match": (5877, 27),

@@ -58,6 +58,7 @@ def test_a_scorer_fetches_coral_from_station_and_carpet():
         lying = lying[(lying[:, 0] < 2.0) & (lying[:, 2] < 0.3)]
         assert len(lying) < 3, "off the marks"
         assert match.rules.breakdown()["Blue/teleopReef/topRow"] >= 3
+        assert match.tracker.fouls == [], "it never holds two (G409)"
 
 
 def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net():
