@@ -53,10 +53,11 @@ class StorageConfig:
         layers are drawn into each other: nothing stands higher than the room, or than one ball in a flat one.
 
         Args:
-            number: Place in the order in which pieces came, below the capacity.
+            number: Place in the order in which pieces came; beyond the capacity all are where the last one is.
             radius: Bounding radius of a piece [m].
         """
-        return _places(self, radius)[number]
+        places = _places(self, radius)
+        return places[min(number, len(places) - 1)]
 
     def balls_that_fit(self, radius: float) -> int:
         """How many balls of a radius [m] have their places in the room without being drawn into each other."""

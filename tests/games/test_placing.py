@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from match_laws import require_one_owner
 
 from simcore.errors import SimcoreError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
-from simcore.pieces.pool import PieceStatus
 from simcore.pieces.reach import Footprint
 
 GAMES = ("rebuilt", "reefscape")
@@ -138,21 +138,6 @@ def public_calls(match, rng):
         lambda: match.reset_field(),
         lambda: match.start_mode(rng.choice(["auto", "teleop"])),
     ]
-
-
-def require_one_owner(match):
-    """The laws: pieces are conserved, robots and pieces agree on who holds what, and the record is of this run."""
-    state = match.pieces.state
-    assert match.count.is_conserved
-    for robot in match.robots:
-        held = np.nonzero((state.status == PieceStatus.HELD) & (state.holder == robot.number))[0]
-        assert sorted(robot.held) == held.tolist()
-    assert np.isfinite(state.pos).all()
-    record = match.record
-    assert record.hits <= len(record.shots) and set(record.flying) <= {shot.slot for shot in record.shots}
-    for robot, own in zip(match.robots, record.robots, strict=True):
-        assert math.isfinite(own.distance) and own.battery is robot.battery
-        assert own.battery.min_voltage <= robot.battery.voltage
 
 
 @pytest.mark.parametrize("name", GAMES)

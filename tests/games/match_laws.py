@@ -1,0 +1,24 @@
+"""Laws that hold at every tick of every match."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simcore.pieces.pool import PieceStatus
+
+
+def require_one_owner(match):
+    """The laws: pieces are conserved, robots and pieces agree on who holds what, and the record is of this run."""
+    state = match.pieces.state
+    assert match.count.is_conserved
+    for robot in match.robots:
+        held = np.nonzero((state.status == PieceStatus.HELD) & (state.holder == robot.number))[0]
+        assert sorted(robot.held) == held.tolist()
+    assert np.isfinite(state.pos).all()
+    record = match.record
+    assert record.hits <= len(record.shots) and set(record.flying) <= {shot.slot for shot in record.shots}
+    for robot, own in zip(match.robots, record.robots, strict=True):
+        assert math.isfinite(own.distance) and own.battery is robot.battery
+        assert own.battery.min_voltage <= robot.battery.voltage
