@@ -22,7 +22,10 @@ from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import alliance_in
 
-__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
+__all__ = ["NOTHING", "PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
+
+NOTHING = ("", "None")
+"""Words of a match's state that say that there is nothing, the second by the score API."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -288,7 +291,7 @@ def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
-        if value in ("", "None"):  # as the score API says that there is nothing
+        if value in NOTHING:
             continue
         rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from simcore.match.report import split_level
+from simcore.match.report import NOTHING, split_level
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 
 __all__ = ["board_html", "clock_text", "lights_html"]
@@ -94,7 +94,7 @@ def _counting(snapshot: Snapshot) -> list[str]:
             found.append(f'<span style="{style}">{mark} {_words(key)}{"" if on else ": no"}</span>')
     for values in (snapshot.integers, snapshot.doubles, snapshot.strings):
         for key, value in values.items():
-            if key.startswith(_MATCH) and key not in _KNOWN and value != "":
+            if key.startswith(_MATCH) and key not in _KNOWN and value not in NOTHING:
                 text = f"{value:g}" if isinstance(value, float) else html.escape(str(value))
                 found.append(f"{_words(key)} <b>{text}</b>")
     return found

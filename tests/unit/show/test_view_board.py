@@ -20,7 +20,7 @@ def test_board_says_score_clock_pieces_and_robots() -> None:
         tick=614,
         pose_arrays={"Sim/GamePieces/Fuel": np.zeros((448, 7))},
         doubles={"Sim/Match/TimeLeft": 147.7, "Sim/Debug/BatteryVoltage": 11.27},
-        strings={"Sim/Match/Period": "shift 1", "Sim/Match/Game": "rebuilt"},
+        strings={"Sim/Match/Period": "shift 1", "Sim/Match/Game": "rebuilt", "Sim/Match/Tower1": "None"},
         booleans={"Sim/Match/RedHubActive": False, "Sim/Match/BlueHubActive": True, "Sim/Match/Enabled": True},
         integers={"Sim/Score/Blue": 24, "Sim/Score/Red": 3, "Sim/Shots": 9, "Sim/Hits": 8, "Sim/Intake/HeldCount": 5},
     )
@@ -31,7 +31,7 @@ def test_board_says_score_clock_pieces_and_robots() -> None:
         assert text in board
     assert "robot 1" not in board, "nothing is known of it"
     assert "\u2714 blue hub active" in board and "\u2718 red hub active: no" in board, "told apart without color"
-    assert "rebuilt" not in board and "disabled" not in board
+    assert "None" not in board and "rebuilt" not in board and "disabled" not in board
 
 
 def test_an_empty_snapshot_has_a_board_too() -> None:
