@@ -188,6 +188,10 @@ class Player(ScriptedRobot):
         """How far a place is from the robot [m]."""
         return math.dist(self.pose[:2], place)
 
+    def touches(self, number: int) -> bool:
+        """Whether the robot is in contact with another one, by its number."""
+        return (self.robot.number, number) in self.match.contacts.robots
+
     # --- what a script does -----------------------------------------------------------------------------------------
 
     def travel(
@@ -213,7 +217,7 @@ class Player(ScriptedRobot):
             speed: Cruising speed [m/s]; None: that of the skill.
             timeout: Gives up after this long [s].
             near: How near counts as there [m]; 0: it never is.
-            ignored: Numbers of robots that are no obstacles.
+            ignored: Numbers of robots that are no obstacles, and that it pushes.
         """
         aim: Pose | None = None
         way: list[Place] = []
@@ -236,7 +240,7 @@ class Player(ScriptedRobot):
             left = self.steer_along(way, aim[2], speed=self._pace(way[0], speed or self.skill.speed))
             if left < near and abs(wrap_angle(aim[2] - self.pose[2])) < degrees(4.0):
                 break
-            if math.dist(here, anchor) > _STUCK or left < max(near, _STUCK):
+            if math.dist(here, anchor) > _STUCK or left < max(near, _STUCK) or any(map(self.touches, ignored)):
                 since, anchor = now, here
             elif now - since > _STUCK_TIME:
                 yield from self._back_off(way[0])

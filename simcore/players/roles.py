@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import PlayedMatch, Role
+from simcore.match.pinning import pins_of
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptSettings, Steps
 from simcore.players.player import SKILLS, Player, PlayScript
@@ -17,8 +18,8 @@ from simcore.robot.robot_config import RobotConfig
 
 __all__ = ["Defense", "idle", "make_role"]
 
-_BEFORE = 0.75  # [m]; a robot this far before another one's middle touches it
-_LONGEST_TOUCH, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
+_INTO = 0.3  # [m]; a robot that wants to be this far before another one's middle pushes it
+_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
 
 
 def make_role(
@@ -48,26 +49,26 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """How a game is defended: robots stand between opponents and a place that these want to reach."""
+    """How a game is defended: robots push opponents away from a place that these want to reach."""
 
     goal: Place
     """Where opponents bring pieces, seen from the defender's alliance as blue [m]."""
     retreat: Place
     """Where a defender goes that leaves an opponent alone, or has none [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Whether an opponent at a place must not be touched."""
+    """Whether an opponent at a place must not be pinned."""
 
     def play(self, player: Player) -> Steps:
-        """Defend until the match ends; never in contact for as long as a pin takes."""
-        touched: dict[int, float] = defaultdict(float)  # since an opponent was left alone [s], by its number
+        """Defend until the match ends, and let an opponent go before a pin of it is a foul."""
+        pinned: dict[int, float] = defaultdict(float)  # since an opponent was left alone [s], by its number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
             nearest = min(wanted, key=lambda other: player.away(other.place), default=None)
-            yield from self._block(player, None if nearest is None else nearest.number, touched)
+            yield from self._block(player, None if nearest is None else nearest.number, pinned)
             yield
 
-    def _block(self, player: Player, number: int | None, touched: dict[int, float]) -> Steps:
-        """Keep between an opponent and its goal for some seconds; leave it alone before touches become a pin."""
+    def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
+        """Push an opponent away from its goal for some seconds; leave it alone before that is a foul."""
         since = 0.0
 
         def place() -> Place | None:
@@ -76,12 +77,12 @@ class Defense:
 
         def between() -> Pose | None:
             other = place()
-            if number is None or other is None or touched[number] > _LONGEST_TOUCH:
+            if number is None or other is None or pinned[number] > _LONGEST_PIN:
                 return None
-            if (player.robot.number, number) in player.match.contacts.robots:
-                touched[number] += player.skill.reaction
+            if (player.robot.number, number) in pins_of(player.match):
+                pinned[number] += player.skill.reaction
             toward = math.atan2(self.goal[1] - other[1], self.goal[0] - other[0])
-            return other[0] + _BEFORE * math.cos(toward), other[1] + _BEFORE * math.sin(toward), toward
+            return other[0] + _INTO * math.cos(toward), other[1] + _INTO * math.sin(toward), toward + math.pi
 
         def away() -> Pose | None:
             nonlocal since
@@ -94,7 +95,7 @@ class Defense:
         since = player.match.time
         if number is None:
             yield from player.pursue(away, timeout=_LET_GO)
-        elif touched[number] > _LONGEST_TOUCH:
+        elif pinned[number] > _LONGEST_PIN:
             yield from player.pursue(away, near=0.0, timeout=8.0)
-            touched[number] = 0.0
+            pinned[number] = 0.0
         player.stop()
