@@ -169,8 +169,8 @@ def _score(player: Player, memory: _Memory) -> Steps:
     yield from player.wait(_ALIGNING * player.skill.reaction)
     error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
     yield from place_coral(player, *branch, error=error)
-    if branch[2] > 1:
-        memory.failed[branch] += 1  # it is asked again only if nothing stays there
+    if branch[2] > 1 or _has(player, "Coral"):  # a branch is asked again only if nothing stays there
+        memory.failed[branch] += 1
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
@@ -199,11 +199,7 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
     stations = _stations(player, memory)
     if player.time > memory.lying_until and nearest < 1.0 / max(stations.values(), default=0.01):
         lower_claw(player)
-        for _ in player.collect(_can_be_taken, until=lambda: False, timeout=5.0, kind="Coral"):
-            if _has(player, "Coral"):
-                player.set_volts("claw", 0.0)  # at once: a second one is G409
-                break
-            yield
+        yield from player.collect(_can_be_taken, until=lambda: _has(player, "Coral"), timeout=5.0, kind="Coral")
         if not _has(player, "Coral"):
             memory.lying_until = player.time + 8.0
         player.intake(False)

@@ -84,7 +84,7 @@ class PieceFlow:
             moved: As far as a piece came since the last tick [m].
         """
         takers: list[Intake | Placer] = [
-            intake for intake in robot.intakes if intake.is_active and robot.storage_of(intake.config).room > 0
+            intake for intake in robot.intakes if intake.is_active and _room_behind(robot, intake) > 0
         ]
         takers += [placer for placer in robot.placers if placer.takes]
         if not takers:
@@ -110,11 +110,10 @@ class PieceFlow:
         free: BoolArray = np.ones(len(slots), dtype=np.bool_)
         for intake in robot.intakes:
             taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
-            storage = robot.storage_of(intake.config)
-            chosen = np.nonzero(taken)[0][: max(0, storage.room)]
+            chosen = np.nonzero(taken)[0][: max(0, _room_behind(robot, intake))]
             free[chosen] = False
             self._hold(robot, slots[chosen])
-            storage.add(slots[chosen].tolist())
+            robot.storage_of(intake.config).add(slots[chosen].tolist())
         for placer in robot.placers:
             if placer.takes:
                 at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
@@ -303,3 +302,9 @@ class PieceFlow:
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
         robot.balance.exchange(-float(self._pieces.mass[slot]), part.pos, part.vel)
+
+
+def _room_behind(robot: Robot, intake: Intake) -> int:
+    """How many pieces an intake can take; none with a roller that holds a piece of a placer already."""
+    rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
+    return 0 if intake.config.roller in rollers else robot.storage_of(intake.config).room

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
+from games.reefscape.handling import lower_claw, make_ready
 from games.reefscape.rules import MATCH
+from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.scripted import ScriptedRobot
 from simcore.players.lineup import entries, lineup, play_match, take_seats
 
 SIX = {"red": "scorer:3,scorer:2,defender", "blue": "scorer:3,algae:2,parker"}
@@ -59,6 +64,26 @@ def test_a_scorer_fetches_coral_from_station_and_carpet():
         assert len(lying) < 3, "off the marks"
         assert match.rules.breakdown()["Blue/teleopReef/topRow"] >= 3
         assert match.tracker.fouls == [], "it never holds two (G409)"
+
+
+@pytest.mark.parametrize("preload", [0, 1])
+def test_a_lowered_claw_takes_a_coral_off_the_carpet_unless_it_holds_one(preload):
+    x, y = dim.MARK_X, dim.MARK_YS[0]
+    entry = RobotEntry(start=(x + 1.2, y, math.pi), preload=preload)
+
+    def drive(robot):
+        make_ready(robot)
+        yield from robot.wait(0.5)
+        lower_claw(robot)
+        yield from robot.wait(1.0)
+        yield from robot.drive_to(x + 0.3, y, math.pi, speed=0.6, timeout=3.0)
+
+    with Match(REEFSCAPE, robots=[entry]) as match:
+        match.set_controller(0, ScriptedRobot(drive, match, "blue"))
+        match.play(5.0)
+        held = match.robots[0].held
+        assert [match.pieces.kind_name(slot) for slot in held] == ["Coral"]
+        assert len(match.pieces.on_field("Coral")) == 5 + preload
 
 
 def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net():
