@@ -26,7 +26,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
 from simcore.units import TICK
 
-__all__ = ["add_arguments", "game_of_log", "recording_of", "run", "scene_of_log"]
+__all__ = ["add_arguments", "draw_log", "game_of_log", "recording_of", "run", "scene_of_log"]
 
 _LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
@@ -42,39 +42,61 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write what was asked for; 0 if all of it could be, 1 otherwise.
+    """Do what `draw_log` does; returns the exit status."""
+    return draw_log(args.log, page=args.page, picture=args.picture, animation=args.animation, game=args.game)
+
+
+def draw_log(
+    path: Path,
+    *,
+    page: Path | None = None,
+    picture: Path | None = None,
+    animation: Path | None = None,
+    game: str | None = None,
+) -> int:
+    """Write page and picture of a log, beside it if nothing else is said, and print where they are.
+
+    Args:
+        path: Of the log.
+        page: Where to.
+        picture: Where to.
+        animation: Where to; None: none.
+        game: Whose field; None: that of the game that the log names.
+
+    Returns:
+        0 if all could be written, 1 otherwise.
 
     Raises:
         LogError: The log cannot be read, or there is no run in it.
         OutputError: A file that was asked for by name cannot be written.
         UnknownNameError: No game of that name is installed.
     """
-    if args.animation is not None:
-        check_animation(args.animation)
-    if args.page is not None:
-        require_writable("page", args.page)
-    if args.picture is not None:
-        writable_picture(args.picture)
-    log = read_log(args.log)
+    if animation is not None:
+        check_animation(animation)
+    if page is not None:
+        require_writable("page", page)
+    if picture is not None:
+        writable_picture(picture)
+    log = read_log(path)
     if log.ends_early:
         print(
-            f"simcore: {args.log} is cut off or damaged at {log.span[1]:.2f} s; shown is what comes before",
+            f"simcore: {path} is cut off or damaged at {log.span[1]:.2f} s; shown is what comes before",
             file=sys.stderr,
         )
     recording = recording_of(log)
-    name = find_game(args.game).name if args.game else recorded_game(recording) or next(iter(installed_games()), None)
+    name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
     scene = scene_of_log(recording, name)
     print(f"{'game':9}  {name or 'none'}")
-    title = f"{name.upper()}, {args.log.stem}" if name else args.log.stem
+    title = f"{name.upper()}, {path.stem}" if name else path.stem
     drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
-        "page": (args.page or args.log.with_suffix(".html"), write_page),
-        "picture": (args.picture or args.log.with_suffix(".png"), draw_summary),
-        "animation": (args.animation, animate),
+        "page": (page or path.with_suffix(".html"), write_page),
+        "picture": (picture or path.with_suffix(".png"), draw_summary),
+        "animation": (animation, animate),
     }
     written = draw_files(drawings, recording, scene, title, lambda text: print(f"simcore: {text}", file=sys.stderr))
-    for kind, path in written.items():
-        print(f"{kind:9}  {path}")
-    return int(len(written) < len([kind for kind, (path, _) in drawings.items() if path is not None]))
+    for kind, file in written.items():
+        print(f"{kind:9}  {file}")
+    return int(len(written) < len([kind for kind, (file, _) in drawings.items() if file is not None]))
 
 
 def recording_of(log: TelemetryLog) -> Recording:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
@@ -130,8 +131,8 @@ def write_results_page(
             (f"Share of {condition}", _share_table(results, condition)),
             ("Percentiles of all runs", _percentile_table(results)),
             (f"What moves {main}", _effect_table(results, main)),
-            (f"Runs with the lowest {main}", _lowest_table(results, main)),
-            ("Runs that ended with an error", _error_table(results)),
+            (f"Runs with the lowest {main}. To see one: {_replay(path)}", _lowest_table(results, main)),
+            (f"Runs that ended with an error. To see one: {_replay(path)}", _error_table(results)),
         )
         if table[1]
     )
@@ -266,6 +267,11 @@ def _effect_table(results: Results, metric: str) -> Table:
         total = [number_text(effect.total)] if has_total else []
         rows.append([effect.factor, f"{number_text(effect.index)}{margin}", *total, *ends])
     return ((*heads[:2], "with others", *heads[2:]) if has_total else heads), rows
+
+
+def _replay(path: str | Path) -> str:
+    """The command that plays a run again, with its page."""
+    return f"simcore sweep --out {shlex.quote(str(Path(path).parent))} --repeat RUN"
 
 
 def _lowest_table(results: Results, metric: str) -> Table:

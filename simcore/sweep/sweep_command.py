@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -17,11 +17,12 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.scatter import Scatter
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
+from simcore.show.log_page import draw_log
 from simcore.sweep.api import sweep
 from simcore.sweep.column_expressions import evaluate, names_in, no_condition
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
@@ -99,7 +100,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows, table and page (default: out/AUTO)")
     parser.add_argument(
-        "--repeat", type=_RUN, metavar="RUN", help="play one run of --out again, here, with all that it says"
+        "--repeat",
+        type=_RUN,
+        metavar="RUN",
+        help="play one run of --out again, with all that it says, and leave its log, page and picture there",
     )
 
 
@@ -215,7 +219,7 @@ def _tell_failures(results: Results, out: Path) -> None:
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play one run of a store in this process; an error comes with where it was raised."""
+    """Play one run of a store in this process, and draw it; an error comes with where it was raised."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
     store = RunStore(options.out, must_exist=True)
@@ -229,8 +233,14 @@ def _repeat(options: argparse.Namespace) -> int:
     planned = runs[options.repeat]
     values = "".join(f", {name} = {value}" for name, value in planned.values.items())
     print(f"run {planned.number}: auto {experiment.auto or 'as chosen'}, seed {planned.seed}{values}", flush=True)
-    for name, value in play_values(experiment.common, planned).items():
-        print(f"    {name:24} {value}")
+    log = options.out / f"run_{planned.number}.wpilog"
+    try:
+        for name, value in play_values(experiment.common, planned, log).items():
+            print(f"    {name:24} {value}")
+    finally:  # of a run that fails, up to there
+        with suppress(SimcoreError):
+            draw_log(log)
+            print(f"log        {log}")
     return 0
 
 

@@ -16,7 +16,8 @@ def described(*factors, design="grid", **rest):
     """What Results asks of an experiment."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
     stop = SimpleNamespace(condition="")
-    return SimpleNamespace(factors=named, design=design, game="made", project=None, auto="depot", stop=stop, **rest)
+    told = {"factors": named, "design": design, "game": "made", "auto": "depot", "stop": stop, **rest}
+    return SimpleNamespace(project=None, red="", blue="", **told)
 
 
 def runs_of(points, columns, *, seeds=1):

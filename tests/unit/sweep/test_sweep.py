@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import random
 import signal
@@ -345,6 +346,8 @@ def test_the_command_says_what_failed_and_plays_it_again(tmp_path, capsys, monke
     assert cli.main(["sweep", "--out", out, "--repeat", "0"]) == 0
     table = pd.read_csv(Path(out, "results.csv"))
     assert table["digest"].dropna().item() in capsys.readouterr().out
+    assert {f"run_0.{kind}" for kind in ("wpilog", "html", "png")} <= {path.name for path in Path(out).iterdir()}
+    assert f"simcore sweep --out '{out}' --repeat RUN" in html.unescape(Path(out, "page.html").read_text("utf-8"))
     assert cli.main([*words, "--success", "scor > 0"]) == 1
     assert "Did you mean 'score'" in capsys.readouterr().err
     assert cli.main([*words, "--success", "score"]) == 1  # and not after all runs
