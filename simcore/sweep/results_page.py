@@ -157,6 +157,7 @@ _PAGE = """<!DOCTYPE html>
 <title>{title}</title>
 <style>
 {style}.wide th, .wide td {{ white-space: nowrap; }}
+.tables {{ grid-template-columns: minmax(0, 1fr); }}
 </style>
 </head>
 <body>
@@ -178,8 +179,9 @@ _PAGE = """<!DOCTYPE html>
 def _title(results: Results) -> str:
     experiment = results.experiment
     what = experiment.project or experiment.game or find_game(None, say=str).name
-    if experiment.red or experiment.blue:
-        return f"Sweep: {what}, matches of red {experiment.red or '-'} against blue {experiment.blue or '-'}"
+    sides = {side: "as varied" if side in results.factors else getattr(experiment, side) for side in ("red", "blue")}
+    if any(sides.values()):
+        return f"Sweep: {what}, matches, {', '.join(f'{side} {who}' for side, who in sides.items() if who)}"
     return f"Sweep: {what}, {f'auto {experiment.auto}' if experiment.auto else 'its first auto'}"
 
 

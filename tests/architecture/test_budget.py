@@ -35,7 +35,7 @@ BUDGET = {
     "shooting": (1360, 7),
     "show": (8634, 48),
     "simcore": (1549, 10),
-    "sweep": (5187, 28),
+    "sweep": (5189, 28),
     "telemetry": (1444, 7),
     "testing": (189, 3),
     "upgrade_2027": (696, 4),
