@@ -24,6 +24,8 @@ MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
 _BUMPER = 8.0  # wide, as drawn
 _CELL = 50.0  # of a heat map
+_OPENING = 40.0  # half of the bar that stands for a goal's opening
+_MOST = 150.0  # that is seen beside the field
 _STAMP = 30  # outlines of a robot along its path, at most
 
 
@@ -39,8 +41,12 @@ class FieldDrawing:
         self.track, self.shots = track, shots
         self.scene: Scene = track.scene
         self.length, self.width = (100.0 * size for size in self.scene.field_size)
-        self.box = (-1.25 * MARGIN, -MARGIN / 2, self.length + 1.75 * MARGIN, self.width + 1.35 * MARGIN)
-        """Left, top, width and height of what is seen."""
+        ends = np.vstack([(-1.25 * MARGIN, -MARGIN / 2), (self.length + MARGIN / 2, self.width + 0.85 * MARGIN),
+                          *(self.points(corners) for _, corners in self.scene.field_outlines)])  # fmt: skip
+        size = np.array((self.length, self.width))
+        low, high = ends.min(axis=0).clip(-_MOST), ends.max(axis=0).clip(max=size + _MOST)
+        self.box: tuple[float, float, float, float] = (*low.tolist(), *(high - low).tolist())
+        """Left, top, width and height of what is seen, with all that stands at the field's edge."""
 
     def drawing(self, *inside: str, **attributes: object) -> str:
         """A drawing of the field with these elements."""
@@ -315,7 +321,8 @@ def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
     if not shots:
         return ""
     length = 100.0 * scene.field_size[0]
-    highest = 100.0 * max(2.5, max(float(shot.points[:, 2].max()) for shot in shots) + 0.25)
+    tops = [float(shot.points[:, 2].max()) for shot in shots] + [goal.center[2] for goal in scene.goals]
+    highest = 100.0 * max(2.5, max(tops) + 0.25)
     parts = [element("rect", width=length, height=highest, fill=color("soft"))]
     along, up = ticks(0.0, length, 9), ticks(0.0, highest, 5)
     for z in up:
@@ -326,6 +333,11 @@ def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
     parts.append(line(0, highest, length, highest, stroke=color("ink"), stroke_width=3))
     parts.append(words(_last_gap(along), highest + 32.0, "x [m]", 22, anchor="middle", class_="scale"))
     parts.append(words(2.0 - 1.25 * MARGIN, highest - _last_gap(up) + 7.0, "z [m]", 22, class_="scale"))
+    for goal in scene.goals:
+        (x, _, z), edge = (100.0 * c for c in goal.center), tint(goal.alliance)[1]
+        parts.append(line(x, highest, x, highest - z, stroke=edge, stroke_width=2, stroke_dasharray="4 6"))
+        opening = line(x - _OPENING, highest - z, x + _OPENING, highest - z, stroke=edge, stroke_width=6)
+        parts.append(element("g", element("title", f"{goal.alliance} goal".strip()), opening, class_="goal"))
     for shot in shots:
         way = np.column_stack((100.0 * shot.points[:, 0], highest - 100.0 * shot.points[:, 2]))
         parts.append(element("g", _flight(way, shot.result), class_="shot", data_t=round(shot.time, 2)))
