@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.geometry.rotation import matrix
+from simcore.geometry.rotation import matrix, yaw_of
 from simcore.show.glb import corners, opaque_triangles
 from simcore.show.view_cameras import BEHIND, CHASE, FOV
 from simcore.show.view_models import Model, RobotModels
@@ -118,7 +118,7 @@ class FollowCamera:
         shift = pull_back(np.array(eye), look, top)
         x, y, _, w, qx, qy, qz = pose.tolist()
         if mode == BEHIND:
-            yaw = -math.atan2(2.0 * (w * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+            yaw = -yaw_of((qx, qy, qz, w))
         else:
             self._find_side(pose[:3], np.array(eye) - shift, top)
             rest = math.remainder(self._side - self._yaw, math.tau)
