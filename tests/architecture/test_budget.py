@@ -15,10 +15,10 @@ BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3000, 20),
     "games/rebuilt": (1797, 16),
-    "games/reefscape": (1973, 15),
+    "games/reefscape": (1974, 15),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
-    "match": (5861, 27),
+    "match": (5862, 27),
     "navx": (178, 2),
     "new_game": (120, 2),
     "phoenix5": (888, 6),
