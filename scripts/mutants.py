@@ -97,7 +97,7 @@ MUTANTS = (
            f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
     Mutant("no supply limit on feeding back", "simcore/robot/limited_motor.py", "power or drawn < -power:", "power:",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
-    Mutant("storage takes one too many", FLOW, "[: max(0, _room_behind(robot, intake))]", "[: max(0, _room_behind(robot, intake) + 1)]",
+    Mutant("storage takes one too many", FLOW, "max(0, _room_behind(robot, intake))", "_room_behind(robot, intake) + 1",
            f"{MANIPULATORS}::test_no_more_pieces_are_taken_than_there_is_room_for"),
     # of the match and the robot's parts
     Mutant("intake looks at the present only", FLOW, "intake.captured(before, now)", "intake.captured(now, now)",
