@@ -59,9 +59,9 @@ _ROOM = 0.95  # [m] between the middles of robots that do not touch
 _MARGIN = 0.45  # [m] from walls, where a robot can take pieces
 _OWN_SIDE = dim.FIELD_CENTER[0] - 1.0  # [m]; who collects no farther does not go beyond the barge
 _PLACING, _LOADING = 2.5, 2.0  # [s] that take longer than the way there
-_LEVER = 0.3  # [m]; by which an error of the heading puts a coral aside: level 1 then misses every third branch
-_FOR_RANKING = 3.0  # points, for who plans, of a coral on a level that a ranking point still wants
-_ALIGNING = 2.5  # times of its reaction that a player takes before a branch
+_LEVER = 0.4  # [m]; by which an error of the heading puts a coral aside: level 1 then misses every second branch
+_FOR_RANKING = 2.0  # points, for who plans, of a coral on a level that a ranking point still wants
+_ALIGNING = 5.0  # times of its reaction that a player takes before a branch
 _WAITS = 4.0  # [s] at a station
 _CLIMB_TIME = 15.0  # [s] before the end
 _PASSAGE = (dim.CAGE_YS[1] + dim.CAGE_YS[2]) / 2.0  # [m]; between two of the own cages
@@ -141,7 +141,8 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
     for level, row in _ROWS.items():
         taken = counts[level_of(player.alliance, row)]
         points = level + 1 + _FOR_RANKING * player.skill.planning * (taken.sum() < CORAL_A_LEVEL)
-        for number in np.nonzero(taken == 0)[0].tolist() if level > 1 else range(0, 12, 2):
+        for free in np.nonzero(taken == 0)[0].tolist():  # in a trough one coral would lean in the next one's way
+            number = free if level > 1 else 2 * free
             side = "middle" if level == 1 else "right" if number % 2 else "left"
             branch = (-(number // 2) % 6, side, level)
             x, y, yaw = before_branch(*branch)

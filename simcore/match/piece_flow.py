@@ -115,7 +115,8 @@ class PieceFlow:
             self._hold(robot, slots[chosen])
             robot.storage_of(intake.config).add(slots[chosen].tolist())
         for placer in robot.placers:
-            if placer.takes:
+            is_fed = placer.is_at_handover and bool(robot.storage_of(placer.config).pieces)
+            if placer.takes and not is_fed:
                 at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
                 if len(at):
                     free[at[0]] = False
