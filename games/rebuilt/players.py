@@ -188,7 +188,7 @@ ROLES: dict[str, Role] = {
     for role in (
         make_role(collector, "collects fuel and shoots it into its hub while that counts", SETTINGS),
         make_role(shuttle, "collects fuel in the neutral zone and throws it into its alliance zone", SETTINGS),
-        make_role(defender, "stands in the way of opponents, without fouls G403, G418 and G420", SETTINGS),
+        make_role(defender, "pushes opponents away from their hub, without fouls G403, G418 and G420", SETTINGS),
         make_role(climber, "a collector that hangs on the low rung as the match ends", SETTINGS, climbing_robot),
         make_role(idle, "stands still", SETTINGS),
     )

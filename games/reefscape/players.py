@@ -400,7 +400,7 @@ ROLES: dict[str, Role] = {
     for role in (
         make_role(scorer, "brings coral from stations and carpet to its reef, as high as it can", _SETTINGS),
         make_role(algae, "brings algae to its processor and its net", _SETTINGS),
-        make_role(defender, "stands in the way of opponents, without fouls G403, G425 and G427", _SETTINGS),
+        make_role(defender, "pushes opponents away from their reef, without fouls G403, G425 and G427", _SETTINGS),
         make_role(parker, "a scorer that stands in its barge zone as the match ends", _SETTINGS),
         make_role(climber, "a scorer that hangs on a cage as the match ends", _SETTINGS),
         make_role(idle, "stands still", _SETTINGS),
