@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -112,6 +113,8 @@ def test_result_folders_of_sweeps(capsys):
 
 
 def git(*words: str) -> None:
+    if shutil.which("git") is None:
+        pytest.skip("git is not installed")
     identity = ["-c", "user.name=a", "-c", "user.email=a@b.c", "-c", "commit.gpgsign=false"]
     subprocess.run(["git", *identity, *words], check=True, capture_output=True)
 
