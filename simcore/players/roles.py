@@ -56,7 +56,7 @@ class Defense:
     retreat: Place
     """Where a defender goes that leaves an opponent alone, or has none [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Whether an opponent at a place must not be pinned."""
+    """Whether an opponent at a place must not be touched."""
 
     def play(self, player: Player) -> Steps:
         """Defend until the match ends, and let an opponent go before a pin of it is a foul."""

@@ -1,4 +1,4 @@
-"""Laws that hold at every tick of every match."""
+"""Matches of scripted players, and the laws that hold at every tick of every match."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
+from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
+from simcore.players.lineup import entries, lineup, take_seats
 
 
 def require_one_owner(match):
@@ -22,3 +24,12 @@ def require_one_owner(match):
     for robot, own in zip(match.robots, record.robots, strict=True):
         assert math.isfinite(own.distance) and own.battery is robot.battery
         assert own.battery.min_voltage <= robot.battery.voltage
+
+
+def match_of(game, sides, *, at=0.0, seed=1, options=()):
+    """A match with its players, whose clock has come to a time [s]."""
+    seats = lineup(game, **sides)
+    match = Match(game, robots=entries(game, seats), seed=seed, options=options)
+    match.timer._start = match.timer.time = at
+    take_seats(match, seats)
+    return match

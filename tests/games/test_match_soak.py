@@ -7,11 +7,9 @@ import gc
 import numpy as np
 import psutil
 import pytest
-from match_laws import require_one_owner
+from match_laws import match_of, require_one_owner
 
-from simcore.match.match import Match
 from simcore.match.registry import find_game
-from simcore.players.lineup import entries, lineup, take_seats
 from simcore.players.player import SKILLS
 
 pytestmark = pytest.mark.slow
@@ -50,14 +48,12 @@ def test_laws_hold_in_matches_of_random_players(name, whole, engine_name):
     options = [option.name for option in game.options if option.in_matches]
     for seed in range(50 if whole else 2):
         rng = np.random.default_rng(seed)
-        seats = lineup(game, **drawn_lineup(game, rng))
-        with Match(game, robots=entries(game, seats), seed=seed, options=options) as match:
-            match.timer._start = match.timer.time = rng.uniform(0.0, game.clock.duration - 20.0)
-            take_seats(match, seats)
+        sides, at = drawn_lineup(game, rng), rng.uniform(0.0, game.clock.duration - 20.0)
+        with match_of(game, sides, at=at, seed=seed, options=options) as match:
             for _ in range(30 if whole else 3):
                 match.play(2.0)
                 require_laws(match)
-            assert sum(own.distance for own in match.record.robots) > 0.0 or "idle" in str(seats)
+            assert sum(own.distance for own in match.record.robots) > 0.0 or "idle" in str(sides)
         gc.collect()
         if seed == 5:
             used = psutil.Process().memory_info().rss

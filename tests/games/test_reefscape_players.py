@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from match_laws import match_of
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
@@ -13,7 +14,7 @@ from games.reefscape.rules import MATCH
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import entries, lineup, play_match, take_seats
+from simcore.players.lineup import lineup, play_match
 
 SIX = {"red": "scorer:3,scorer:2,defender", "blue": "scorer:3,algae:2,parker"}
 
@@ -24,15 +25,6 @@ pytestmark = pytest.mark.slow
 def _engine(engine_name, whole):
     if engine_name == "mujoco" and not whole:
         pytest.skip("sampled: --whole plays on both engines")
-
-
-def match_of(sides, *, at=0.0, seed=1):
-    """A match with its players, whose clock has come to a time [s]."""
-    seats = lineup(REEFSCAPE, **sides)
-    match = Match(REEFSCAPE, robots=entries(REEFSCAPE, seats), seed=seed)
-    match.timer._start = match.timer.time = at
-    take_seats(match, seats)
-    return match
 
 
 def test_six_robots_score_coral_lose_nothing_and_repeat(whole):
@@ -56,7 +48,7 @@ def test_six_robots_score_coral_lose_nothing_and_repeat(whole):
 
 
 def test_a_scorer_fetches_coral_from_station_and_carpet():
-    with match_of({"blue": "scorer:4"}, at=MATCH.start("teleop")) as match:
+    with match_of(REEFSCAPE, {"blue": "scorer:4"}, at=MATCH.start("teleop")) as match:
         match.play(32.0)
         assert match.rules.human_players.stock["blue"] < 59, "from a station"
         lying = match.pieces.state.pos[match.pieces.on_field("Coral")]
@@ -87,7 +79,7 @@ def test_a_lowered_claw_takes_a_coral_off_the_carpet_unless_it_holds_one(preload
 
 
 def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net():
-    with match_of({"blue": "algae:4"}, at=MATCH.start("teleop")) as match:
+    with match_of(REEFSCAPE, {"blue": "algae:4"}, at=MATCH.start("teleop")) as match:
         match.play(45.0)
         rows = match.rules.breakdown()
         assert rows["Blue/wallAlgaeCount"] == 2 and rows["Blue/netAlgaeCount"] >= 1
@@ -96,7 +88,7 @@ def test_algae_go_through_the_processor_until_coopertition_and_then_into_the_net
 @pytest.mark.parametrize("level", [2, 4])
 def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
     """It comes to the other side between its cages, touches, and breaks neither G425 nor G427 nor G418."""
-    with match_of({"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
+    with match_of(REEFSCAPE, {"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
         touches = 0
         for _ in range(2250):
             match.tick()
@@ -107,13 +99,13 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
 
 @pytest.mark.parametrize(("role", "points", "before"), [("parker:2", 2, 12.0), ("climber:3", 12, 20.0)])
 def test_who_parks_or_climbs_has_done_so_as_the_match_ends(role, points, before):
-    with match_of({"blue": role}, at=MATCH.duration - before) as match:
+    with match_of(REEFSCAPE, {"blue": role}, at=MATCH.duration - before) as match:
         match.play(before + 3.0)
         assert match.rules.breakdown()["Blue/endGameBargePoints"] == points
 
 
 def test_an_idle_robot_stands():
-    with match_of({"red": "idle"}) as match:
+    with match_of(REEFSCAPE, {"red": "idle"}) as match:
         match.play(3.0)
         x, _, _ = match.robots[0].chassis.pose
         assert x == pytest.approx(dim.FIELD_LENGTH - REEFSCAPE.starts[0][0], abs=0.02)

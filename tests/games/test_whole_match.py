@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
+from match_laws import match_of
 
 from games.rebuilt import REBUILT
 from games.rebuilt.autos import SETTINGS
 from games.rebuilt.scoring import MATCH
-from simcore.match.match import Match
-from simcore.players.lineup import entries, lineup, play_match, take_seats
+from simcore.players.lineup import lineup, play_match
 from simcore.players.player import SKILLS, Player
 
 SIX = {"red": "collector:3,shuttle:2,defender:3", "blue": "collector:3,climber:2,idle"}
-OPTIONS = ("hub_exits", "human_players")
+played = partial(match_of, REBUILT, options=("hub_exits", "human_players"))
 
 pytestmark = pytest.mark.slow
 
@@ -25,15 +26,6 @@ pytestmark = pytest.mark.slow
 def _engine(engine_name, whole):
     if engine_name == "mujoco" and not whole:
         pytest.skip("sampled: --whole plays on both engines")
-
-
-def match_of(sides, *, at=0.0, seed=1):
-    """A match with its players, whose clock has come to a time [s]."""
-    seats = lineup(REBUILT, **sides)
-    match = Match(REBUILT, robots=entries(REBUILT, seats), seed=seed, options=OPTIONS)
-    match.timer._start = match.timer.time = at
-    take_seats(match, seats)
-    return match
 
 
 def test_no_fuel_is_lost_at_any_tick(whole):
@@ -67,7 +59,7 @@ def test_two_processes_play_the_same_match(whole):
 
 def test_a_collector_follows_the_shifts():
     """In shifts 1 and 3 the hub of whoever was ahead in auto is off: a player that knows it shoots nothing there."""
-    with match_of({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
+    with played({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
         match.rules.hubs.fuel["blue"]["auto"] = 1
         match.play(14.0)
         assert match.rules.hubs.fuel["blue"]["uncounted"] <= 2, "what the human player throws"
@@ -76,14 +68,14 @@ def test_a_collector_follows_the_shifts():
 
 
 def test_a_climber_hangs_as_the_match_ends():
-    with match_of({"blue": "climber:3"}, at=MATCH.duration - 14.5) as match:
+    with played({"blue": "climber:3"}, at=MATCH.duration - 14.5) as match:
         match.play(17.6)
         assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 10
         assert match.robots[0].climbers[0].rung.name == "blue_tower_rung_low"
 
 
 def test_a_shuttle_throws_fuel_home():
-    with match_of({"blue": "shuttle:3"}, at=MATCH.start("transition")) as match:
+    with played({"blue": "shuttle:3"}, at=MATCH.start("transition")) as match:
         match.play(14.0)
         zone = match.pieces.state.pos[match.pieces.on_field(), 0] < 4.0
         assert zone.sum() > 24 + 8, "beside the depot's"
@@ -91,7 +83,7 @@ def test_a_shuttle_throws_fuel_home():
 
 def test_a_defender_keeps_an_opponent_busy_without_a_foul():
     """It touches, and neither pins (G418) nor reaches into the other one (G415)."""
-    with match_of({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
+    with played({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
         touches = 0
         for _ in range(1000):
             match.tick()
@@ -104,7 +96,7 @@ def test_a_defender_lowers_what_the_other_side_scores(whole):
     """Of the same collector beside an opponent that stands still and beside one that defends."""
 
     def score(opponent, seed):
-        with match_of({"blue": "collector:3", "red": opponent}, at=MATCH.start("transition"), seed=seed) as match:
+        with played({"blue": "collector:3", "red": opponent}, at=MATCH.start("transition"), seed=seed) as match:
             match.play(60.0 if whole else 45.0)
             return match.score.blue
 
@@ -116,7 +108,7 @@ def test_a_defender_lowers_what_the_other_side_scores(whole):
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)
 def test_a_player_gets_off_the_fuel_under_its_robot(under):
     """Let down on fuel, it drives toward the side that hangs lower until it stands on its wheels."""
-    with match_of({"blue": "idle"}, at=MATCH.start("transition")) as match:
+    with played({"blue": "idle"}, at=MATCH.start("transition")) as match:
         robot, pieces = match.robots[0], match.pieces
         slots = np.nonzero(pieces.on_field())[0][: len(under)]
         pieces.push(slots, np.zeros((len(slots), 3)))
@@ -144,7 +136,7 @@ def test_a_player_gets_off_the_fuel_under_its_robot(under):
     ],
 )
 def test_a_defender_commits_no_foul_of_its_role(opponent, at, seconds, rule):
-    with match_of({"blue": opponent, "red": "defender:4"}, at=at) as match:
+    with played({"blue": opponent, "red": "defender:4"}, at=at) as match:
         match.play(seconds)
         assert [foul for foul in match.tracker.fouls if foul.rule == rule] == []
         x, _, _ = match.robots[1].chassis.pose
