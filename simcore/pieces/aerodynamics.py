@@ -8,11 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from simcore.geometry.rotation import Vector
 from simcore.pieces.reach import lengths
 from simcore.quantities import FACTOR, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
-__all__ = ["Aerodynamics", "AirFactors", "air_acceleration", "air_factors", "drag_acceleration", "lift_acceleration"]
+__all__ = [
+    "Aerodynamics",
+    "AirFactors",
+    "air_acceleration",
+    "air_factors",
+    "ball_acceleration",
+    "drag_acceleration",
+    "lift_acceleration",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,3 +125,17 @@ def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors
     if np.any(factors.lift):
         total += lift_acceleration(velocity, spin, factors)
     return total
+
+
+def ball_acceleration(velocity: Vector, spin: Vector, factors: AirFactors) -> Vector:
+    """The same for one piece; without lift in a tenth of the time.
+
+    >>> ball_acceleration((3.0, 0.0, 4.0), (0.0, 0.0, 0.0), AirFactors(drag=0.1))
+    (-1.5, -0.0, -2.0)
+    """
+    if factors.lift:
+        x, y, z = air_acceleration(np.array([velocity]), np.array([spin]), factors)[0].tolist()
+        return x, y, z
+    x, y, z = velocity
+    pull = -float(factors.drag) * math.sqrt(x * x + z * z + y * y)  # in the order of `lengths`, to the last bit
+    return x * pull, y * pull, z * pull

@@ -1,13 +1,11 @@
 """The balls that may have impacts in a tick, as arrays: where each is, how it moves, and which pairs may meet.
 
-Pairs are looked for once a tick, by what each ball can move in it. What an impact sends elsewhere looks around itself,
-in the cells around it.
+Pairs are looked for once a tick, by what each ball can move in it. What an impact sends elsewhere looks around itself.
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 
 import numpy as np
 
@@ -22,8 +20,6 @@ __all__ = ["Arc", "BallRows", "swept_pairs"]
 
 _SKIN = 0.002  # [m]
 _END = 1e-9  # [s], of a tick: what is left then is rounding
-_LINES = 1_000_000  # more than there are cells along a field
-_WIDE = math.inf  # cell of the balls that reach farther than into the next one
 
 
 class Arc:
@@ -114,7 +110,9 @@ class BallRows:
         self.pairs = i[may], j[may]
         """Which may meet by what they do now, shape (pairs,) each."""
         self._struck: list[tuple[int, int]] = []  # pairs that impacts have made
-        self._homes: list[list[float]] = []  # places since which nothing hit them, and reaches for the rest of the tick
+        self._homes: FloatArray | None = (
+            None  # places since which nothing hit them, and reaches for the rest of the tick
+        )
 
     def begin_part(
         self, h: float, flying: IntArray, pos: FloatArray, vel: FloatArray, spin: FloatArray, acc: FloatArray
@@ -182,40 +180,17 @@ class BallRows:
         """Rows of the balls that a ball may meet from its last impact to a time of the part [s], rising."""
         n, (x, y, z), (u, v, w), now = arc.number, arc.pos, arc.chord, arc.time
         speed, rest = math.sqrt(u * u + v * v + w * w), self._h + self._left - now
-        if not self._homes:
-            self._sort()
-        homes, order, cells, moved, size = self._homes, self._order, self._ranked, self._moved, self._cell
-        own, reach = arc.radius + (end - now) * speed, arc.radius + rest * (speed + rest * self._world.gravity) + _SKIN
-        homes[n] = [x, y, z, reach]
-        moved.setdefault(_WIDE if reach > 0.5 * size else (x // size * _LINES + y // size), set()).add(n)
-        far, near = own + 0.5 * size, self._wide.union(moved.get(_WIDE, ()))
-        low, high = int((y - far) // size), int((y + far) // size)
-        for column in range(int((x - far) // size), int((x + far) // size) + 1):
-            first, last = column * _LINES + low, column * _LINES + high
-            near.update(order[bisect_left(cells, first) : bisect_right(cells, last)])
-            for cell in range(first, last + 1):
-                if cell in moved:
-                    near |= moved[cell]
-        found = []
-        for m in near:
-            hx, hy, hz, reach = homes[m]
-            hx, hy, hz, reach = hx - x, hy - y, hz - z, reach + own
-            if hx * hx + hy * hy + hz * hz < reach * reach and m != n:
-                found.append(m)
-        found.sort()
+        if self._homes is None:
+            self._homes = np.vstack((self.pos.T, self.reach))
+        homes = self._homes
+        homes[0, n], homes[1, n], homes[2, n] = x, y, z
+        homes[3, n] = arc.radius + rest * (speed + rest * self._world.gravity) + _SKIN
+        own = arc.radius + (end - now) * speed
+        away = homes - np.array(((x,), (y,), (z,), (-own,)))
+        away *= away
+        found: list[int] = (away[0] + away[1] + away[2] < away[3]).nonzero()[0].tolist()
+        found.remove(n)
         return found
-
-    def _sort(self) -> None:
-        """Sort the balls into cells of the floor: those that reach far, and those that impacts move, are all cells'."""
-        self._homes = np.column_stack((self.pos, self.reach)).tolist()
-        self._cell = size = 4.0 * float(self.radius.max())
-        is_wide = self.reach > 0.5 * size
-        self._wide: set[int] = set(is_wide.nonzero()[0].tolist())
-        self._moved: dict[float, set[int]] = {}
-        column, line = np.floor(self.pos[:, :2] / size).T
-        cell = np.where(is_wide, _WIDE, column * _LINES + line)
-        order = cell.argsort(kind="stable")
-        self._order, self._ranked = order.tolist(), cell[order].tolist()
 
 
 def swept_pairs(pos: FloatArray, reach: FloatArray, moves: BoolArray) -> tuple[IntArray, IntArray]:

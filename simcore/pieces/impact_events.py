@@ -26,7 +26,7 @@ from simcore.physics.contact_law import (
 )
 from simcore.physics.swept_balls import FirstTouch
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import air_acceleration
+from simcore.pieces.aerodynamics import ball_acceleration
 from simcore.pieces.ball_rows import Arc, BallRows
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.reach import lengths
@@ -51,10 +51,10 @@ class _Body:
         self.vel, self.rate = world.engine.velocity(row)
         self.axes = as_rows(matrix(quat))
         speed = self.body.reach * math.hypot(*self.rate)
-        self._turns, self.slack = h * speed, 2.0 * speed + _STANDS  # how far, and twice how fast, it turns
+        self.turns, self.slack = h * speed, 2.0 * speed + _STANDS  # how far, and twice how fast, it turns
         low, high = self.body.surfaces.bounds
-        self._low: Vector = (float(low[0]), float(low[1]), float(low[2]))
-        self._high: Vector = (float(high[0]), float(high[1]), float(high[2]))
+        self.low: Vector = (float(low[0]), float(low[1]), float(low[2]))
+        self.high: Vector = (float(high[0]), float(high[1]), float(high[2]))
         x, y, z = apply(self.axes, self.body.center_of_mass)
         self.center = self.origin[0] + x, self.origin[1] + y, self.origin[2] + z
         """Center of mass [m]."""
@@ -65,13 +65,13 @@ class _Body:
         (x, y, z), (cu, cv, cw) = arc.pos, arc.chord
         x, y, z = x - ox - now * u, y - oy - now * v, z - oz - now * w
         cu, cv, cw = cu - u, cv - v, cw - w
-        reach = arc.radius + left * math.sqrt(cu * cu + cv * cv + cw * cw) + _SKIN + self._turns
+        reach = arc.radius + left * math.sqrt(cu * cu + cv * cv + cw * cw) + _SKIN + self.turns
         if x * x + y * y + z * z > (reach + self.body.reach) ** 2:
             return False
         if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= ENGINE_SPEED:
             return False
         p, q, r = apply_back(self.axes, (x, y, z))
-        (lx, ly, lz), (hx, hy, hz) = self._low, self._high
+        (lx, ly, lz), (hx, hy, hz) = self.low, self.high
         if not (lx - reach < p < hx + reach and ly - reach < q < hy + reach and lz - reach < r < hz + reach):
             return False
         a, b, c = apply_back(self.axes, (cu, cv, cw))
@@ -84,19 +84,6 @@ class _Body:
                 return False
             outside += 1
         return outside != 1 or last < self.slack - (0.0 if arc.is_free else ENGINE_SPEED)
-
-    def may_meet(self, pos: FloatArray, chord: FloatArray, radius: FloatArray, h: float) -> BoolArray:
-        """The same for many balls at the start of a part of h [s], by the sphere around it alone.
-
-        Args:
-            pos: [m], shape (n, 3).
-            chord: [m/s], shape (n, 3).
-            radius: [m], shape (n,).
-            h: [s]
-        """
-        room = radius + (_SKIN + _SKIN + self._turns + self.body.reach) + h * lengths(chord - self.vel)
-        near: BoolArray = lengths(pos - self.origin) < room
-        return near
 
     def first_touch(self, arc: Arc, left: float, least: float) -> FirstTouch | None:
         """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
@@ -251,26 +238,28 @@ class ImpactEvents:
         rest: BoolArray = self._world.near_field(pos, reach)
         if self._world.floor is not None:
             rest |= (pos[:, 2] < reach) & (self._balls.flies(numbers) | (chord[:, 2] <= -ENGINE_SPEED))
-        near = [robot.may_meet(pos, chord, radius, self._h) for robot in self._robots]
-        for k in np.logical_or.reduce([rest, *near]).nonzero()[0].tolist():
-            robots = [robot for robot, may in zip(self._robots, near, strict=True) if may[k]]
-            self._look_for_surface(self._arc(int(numbers[k])), robots)
+        near: dict[int, list[_Body]] = {k: [] for k in rest.nonzero()[0].tolist()}
+        for k, n in _near_boxes(self._robots, pos, chord, radius, self._h):
+            near.setdefault(k, []).append(self._robots[n])
+        for k in sorted(near):
+            self._look_for_surface(self._arc(int(numbers[k])), near[k], is_beside=bool(rest[k]))
 
-    def _look_for_surface(self, arc: Arc, robots: list[_Body]) -> None:
-        """Note what a ball meets next of the floor, the field and some robots."""
+    def _look_for_surface(self, arc: Arc, robots: list[_Body], *, is_beside: bool = True) -> None:
+        """Note what a ball meets next of some robots and, where these are beside it, of the floor and the field."""
         if arc.surfaces >= _MOST_OF_ONE:
             return
         world, left, is_free = self._world, self._h - arc.time, arc.is_free
         least, meeting = 0.0 if is_free else ENGINE_SPEED * left, None
-        gap, rise = arc.pos[2] - arc.radius, arc.vel[2]
-        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -ENGINE_SPEED):
-            time = arc.time + _fall_time(max(0.0, gap), rise, arc.acc[2])
-            if time <= self._h:
-                meeting = _Meeting(time, (0.0, 0.0, 1.0), world.floor, None)
-        u, v, w = arc.chord
-        touch = world.first_touch(arc.pos, (left * u, left * v, left * w), arc.radius, least)
-        if touch is not None:
-            meeting = self._earlier(arc, meeting, touch, None)
+        if is_beside:
+            gap, rise = arc.pos[2] - arc.radius, arc.vel[2]
+            if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -ENGINE_SPEED):
+                time = arc.time + _fall_time(max(0.0, gap), rise, arc.acc[2])
+                if time <= self._h:
+                    meeting = _Meeting(time, (0.0, 0.0, 1.0), world.floor, None)
+            u, v, w = arc.chord
+            touch = world.first_touch(arc.pos, (left * u, left * v, left * w), arc.radius, least)
+            if touch is not None:
+                meeting = self._earlier(arc, meeting, touch, None)
         for robot in robots:
             if robot.is_near(arc, left):
                 touch = robot.first_touch(arc, left, least)
@@ -340,8 +329,8 @@ class ImpactEvents:
         """Go on from an impact."""
         arc.time, arc.pos, arc.vel, arc.spin, arc.is_touched = now, pos, vel, spin, True
         if arc.is_flying:
-            air = air_acceleration(np.array([vel]), np.array([spin]), self._pool.air_of(arc.slot))[0].tolist()
-            arc.acc = air[0], air[1], air[2] - self._world.gravity
+            x, y, z = ball_acceleration(vel, spin, self._pool.air_of(arc.slot))
+            arc.acc = x, y, z - self._world.gravity
 
     def _hit_balls(self, a: Arc, b: Arc, now: float) -> None:
         pool = self._pool
@@ -369,6 +358,34 @@ class ImpactEvents:
             if arc.is_flying and not other.is_flying:
                 leaves = _along(va, vb, normal)
                 arc.is_landing = leaves < ENGINE_SPEED
+
+
+def _near_boxes(
+    robots: list[_Body], pos: FloatArray, chord: FloatArray, radius: FloatArray, h: float
+) -> list[tuple[int, int]]:
+    """Which balls may be in the bounding box of which robots in a part of the tick: numbers of both.
+
+    Args:
+        robots: As they begin it.
+        pos: Of the balls as they begin it [m], shape (n, 3).
+        chord: [m/s], shape (n, 3).
+        radius: [m], shape (n,).
+        h: Length of the part [s].
+    """
+    if not robots:
+        return []
+    away = pos[:, None] - np.array([robot.origin for robot in robots])
+    closing = chord[:, None] - np.array([robot.vel for robot in robots])
+    reach = radius[:, None] + np.array([robot.turns + 2.0 * _SKIN for robot in robots])
+    reach += h * np.sqrt(np.einsum("ijk,ijk->ij", closing, closing))
+    room = reach + np.array([robot.body.reach for robot in robots])
+    i, j = (np.einsum("ijk,ijk->ij", away, away) < room * room).nonzero()
+    local = np.einsum("ij,ijk->ik", away[i, j], np.array([robot.axes for robot in robots])[j])
+    room = reach[i, j, None]
+    inside = np.array([robot.low for robot in robots])[j] - room < local
+    inside &= np.array([robot.high for robot in robots])[j] + room > local
+    near = inside.all(axis=1)
+    return list(zip(i[near].tolist(), j[near].tolist(), strict=True))
 
 
 def _along(a: Vector, b: Vector, normal: Vector) -> float:

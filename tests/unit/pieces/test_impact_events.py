@@ -7,7 +7,7 @@ import numpy as np
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.ball_rows import Arc
-from simcore.pieces.impact_events import _Body
+from simcore.pieces.impact_events import _Body, _near_boxes
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 
@@ -33,12 +33,9 @@ def test_balls_that_may_meet_a_robot_are_all_looked_at():
         robot = ChassisSimulation(world, ChassisConfig())
         world.set_velocity(robot.row, (3.0, 1.0, 0.0), (0.0, 0.0, 5.0))
         body, balls = _Body(world, robot.row, H), arcs(np.random.default_rng(1), 3000)
-        may = body.may_meet(
-            np.array([arc.pos for arc in balls]),
-            np.array([arc.chord for arc in balls]),
-            np.array([arc.radius for arc in balls]),
-            H,
-        )
+        pos, chord = np.array([arc.pos for arc in balls]), np.array([arc.chord for arc in balls])
+        may = np.zeros(len(balls), dtype=bool)
+        may[[ball for ball, _ in _near_boxes([body], pos, chord, np.array([arc.radius for arc in balls]), H)]] = True
         near = np.array([body.is_near(arc, H) for arc in balls])
         assert near.sum() > 100 and not (near & ~may).any()
         assert (~may).sum() > 500, "most that are far are left out"
