@@ -122,8 +122,8 @@
       node.setAttribute("points", [...half(flat), ...half(flat.reverse())].map((xy) => xy.map(Math.round)).join(" "));
     }
     const [x, , z] = moved(poses[0], [1, 0, 0]).map((value, k) => value - poses[0][k]), up = Math.atan2(z, Math.abs(x)) * 180 / Math.PI;
-    find(".of-robot span").textContent = [poses[0][2] > 4 && `${(poses[0][2] / 10).toFixed(0)} cm over the floor`,
-      Math.abs(up) > 0.5 && `front ${up > 0 ? "up" : "down"} ${Math.abs(up).toFixed(0)}\u00b0`].filter(Boolean).join(", ");
+    find(".of-robot span").textContent = [poses[0][2] > 4 && `${(poses[0][2] / 10).toFixed(0)} cm up`,
+      Math.abs(up) > 0.5 && `front ${Math.abs(up).toFixed(0)}\u00b0 ${up > 0 ? "up" : "down"}`].filter(Boolean).join(", ");
   }
 
   function draw(time) {

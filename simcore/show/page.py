@@ -100,7 +100,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         board="".join(_board_html(item, start) for item in board),
         field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>', counts),
         heat="".join(f'<label><input type="checkbox" data-heat="{name}"> heat map: {name}</label>' for name in heat),
-        places=(_ROBOT.format("first robot" if len(scene.robots) > 1 else "robot", side[0]) if side else "")
+        places=(_ROBOT.format(" 0" if len(scene.robots) > 1 else "", side[0]) if side else "")
         + "".join(_places_html(places, alliance, start) for alliance in places.alliances),
         timeline=_timeline_html(events, start, end),
         key=_key_html(field, len(taken)),
@@ -171,7 +171,7 @@ _SIDE = '<figure class="side"><figcaption><strong>Shots from the side</strong></
 
 
 _ROBOT = """<figure class="of-robot" hidden>
-<figcaption><strong>The {} from its right side</strong> <span></span></figcaption>{}</figure>"""
+<figcaption><strong>Robot{} from its right</strong><span></span></figcaption>{}</figure>"""
 
 
 def _facts(track: RunTrack) -> list[tuple[str, str]]:

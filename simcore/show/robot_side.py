@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -103,13 +104,12 @@ def _drawing(places: FloatArray) -> str:
     low, high = (1000.0 * np.clip(edge, -_FARTHEST, _HIGHEST) for edge in (places.min(axis=0), places.max(axis=0)))
     left, right, top = float(low[0]) - 50.0, min(float(high[0]), 1000.0 * _FARTHEST) + 50.0, float(high[2]) + 50.0
     size = 0.04 * max(top, 0.7 * (right - left))  # of letters
-    parts = [line(left, 0, right, 0, stroke=color("ink"), stroke_width=8)]
-    for z in ticks(0.0, top, 5)[1:]:
-        parts.append(line(left, -z, right, -z, stroke=color("grid"), stroke_width=4))
-        parts.append(words(left, -z - 10, f"{z / 1000:g} m", size))
+    levels = ticks(0.0, top, 5)
+    parts = [line(left, -z, right, -z, stroke=color("grid" if z else "ink"), stroke_width=6) for z in levels]
+    parts.append(element("g", element("desc", "robot")))
+    parts += [words(left, -z - 10, f"{z / 1000:g} m", size) for z in levels[1:] if z + size < top]
     parts.append(words(right, 1.2 * size, "front \u2192", size, anchor="end"))
-    box = (left, -top, right - left, top + 1.5 * size)
-    return document(box, *parts, element("g", element("desc", "robot")), role="img", aria_label="robot from its side")
+    return document((left, -top, right - left, top + 1.7 * size), *parts, role="img", aria_label="robot from its side")
 
 
 # --- parts ------------------------------------------------------------------------------------------------------------
@@ -202,13 +202,14 @@ def _carried(
         chains += [("path", one.joints, one.offset, _zone(one.zone)) for one in config.placers]
         chains += [("ink", one.joints, one.offset, _cube(one.offset, 2.0 * _ROD)) for one in config.components]
         for intake in config.intakes:
-            joints = intake.joints or (() if intake.stretch is None else (intake.stretch,))
-            if joints:
-                end = intake.zone.ball[0] if intake.joints else (0.0, 0.0, 0.0)
-                chains.append(("hit", joints, end, _zone(intake.zone)))
+            joints, deploy = intake.joints, intake.deploy
+            if any(joint.mechanism == deploy for joint in joints) or (joints and deploy is None):
+                chains.append(("hit", joints, intake.zone.ball[0], _zone(intake.zone)))
                 continue
-            out = [intake.deploy is None or is_deployed(now[intake.deploy], intake.deployed_at) for now in posed]
-            yield [("", color("hit"), 0.5, _zone(intake.zone))], np.where(np.array(out)[:, None], _STILL, np.nan), False
+            rows = _rows(joints or (() if intake.stretch is None else (intake.stretch,)), posed)
+            rows[[deploy is not None and not is_deployed(now[deploy], intake.deployed_at) for now in posed]] = np.nan
+            zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
+            yield [("", color("hit"), 0.5, _zone(zone))], rows, False
         for shooter in config.shooters:
             yield [("", color("miss"), 0.9, _SHOT)], np.array([_muzzle(shooter, now) for now in posed]), False
     bodies: dict[tuple[Joint, ...], dict[object, Body]] = {}
@@ -222,10 +223,14 @@ def _carried(
             if any(after):
                 rod = ("", color("muted"), 1.0, _rod((0.0, 0.0, 0.0), after))
                 bodies.setdefault(joints[: number + 1], {})[after] = rod
-        bodies.setdefault(joints, {})[ink] = ("", color(ink), 0.6, corners)
+        bodies.setdefault(joints, {})[ink, end] = ("", color(ink), 0.6, corners)
     for joints, solids in bodies.items():
-        found = [part_pose(joints, now) for now in posed]
-        yield list(solids.values()), np.array([(*pos, w, x, y, z) for pos, (x, y, z, w) in found]), False
+        yield list(solids.values()), _rows(joints, posed), False
+
+
+def _rows(joints: tuple[Joint, ...], posed: Sequence[Mapping[str, Posed]]) -> FloatArray:
+    """Of what joints carry, at each time."""
+    return np.array([(*pos, w, x, y, z) for pos, (x, y, z, w) in (part_pose(joints, now) for now in posed)])
 
 
 def _muzzle(shooter: ShooterConfig, mechanisms: Mapping[str, Posed]) -> tuple[float, ...]:

@@ -232,7 +232,7 @@ def scene_of(match: Match) -> Scene:
     """The scene of a match, also after it was closed."""
     from simcore.show.robot_sketch import intake_outlines  # brings all of a robot: a page of a log needs none
 
-    robots, components = [], match.game.robot().components
+    robots, parts = [], [component.name for component in match.game.robot().components]
     for robot in match.robots:
         body = robot.chassis.config
         look = RobotLook(
@@ -241,7 +241,7 @@ def scene_of(match: Match) -> Scene:
             prefix=robot_prefix(robot.number),
             intakes=intake_outlines(robot.config),
             config=robot.config,
-            models=match.game.models if robot.config.components == components else None,
+            models=match.game.models if [part.name for part in robot.config.components] == parts else None,
         )
         robots.append(look)
     return _scene(match.game, match.field, robots)
