@@ -116,6 +116,7 @@
       const to = j > i && changes[j].get(parts + k);
       return from && to ? between(from, to, share) : from;
     });
+    if (!poses[0]) return;
     for (const [part, node, corners] of solids) {
       const seen = poses[part] ? corners.map((corner) => moved(poses[0], part ? moved(poses[part], corner) : corner)) : [];
       const flat = seen.map(([x, , z]) => [x, -z]).sort((one, other) => one[0] - other[0] || one[1] - other[1]);

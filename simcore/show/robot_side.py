@@ -59,20 +59,23 @@ def robot_side(track: RunTrack, times: Sequence[float]) -> tuple[str, dict[str, 
     """
     if not times or not track.scene.robots or not track.recording.has(track.scene.robots[0].pose_key):
         return None
-    parts = list(_parts(track, track.scene.robots[0], np.array(times)))
+    body, *others = _parts(track, track.scene.robots[0], np.array(times))
+    parts = [body, *(part for part in others if _there(part[1]).any())]
+    if not _there(body[1]).any():
+        return None
     changes: list[list[list[int]]] = [[] for _ in times]
     shapes: dict[tuple[int, ...], int] = {}
     solids, places = [], [np.array([(0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)])]
     for number, (bodies, poses, is_piece) in enumerate(parts):
-        there: BoolArray = np.isfinite(poses[:, 0])
-        _note_changes(changes, number, poses, there)
+        there = _there(poses)
+        _note_changes(changes, number, poses)
         for _, fill, opacity, corners in bodies:
             seen = _moved(poses[there], corners[None])
             right, is_near = seen[0, :, 1].min(), bool(seen[0, :, 1].max() < _NEAR)
             shape = shapes.setdefault(tuple(np.rint(1000.0 * corners).astype(int).ravel().tolist()), len(shapes))
             solid = (number, shape, fill, round(opacity * (0.35 if is_near else 1.0), 2))
             solids.append((1 if is_piece else 2 * is_near, -right, solid))
-            places.append((_moved(parts[0][1][there], seen) if number else seen).reshape(-1, 3))
+            places.append((_moved(body[1][there], seen) if number else seen).reshape(-1, 3))
     if len(parts) == 1 and not any(changes[1:]):
         return None
     solids.sort(key=lambda entry: entry[:2])
@@ -80,8 +83,14 @@ def robot_side(track: RunTrack, times: Sequence[float]) -> tuple[str, dict[str, 
     return _drawing(np.concatenate(places)), data
 
 
-def _note_changes(changes: list[list[list[int]]], number: int, poses: FloatArray, there: BoolArray) -> None:
-    rows = np.zeros((len(poses), 6))
+def _there(poses: FloatArray) -> BoolArray:
+    """Where a part has a pose: neither NaN nor the zeros of a log that never set it."""
+    found: BoolArray = np.linalg.norm(poses[:, 3:], axis=1) > 0.5
+    return found
+
+
+def _note_changes(changes: list[list[list[int]]], number: int, poses: FloatArray) -> None:
+    rows, there = np.zeros((len(poses), 6)), _there(poses)
     rows[there, :3] = poses[there, :3]
     rows[there, 3:] = Rotation.from_quat(poses[there][:, [4, 5, 6, 3]]).as_rotvec()[:, [1, 0, 2]]
     before: list[int] = []
@@ -101,8 +110,8 @@ def _moved(poses: FloatArray, points: FloatArray) -> FloatArray:
 
 def _drawing(places: FloatArray) -> str:
     """As large as all places of all corners; in millimeters."""
-    low, high = (1000.0 * np.clip(edge, -_FARTHEST, _HIGHEST) for edge in (places.min(axis=0), places.max(axis=0)))
-    left, right, top = float(low[0]) - 50.0, min(float(high[0]), 1000.0 * _FARTHEST) + 50.0, float(high[2]) + 50.0
+    places = 1000.0 * np.clip(places, (-_FARTHEST, -_FARTHEST, 0.0), (_FARTHEST, _FARTHEST, _HIGHEST))
+    left, right, top = places[:, 0].min() - 50.0, places[:, 0].max() + 50.0, places[:, 2].max() + 50.0
     size = 0.04 * max(top, 0.7 * (right - left))  # of letters
     levels = ticks(0.0, top, 5)
     parts = [line(left, -z, right, -z, stroke=color("grid" if z else "ink"), stroke_width=6) for z in levels]

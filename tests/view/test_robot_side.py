@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from games.rebuilt import REBUILT
+from games.rebuilt.robot import rebuilt_robot
 from games.reefscape import REEFSCAPE
 from games.reefscape.robot import reefscape_robot
 from simcore.geometry.linkage import part_pose
@@ -22,7 +24,7 @@ from simcore.show.glb import convex_bodies
 from simcore.show.log_page import draw_log
 from simcore.show.page import write_page
 from simcore.show.scene import scene_of
-from simcore.show.view_models import load_models
+from simcore.show.view_models import RobotModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
 
@@ -139,6 +141,17 @@ def test_a_robot_without_models_is_drawn_by_its_config(tmp_path):
     assert {solid[2] for solid in data(run.page)["side"]["solids"]} >= {"var(--path)", "var(--hit)", "var(--ghost)"}
 
 
+def test_what_is_never_there_is_left_out(tmp_path):
+    """An intake that never comes out, and poses that a log never set."""
+    run = Run(tmp_path, REBUILT, "depot", 0.3, robot=replace(rebuilt_robot(), components=()))
+    assert {solid[2] for solid in data(run.page)["side"]["solids"]} & {"var(--hit)", "var(--miss)"} == {"var(--miss)"}
+    unset = Recording()
+    for snapshot in run.recording.snapshots():
+        unset.write(replace(snapshot, poses={key: np.zeros(7) for key in snapshot.poses}))
+    write_page(run.page, unset, scene_of(run.played.match))
+    assert data(run.page)["side"] is None
+
+
 GO = """(() => {{ const slider = document.querySelector(".bar input"); slider.value = {time};
   slider.dispatchEvent(new Event("input"));
   const corners = (node) => (node.getAttribute("points") || "").split(" ").map((xy) => xy.split(",").map(Number));
@@ -155,30 +168,65 @@ def drawn(visitor, time: float) -> dict[int, list[np.ndarray]]:
     return found
 
 
+def area(polygon: np.ndarray) -> float:
+    x, y = polygon.T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
+
+
+def check_drawing(visitor, recording: Recording, models: RobotModels, time: float) -> dict[int, list[np.ndarray]]:
+    """The outline of each body is that of its model's corners, turned as the telemetry says."""
+    times, poses = recording.poses("Sim/Robot/Pose3d")
+    k = int(np.searchsorted(times, time - 1e-9))
+    heading = recording.path("Sim/Robot/Pose3d")[k, 2]
+    tilt = Rotation.from_rotvec([0.0, 0.0, -heading]) * attitude(poses[k])
+    seen = drawn(visitor, time)
+    rows = recording.array_at("Sim/Robot/ComponentPoses", time)
+    for number, (model, row) in enumerate(zip(models.parts, rows, strict=True), 1):
+        hulls = []
+        for *_, corners in convex_bodies(model):
+            flat = tilt.apply(attitude(row).apply(corners) + row[:3])[:, [0, 2]] + (0.0, poses[k, 2])
+            hulls.append(flat[ConvexHull(flat).vertices])
+        for polygons in (seen[number], hulls):
+            polygons.sort(key=area)
+        for outline, hull in zip(seen[number], hulls, strict=True):
+            assert area(outline) * 1e-6 == pytest.approx(area(hull), rel=0.05, abs=5e-4), (
+                "to half a millimeter around it"
+            )
+        for edge in (np.min, np.max):
+            reach = edge(np.concatenate(seen[number]), axis=0) / 1000.0
+            assert reach == pytest.approx(edge(np.concatenate(hulls), axis=0), abs=4e-3), (time, number)
+    return seen
+
+
 def test_the_drawing_follows_the_slider(run, browser):
-    """A robot's outlines in the browser reach as far as the corners of its models, turned as the telemetry says."""
     visitor = browser(run.page.as_uri())
     visitor.wait_for_text("Robot from its right")
-    times, poses = run.recording.poses("Sim/Robot/Pose3d")
-    headings, seen = run.recording.path("Sim/Robot/Pose3d")[:, 2], []
-    for time in (0.48, 2.0, 3.16):  # of frames; between two of them the page interpolates
-        assert time in [frame for frame, _ in told(run.page)]
-        seen.append(drawn(visitor, time))
-        k = int(np.searchsorted(times, time - 1e-9))
-        tilt = Rotation.from_rotvec([0.0, 0.0, -headings[k]]) * attitude(poses[k])
-        rows = run.recording.array_at("Sim/Robot/ComponentPoses", time)
-        for number, (model, row) in enumerate(zip(run.models.parts, rows, strict=True), 1):
-            points = np.concatenate([corners for *_, corners in convex_bodies(model)])
-            there = tilt.apply(attitude(row).apply(points) + row[:3])[:, [0, 2]] + (0.0, poses[k, 2])
-            outline = np.concatenate(seen[-1][number]) / 1000.0
-            assert outline.min(axis=0) == pytest.approx(there.min(axis=0), abs=4e-3), (time, number)
-            assert outline.max(axis=0) == pytest.approx(there.max(axis=0), abs=4e-3), (time, number)
+    assert {0.48, 2.0, 3.16} <= {time for time, _ in told(run.page)}, "between two frames the page interpolates"
+    early, later, _ = (check_drawing(visitor, run.recording, run.models, time) for time in (0.48, 2.0, 3.16))
     name = run.played.match.game.name
     number = {"rebuilt": 1, "reefscape": 3}[name]  # the intake; the carriage
-    low, high = (np.concatenate(seen[k][number]).max(axis=0) for k in (0, 1))
+    low, high = (np.concatenate(seen[number]).max(axis=0) for seen in (early, later))
     assert np.abs(high - low).max() > 100, "the slider moves it"
     said = visitor.evaluate("document.querySelector('.of-robot span').innerText")
     assert said == {"rebuilt": "9 cm up, front 20\u00b0 up", "reefscape": ""}[name]
+
+
+def test_a_robot_that_tumbles_is_drawn_in_three_dimensions(run, browser, tmp_path):
+    """Any attitude of the robot and of each part in it."""
+    random, tumbling = np.random.default_rng(3), Recording()
+    for snapshot in list(run.recording.snapshots())[:9]:
+        rows = snapshot.pose_arrays["Sim/Robot/ComponentPoses"].copy()
+        rows[:, 3:] = Rotation.random(len(rows), random).as_quat()[:, [3, 0, 1, 2]]
+        pose = np.array(
+            [5.0, 3.0, 0.4, *Rotation.from_euler("xyz", random.uniform(-1.0, 1.0, 3)).as_quat()[[3, 0, 1, 2]]]
+        )
+        arrays = {**snapshot.pose_arrays, "Sim/Robot/ComponentPoses": rows}
+        tumbling.write(replace(snapshot, poses={"Sim/Robot/Pose3d": pose}, pose_arrays=arrays))
+    write_page(tmp_path / "tumbling.html", tumbling, scene_of(run.played.match))
+    visitor = browser((tmp_path / "tumbling.html").as_uri())
+    visitor.wait_for_text("Robot from its right")
+    for time in (0.04, 0.12):
+        check_drawing(visitor, tumbling, run.models, time)
 
 
 @pytest.mark.parametrize("width", [1400, 900, 360])
