@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ModelError
 from simcore.show.palette import rgb
@@ -17,13 +19,17 @@ from simcore.show.view_models import Model
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
-    "PieceMesh", "box_glb", "corners", "linear_rgba", "look_mesh", "opaque_triangles", "painted_glb", "piece_mesh",
+    "Body", "PieceMesh", "box_glb", "convex_bodies", "corners", "linear_rgba", "look_mesh", "opaque_triangles",
+    "painted_glb", "piece_mesh",
 ]  # fmt: skip
 
 PieceMesh = tuple[FloatArray, IntArray, tuple[int, int, int]]
 """Vertices [m], triangles, color."""
+Body = tuple[str, str, float, FloatArray]
+"""Name, fill, opacity, and corners of a convex body, frame of its owner [m], shape (n, 3)."""
 
 _PLAIN = (255, 206, 20)
+_MOST_CORNERS = 64
 _MOST_TRIANGLES = 500  # of a piece; hundreds are drawn. 80 run on a laptop without a graphics card, 320 do not
 
 
@@ -96,16 +102,40 @@ def opaque_triangles(model: Model, most: int) -> FloatArray:
     Raises:
         ModelError: The file cannot be read.
     """
-    scene = _load(model.path)
     found = [np.zeros((0, 3, 3))]
-    for node in scene.graph.nodes_geometry:
-        place, name = scene.graph[node]
-        mesh = scene.geometry[name]
+    for _, mesh, whole in _placed_meshes(model):
         if getattr(getattr(mesh.visual, "material", None), "alphaMode", None) != "BLEND":
-            whole = model.transform @ place
             found.append(mesh.triangles @ whole[:3, :3].T + whole[:3, 3])
     triangles = np.concatenate(found)
     return triangles if len(triangles) <= most else found[0]
+
+
+def convex_bodies(model: Model) -> list[Body]:
+    """The convex hull of each mesh; of one with many corners the box around it.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    bodies = []
+    for name, mesh, whole in _placed_meshes(model):
+        points = np.unique(np.round(mesh.vertices, 4), axis=0)
+        with contextlib.suppress(QhullError):  # a flat one is its own hull
+            points = points[ConvexHull(points).vertices]
+        if len(points) > _MOST_CORNERS:
+            points = np.array(list(itertools.product(*np.stack((points.min(axis=0), points.max(axis=0)), axis=1))))
+        material = getattr(mesh.visual, "material", None)
+        r, g, b = _PLAIN if material is None else _screen_color(material)
+        opacity = 1.0 if material is None else float(material.main_color[3]) / 255.0
+        bodies.append((name, f"#{r:02x}{g:02x}{b:02x}", opacity, points @ whole[:3, :3].T + whole[:3, 3]))
+    return bodies
+
+
+def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
+    """Each mesh of a file by its name, and where it is in the frame of the model's owner [m], shape (4, 4)."""
+    scene = _load(model.path)
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        yield name, scene.geometry[name], model.transform @ place
 
 
 def look_mesh(look: PieceLook) -> PieceMesh:

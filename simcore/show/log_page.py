@@ -147,7 +147,8 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
     """
     known, name = installed_games(), game or recorded_game(recording)
     scene = bare_scene(known[name]) if name in known else empty_scene(recording)
-    return replace(scene, robots=recorded_robots(recording))
+    models = known[name].models if name in known else None
+    return replace(scene, robots=[replace(look, models=models) for look in recorded_robots(recording)])
 
 
 def game_of_log(log: TelemetryLog) -> str | None:

@@ -25,6 +25,24 @@
     return run.round[kinds[row]] ? [holder, rest[0], rest[1], rest[2], rest[2], 0, rest[3]] : [holder, ...rest];
   }
   const changes = frames.map((frame) => new Map(frame.moved.map((entry) => [entry[0], full(entry)])));
+
+  // The robot from its side: convex bodies [mm], each moved by its part; part 0 is the robot over the floor. Poses are
+  // x, y, z and a unit quaternion, and are in the states behind the pieces.
+  const parts = kinds.length, told = [], side = run.side || { solids: [], changes: [] };
+  function pose([part, ...news]) {
+    if (!news.length) return null;
+    const six = news.length % 3 ? [...news, 0, 0] : news;
+    const [x, y, z, b, a, c] = told[part] = [...(told[part] || []).slice(0, 6 - six.length), ...six];
+    const angle = Math.hypot(a, b, c) / 1000 || 1e-9, sine = Math.sin(angle / 2) / angle / 1000;
+    return [x, y, z, Math.cos(angle / 2), a * sine, b * sine, c * sine];
+  }
+  side.changes.forEach((entries, i) => entries.forEach((entry) => changes[i].set(parts + entry[0], pose(entry))));
+  const solids = side.solids.map(([part, shape, fill, opacity]) => {
+    const node = document.createElementNS("http://www.w3.org/2000/svg", "polygon"), flat = side.shapes[shape];
+    for (const [name, value] of Object.entries({ fill, "fill-opacity": opacity, "data-part": part })) node.setAttribute(name, value);
+    find(".of-robot g").appendChild(node);
+    return [part, node, flat.filter((_, k) => k % 3 === 0).map((x, k) => [x, flat[3 * k + 1], flat[3 * k + 2]])];
+  });
   const whole = [];  // every 32nd state, so that a jump is cheap
   let state = run.first.map((entry) => entry.slice(1)), at = 0;
   const step = (i) => changes[i].forEach((values, row) => { state[row] = values; });
@@ -75,12 +93,47 @@
     return [x, y];
   }
 
+  function moved([x, y, z, w, a, b, c], [p, q, r]) {
+    const t = [2 * (b * r - c * q), 2 * (c * p - a * r), 2 * (a * q - b * p)];
+    return [x + p + w * t[0] + b * t[2] - c * t[1], y + q + w * t[1] + c * t[0] - a * t[2], z + r + w * t[2] + a * t[1] - b * t[0]];
+  }
+  function between(from, to, share) {
+    const sign = from.slice(3).reduce((sum, value, k) => sum + value * to[3 + k], 0) < 0 ? -1 : 1;
+    const mean = from.map((value, k) => value + share * ((k > 2 ? sign : 1) * to[k] - value)), size = Math.hypot(...mean.slice(3));
+    return mean.map((value, k) => k > 2 ? value / size : value);
+  }
+  function half(points) {  // of their convex hull
+    const found = [];
+    for (const point of points) {
+      const isInside = ([a, b], [c, d]) => (c - a) * (point[1] - b) <= (d - b) * (point[0] - a);
+      while (found.length > 1 && isInside(...found.slice(-2))) found.pop();
+      found.push(point);
+    }
+    return found.slice(0, -1);
+  }
+  function drawSide(i, j, share) {
+    const poses = state.slice(parts).map((from, k) => {
+      const to = j > i && changes[j].get(parts + k);
+      return from && to ? between(from, to, share) : from;
+    });
+    if (!poses[0]) return;
+    for (const [part, node, corners] of solids) {
+      const seen = poses[part] ? corners.map((corner) => moved(poses[0], part ? moved(poses[part], corner) : corner)) : [];
+      const flat = seen.map(([x, , z]) => [x, -z]).sort((one, other) => one[0] - other[0] || one[1] - other[1]);
+      node.setAttribute("points", [...half(flat), ...half(flat.reverse())].map((xy) => xy.map(Math.round)).join(" "));
+    }
+    const [x, , z] = moved(poses[0], [1, 0, 0]).map((value, k) => value - poses[0][k]), up = Math.atan2(z, Math.abs(x)) * 180 / Math.PI;
+    find(".of-robot span").textContent = [poses[0][2] > 4 && `${(poses[0][2] / 10).toFixed(0)} cm up`,
+      Math.abs(up) > 0.5 && `front ${Math.abs(up).toFixed(0)}\u00b0 ${up > 0 ? "up" : "down"}`].filter(Boolean).join(", ");
+  }
+
   function draw(time) {
     const i = rowAt(frameTimes, time), j = Math.min(i + 1, frames.length - 1);
     const frame = frames[i], next = frames[j], span = next.time - frame.time;
     const part = span > 0 ? Math.min(1, Math.max(0, (time - frame.time) / span)) : 0;
     goTo(i);
-    state.forEach((values, row) => placePiece(row, values, j > i && changes[j].get(row), part));
+    uses.forEach((_, row) => placePiece(row, state[row], j > i && changes[j].get(row), part));
+    if (run.side) drawSide(i, j, part);
     const apart = frame.robots.map((pose, k) => {
       const truth = placeRobot(robots[k], pose, next.robots[k], part);
       const belief = placeRobot(ghosts[k], frame.ghosts[k], next.ghosts[k], part);
@@ -169,7 +222,7 @@
     event.preventDefault();
     actions[event.key]();
   });
-  find(".bar").hidden = false;
+  for (const node of all(".bar, .of-robot")) node.hidden = false;
   find(".keys").hidden = false;
   const wanted = Number(new URLSearchParams(location.hash.slice(1)).get("t"));
   show(location.hash.includes("t=") && Number.isFinite(wanted) ? wanted : run.start);

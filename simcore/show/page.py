@@ -21,6 +21,7 @@ from simcore.show.match_tables import RobotRow, cycles_html, period_rows, period
 from simcore.show.palette import css_variables
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
+from simcore.show.robot_side import robot_side
 from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of
 from simcore.show.run_track import RunTrack, Table
 from simcore.show.scene import Scene
@@ -66,6 +67,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     taken = intake_places(recording)
     robots = robot_rows(track, shots) if len(scene.robots) > 1 else []  # one robot's way and shots are told anyway
     frames, tables = _frames(track)
+    side = robot_side(track, track.frame_times(_MOST_FRAMES))
     heat = field.heat_maps()
     layers = "".join(
         f'<g class="heat" data-heat="{name}" visibility="hidden">{cells}</g>' for name, cells in heat.items()
@@ -84,10 +86,11 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
             [[round(time, 2), text] for time, text in zip(item.times, item.texts, strict=True)] for item in board
         ],
         "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
+        "side": side and side[1],
         "charts": [_curve_data(chart) for chart in charts],
         "plot": PLOT,
     }
-    side = side_view(scene, shots)
+    from_side = side_view(scene, shots)
     text = _PAGE.format(
         title=escape(title),
         subtitle="".join(f'<p class="note">{escape(text)}</p>' for text in (subtitle, *ending_of(recording)) if text),
@@ -97,14 +100,15 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         board="".join(_board_html(item, start) for item in board),
         field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>', counts),
         heat="".join(f'<label><input type="checkbox" data-heat="{name}"> heat map: {name}</label>' for name in heat),
-        places="".join(_places_html(places, alliance, start) for alliance in places.alliances),
+        places=(_ROBOT.format(" 0" if len(scene.robots) > 1 else "", side[0]) if side else "")
+        + "".join(_places_html(places, alliance, start) for alliance in places.alliances),
         timeline=_timeline_html(events, start, end),
         key=_key_html(field, len(taken)),
         events=_events_html(events),
         periods=periods_html(period_rows(track, shots)) if robots else "",
         cycles=cycles_html(robots),
         shots=_shots_html(track, shots, robots),
-        side=_SIDE.format(side) if side else "",
+        side=_SIDE.format(from_side) if from_side else "",
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
         style=page_style(),
         script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
@@ -164,6 +168,10 @@ _PAGE = """<!DOCTYPE html>
 
 
 _SIDE = '<figure class="side"><figcaption><strong>Shots from the side</strong></figcaption>{}</figure>'
+
+
+_ROBOT = """<figure class="of-robot" hidden>
+<figcaption><strong>Robot{} from its right</strong><span></span></figcaption>{}</figure>"""
 
 
 def _facts(track: RunTrack) -> list[tuple[str, str]]:

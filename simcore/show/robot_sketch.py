@@ -21,6 +21,8 @@ from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
 
 __all__ = [
+    "SHOT",
+    "Posed",
     "RobotSketch",
     "SketchArrow",
     "SketchNote",
@@ -109,7 +111,7 @@ class RobotSketch:
         return np.concatenate(rows)
 
 
-class _Posed:
+class Posed:
     """A mechanism that stands somewhere."""
 
     velocity = 0.0
@@ -169,7 +171,7 @@ def intake_outlines(config: RobotConfig) -> list[FloatArray]:
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     zones = []
     for intake in config.intakes:
-        posed: dict[str, ShaftSim | _Posed] = {**mechanisms, **_deployed(intake, mechanisms)}
+        posed: dict[str, ShaftSim | Posed] = {**mechanisms, **_deployed(intake, mechanisms)}
         zones.append(outline(_zone_corners(intake, posed)[:, :2]))
     return zones
 
@@ -189,7 +191,7 @@ def _add_intake(sketch: RobotSketch, tag: str, intake: IntakeConfig, mechanisms:
     for name in dict.fromkeys(joint.mechanism for joint in intake.joints if joint.mechanism != intake.deploy):
         stops = mechanisms[name].stops
         for stop in stops if all(map(math.isfinite, stops)) else ():
-            there = _zone_corners(intake, {**mechanisms, name: _Posed(stop, stops)})
+            there = _zone_corners(intake, {**mechanisms, name: Posed(stop, stops)})
             sketch.volumes.append(SketchVolume("intake", there, is_outline=True))
     stowed = _zone_corners(intake, mechanisms)
     out = dict(mechanisms) | _deployed(intake, mechanisms)
@@ -207,15 +209,15 @@ def _add_intake(sketch: RobotSketch, tag: str, intake: IntakeConfig, mechanisms:
     sketch.notes.append(SketchNote(tag, "intake", text))
 
 
-def _deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim]) -> dict[str, _Posed]:
+def _deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim]) -> dict[str, Posed]:
     """The mechanism that puts an intake out, where it is out."""
     if intake.deploy is None:
         return {}
     stops = mechanisms[intake.deploy].stops
-    return {intake.deploy: _Posed(stops[1] if intake.deployed_at == "upper" else stops[0], stops)}
+    return {intake.deploy: Posed(stops[1] if intake.deployed_at == "upper" else stops[0], stops)}
 
 
-def _zone_corners(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | _Posed]) -> FloatArray:
+def _zone_corners(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> FloatArray:
     zone = Intake(intake, mechanisms).zone
     pos, quat = part_pose(intake.joints, mechanisms)
     corners = _corners((zone.x_min, zone.y_min, max(0.0, zone.z_min)), (zone.x_max, zone.y_max, zone.z_max))
@@ -286,7 +288,7 @@ def _add_ways(
             if math.isfinite(low) and math.isfinite(high):
                 for position in np.linspace(low, high, _STEPS).tolist():
                     posed: dict[str, MechanismMotion] = dict(mechanisms)
-                    posed[joint.mechanism] = _Posed(position, (low, high))
+                    posed[joint.mechanism] = Posed(position, (low, high))
                     places.append(part_pose(joints, posed, offset)[0])
             link = [part_pose(joints[:k], mechanisms, joints[k].origin)[0] for k in range(number, len(joints))]
             link.append(part_pose(joints, mechanisms, offset)[0])

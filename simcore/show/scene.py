@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from simcore.match.scoring import ScoringZone
     from simcore.physics.field import FieldGeometry
     from simcore.pieces.resting_places import RestingPlace
+    from simcore.robot.robot_config import RobotConfig
 
 __all__ = [
     "PLAIN_PIECE",
@@ -127,6 +129,10 @@ class RobotLook:
     """Its keys begin so: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
     intakes: Sequence[FloatArray] = ()
     """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
+    config: RobotConfig | None = None
+    """What it is built of; None where only its telemetry is left."""
+    models: Path | None = None
+    """Folder with the models of its body and components, for the view from its side."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -226,7 +232,7 @@ def scene_of(match: Match) -> Scene:
     """The scene of a match, also after it was closed."""
     from simcore.show.robot_sketch import intake_outlines  # brings all of a robot: a page of a log needs none
 
-    robots = []
+    robots, parts = [], [component.name for component in match.game.robot().components]
     for robot in match.robots:
         body = robot.chassis.config
         look = RobotLook(
@@ -234,6 +240,8 @@ def scene_of(match: Match) -> Scene:
             bumpers=(body.bumper_length, body.bumper_width),
             prefix=robot_prefix(robot.number),
             intakes=intake_outlines(robot.config),
+            config=robot.config,
+            models=match.game.models if [part.name for part in robot.config.components] == parts else None,
         )
         robots.append(look)
     return _scene(match.game, match.field, robots)

@@ -33,7 +33,7 @@ BUDGET = {
     "robot_file": (3903, 19),
     "robotpy": (8072, 42),
     "shooting": (1360, 7),
-    "show": (8646, 48),
+    "show": (8974, 49),
     "simcore": (1549, 10),
     "sweep": (5189, 28),
     "telemetry": (1444, 7),

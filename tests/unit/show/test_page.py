@@ -115,6 +115,16 @@ def test_a_name_can_neither_end_the_data_nor_hide_their_end(tmp_path: Path) -> N
     assert "<" not in run and r"\u003c!--\u003cscript>" in run
 
 
+def test_a_robot_that_only_drives_has_no_view_from_its_side(tmp_path: Path) -> None:
+    plain = Recording()
+    for snapshot in recorded().snapshots():
+        arrays = {key: rows for key, rows in snapshot.pose_arrays.items() if "Held" not in key}
+        plain.write(replace(snapshot, pose_arrays=arrays))
+    text = page(tmp_path, plain)
+    assert data(text)["side"] is None and '<figure class="of-robot' not in text
+    assert '<figure class="of-robot' in page(tmp_path), "that one holds a piece"
+
+
 def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:
     assert data(page(tmp_path, Recording()))["frames"] == []
     strange = recorded(3)
