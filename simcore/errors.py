@@ -17,6 +17,7 @@ __all__ = [
     "SimcoreError",
     "UnknownNameError",
     "VendorError",
+    "nearest",
 ]
 
 
@@ -61,16 +62,20 @@ class ModelError(SimcoreError, ValueError):
 
 
 class UnknownNameError(SimcoreError, KeyError):
-    """A name that nobody registered; carries the nearest ones."""
+    """A name that nobody registered; the message has the nearest ones."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
         self.name = name
         self.known = sorted(known)
-        self.nearest = difflib.get_close_matches(name, self.known, n=3, cutoff=0.5)
-        hint = f" Did you mean {' or '.join(repr(n) for n in self.nearest)}?" if self.nearest else ""
-        self.message = f"no {kind} named {name!r}.{hint} Known: {self.known}"
+        self.message = f"no {kind} named {name!r}.{nearest(name, self.known, 3)} Known: {self.known}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
         return self.message  # KeyError would show the repr of it
+
+
+def nearest(name: str, known: Iterable[str], most: int = 1) -> str:
+    """The question after a name that is not known; empty where none is like it."""
+    near = difflib.get_close_matches(name, sorted(known), n=most, cutoff=0.5)
+    return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""

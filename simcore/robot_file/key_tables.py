@@ -9,8 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from simcore.errors import nearest
 from simcore.quantities import DEGREES, Quantity, Row, require, require_row, row_text, shown
-from simcore.robot_file.toml_tables import REQUIRED, Table, nearest
+from simcore.robot_file.toml_tables import REQUIRED, Table
 
 __all__ = ["Form", "Key", "KeyTable", "Named", "Names", "Several", "comment_line", "toml"]
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, nearest
 from simcore.quantities import shown
 
 if sys.version_info >= (3, 11):
@@ -147,9 +145,3 @@ class Table:
             if key not in self._asked:
                 known = sorted(self._asked)
                 raise ConfigError(f"{self.where}: no key {key!r}.{nearest(key, known)} Known: {', '.join(known)}")
-
-
-def nearest(value: str, known: Sequence[str]) -> str:
-    """The question after a name that is not known; empty where none is like it."""
-    near = difflib.get_close_matches(value, known, n=1, cutoff=0.5)
-    return f" Did you mean {near[0]!r}?" if near else ""

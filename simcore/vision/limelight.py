@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import logging
 import math
 from collections import deque
@@ -12,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from simcore.errors import nearest
 from simcore.geometry.rotation import Quaternion, Vector
 from simcore.typing import BoolSupplier
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rows
@@ -102,9 +102,8 @@ class _Complaints:
         elif topic in NOT_MODELED:
             _log.warning("%s: %s is not modeled; what the camera publishes stays as it is", self.camera, topic)
         else:
-            near = difflib.get_close_matches(topic, (*INPUTS, _ORIENTATION, *NO_EFFECT, *NOT_MODELED), n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            _log.warning("%s: robot code writes %s, which a Limelight does not read%s", self.camera, topic, hint)
+            hint = nearest(topic, (*INPUTS, _ORIENTATION, *NO_EFFECT, *NOT_MODELED))
+            _log.warning("%s: robot code writes %s, which a Limelight does not read.%s", self.camera, topic, hint)
 
 
 class LimelightSim:

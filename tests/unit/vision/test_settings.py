@@ -114,5 +114,5 @@ def test_a_topic_without_effect_is_named_once(topic, caplog):
     for k in range(5):
         camera.request(CameraRequest(topic, None), 0.02 * k)
     assert len(caplog.records) == 1 and topic in caplog.text
-    assert ("did you mean 'priorityid'?" in caplog.text) == (topic == "priorityId")
+    assert ("Did you mean 'priorityid'?" in caplog.text) == (topic == "priorityId")
     assert camera.bad_requests == 0 and camera.settings == CameraSettings.of(CONFIG)
