@@ -14,11 +14,11 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
     "devices": (3097, 21),
-    "games/rebuilt": (1803, 16),
-    "games/reefscape": (2036, 16),
+    "games/rebuilt": (1818, 16),
+    "games/reefscape": (2061, 16),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
-    "match": (5886, 27),
+    "match": (6115, 29),
     "navx": (178, 2),
     "new_game": (120, 2),
     "phoenix5": (852, 6),
