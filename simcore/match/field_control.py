@@ -221,13 +221,9 @@ class FieldControl:
         return self._enqueue(f"start auto {name!r}", act)
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Let the human player of an alliance do something, as soon as their hands are ready.
+        """Let the human player of `blue` or `red` do an action of the game, as soon as their hands are ready.
 
         A person plays them from the first time on, and the game's own policy rests.
-
-        Args:
-            alliance: `blue` or `red`.
-            name: Of an action of the game (`Rules.human_actions`).
         """
         return self._enqueue(f"have {name!r} done for {alliance}", lambda: ask(self._match, alliance, name))
 

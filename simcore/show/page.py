@@ -21,7 +21,7 @@ from simcore.show.match_tables import RobotRow, cycles_html, period_rows, period
 from simcore.show.palette import css_variables
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
-from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of
+from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of, phases_of
 from simcore.show.run_track import RunTrack, Table
 from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shot_rows, shots_of
@@ -83,6 +83,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         "board": [
             [[round(time, 2), text] for time, text in zip(item.times, item.texts, strict=True)] for item in board
         ],
+        "phases": phases_of(recording),
         "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
         "charts": [_curve_data(chart) for chart in charts],
         "plot": PLOT,
@@ -107,7 +108,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         side=_SIDE.format(side) if side else "",
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
         style=page_style(),
-        script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
+        script="".join(_HERE.joinpath(name).read_text(encoding="utf-8") for name in ("match_sounds.js", "page.js")),
         # neither "</script>" nor "<!--<script>" in a name may end the script that carries it, or keep it from ending
         run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     )  # fmt: skip
