@@ -1,9 +1,13 @@
-"""Human players at the outposts: they open the chute's door for robots that wait, and throw fuel at their hub."""
+"""Human players at the outposts: they open the chute's door for robots that wait, and throw fuel at their hub.
+
+A person in their place may also push fuel out through the corral's opening.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +17,7 @@ from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import own_first
 from simcore.match.feeder import Feeder
 from simcore.match.game import PlayedMatch
+from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.units import degrees
@@ -24,31 +29,40 @@ HUMAN_PLAYERS = "human_players"
 
 # Estimates.
 _DUMP_PERIOD = 0.12  # [s] between two fuel through the open door: 24 in 3 s
-_DUMP_SPEED = 1.2  # [m/s] at the end of a chute of 15 degrees
+_DOOR_OPEN = 1.0  # [s] for which a person has the door open at a time: nine fuel
+_PUSH_PERIOD = 0.5  # [s] between two fuel that are pushed out of the corral
+_AT_WALL = 0.05  # [m]; fuel this near to the opening of the corral rolls into it
+# How fuel comes out of each opening: from the wall, height [m], speed [m/s], downward [rad]; the chute has 15 degrees.
+_CHUTE = (FUEL.bounding_radius, dim.OUTPOST_OPENING_BOTTOM + 0.08, 1.2, degrees(15.0))
+_CORRAL = (FUEL.bounding_radius + 2.0 * _AT_WALL, FUEL.bounding_radius, 2.0, 0.0)
 _DOOR_Y = 0.5 * dim.OUTPOST_OPENING_WIDTH - FUEL.bounding_radius
 _WAITING, _REACH = 0.7, 1.3  # [m/s] and [m] from the wall, of a robot that waits for fuel
 _THROW_PERIOD = 1.3  # [s]
 _THROW_FROM = (-0.45, 1.5, 2.05)  # in the outpost area, with the arms up over the alliance wall [m]
 _THROW_ELEVATION = degrees(55.0)
 _THROW_ERROR = 0.07  # standard deviation, [rad] and share of the speed: 79 of 200 throws were hits
-_AT_WALL = 0.05  # [m]; fuel this near to the opening of the corral rolls into it
 _KEEPS = 8  # fuel that stays in the chute for robots while there are robots to feed
 
 
 class HumanPlayers:
-    """One at each outpost.
+    """One at each outpost; each takes half of the fuel that waits off the field.
 
     Args:
-        match: In which.
+        match: With pieces staged.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._feeders: dict[Alliance, Feeder] = {}
-
-    def begin(self) -> None:
-        """Take the fuel that waits off the field, half of it each."""
-        match = self._match
+        self.actions = tuple(
+            HumanAction(name=name, summary=summary, feeders=self._feeders, act=act, period=period, lasts=lasts)
+            for name, summary, act, period, lasts in (
+                ("OpenDoor", "open the chute's door", partial(self._roll, *_CHUTE), _DUMP_PERIOD, _DOOR_OPEN),
+                ("ThrowFuel", "throw a fuel at the hub", self._throw, _THROW_PERIOD, 0.0),
+                ("PushFuel", "push a fuel out of the corral", partial(self._roll, *_CORRAL), _PUSH_PERIOD, 0.0),
+            )
+        )
+        """What the manual lets them do (G425)."""
         waiting = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0].tolist()
         half = (len(waiting) + 1) // 2
         for number, (alliance, rng) in enumerate(own_first(match)):
@@ -63,26 +77,18 @@ class HumanPlayers:
 
     def act(self) -> None:
         """Take what has come into the corrals, feed who waits, and throw while the own hub counts; once a tick."""
-        match = self._match
+        match, (door, throw, _) = self._match, self.actions
         for alliance, feeder in self._feeders.items():
             feeder.take_off(self._in_corral(alliance))
-            if not (match.timer.is_enabled and feeder.stock):
+            if alliance in match.persons:
                 continue
+            kept = _KEEPS if alliance in match.alliances else 0
             if self._is_awaited(alliance):
-                if feeder.is_due(_DUMP_PERIOD, "door"):
-                    self._dump(alliance, feeder)
-            elif feeder.stock > self._kept(alliance) and self._wants_throws(alliance):
-                if feeder.is_due(_THROW_PERIOD, "throw"):
-                    flipped = alliance == "red"
-                    feeder.throw(
-                        _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=flipped,
-                        hand="throw",
-                    )  # fmt: skip
+                door.take(match, alliance)
+            elif feeder.stock > kept and self._wants_throws(alliance):
+                throw.take(match, alliance)
 
     # --- inside -----------------------------------------------------------------------------------------------------
-
-    def _kept(self, alliance: Alliance) -> int:
-        return _KEEPS if alliance in self._match.alliances else 0
 
     def _wants_throws(self, alliance: Alliance) -> bool:
         """Whether a throw of now will count; it flies for a second."""
@@ -100,15 +106,21 @@ class HumanPlayers:
                 return True
         return False
 
-    def _dump(self, alliance: Alliance, feeder: Feeder) -> None:
-        """Let a fuel roll out of the chute."""
+    def _throw(self, alliance: Alliance) -> None:
+        """Throw a fuel at the hub, as well as people do."""
+        self._feeders[alliance].throw(
+            _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=alliance == "red"
+        )
+
+    def _roll(self, x: float, z: float, speed: float, dip: float, alliance: Alliance) -> None:
+        """Let a fuel come out of an opening, somewhere in its width."""
+        feeder = self._feeders[alliance]
         aside = min(max(0.15 * float(feeder.errors(1)[0]), -_DOOR_Y), _DOOR_Y)
-        place = np.array([[FUEL.bounding_radius, dim.OUTPOST_Y + aside, dim.OUTPOST_OPENING_BOTTOM + 0.08]])
-        down = degrees(15.0)
-        vel = np.array([[_DUMP_SPEED * math.cos(down), 0.0, -_DUMP_SPEED * math.sin(down)]])
+        place = np.array([[x, dim.OUTPOST_Y + aside, z]])
+        vel = np.array([[speed * math.cos(dip), 0.0, -speed * math.sin(dip)]])
         if alliance == "red":
             place, vel = FIELD.symmetry.flip_points(place), FIELD.symmetry.flip_vectors(vel)
-        feeder.put(place[0], velocity=vel[0], hand="door")
+        feeder.put(place[0], velocity=vel[0])
 
     def _in_corral(self, alliance: Alliance) -> list[int]:
         """Slots of the fuel in the corral's opening, which lies behind the wall."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from games.rebuilt.fouls import MAJOR, MINOR, Fouls
 from games.rebuilt.fuel_ways import FuelWays
@@ -11,6 +11,7 @@ from games.rebuilt.human_players import HUMAN_PLAYERS, HumanPlayers
 from games.rebuilt.scoring import ALLIANCES, ASSESSMENT, MATCH, UNCOUNTED, EventSettings, HubCount
 from games.rebuilt.tower import TowerJudge
 from simcore.match.game import PlayedMatch, Rules
+from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 
 __all__ = ["RebuiltRules"]
@@ -35,7 +36,6 @@ class RebuiltRules(Rules):
         self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
         self.ways = FuelWays(match)
         """Fuel that is in a hub, or off the field."""
-        self.human_players = HumanPlayers(match) if HUMAN_PLAYERS in match.options else None
         self._forget()
 
     def _forget(self) -> None:
@@ -53,8 +53,7 @@ class RebuiltRules(Rules):
     def start(self) -> None:
         """The human players take the fuel of their chutes."""
         self.match.pieces.out_of_field = self._left_field
-        if self.human_players is not None:
-            self.human_players.begin()
+        self.human_players = HumanPlayers(self.match) if HUMAN_PLAYERS in self.match.options else None
 
     def start_mode(self, mode: str) -> None:
         """An auto begins without points."""
@@ -87,6 +86,10 @@ class RebuiltRules(Rules):
             if points != self._tower_points[alliance]:
                 self.match.tracker.add(alliance, points - self._tower_points[alliance])
                 self._tower_points[alliance] = points
+
+    def human_actions(self) -> Sequence[HumanAction]:
+        """What may be done at an outpost, where somebody is there."""
+        return () if self.human_players is None else self.human_players.actions
 
     def game_data(self) -> str:
         """Empty before teleop, then `B` or `R`: whose hub is inactive first."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.feeder import Feeder
 from simcore.match.game import PlayedMatch
+from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
@@ -27,6 +29,7 @@ _DROP_PERIOD = 1.1  # [s] between two coral of one station
 _THROW_PERIOD = 4.0  # [s] between two algae
 _DROP_DEPTH = 0.30  # [m] behind the chute's mouth
 _DROP_SPREAD = 0.03  # [m] to both sides, standard deviation
+_HALF_CHUTE = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)  # [m] to both sides, of a coral's middle
 _DROP_GAP = 0.003  # [m] over the chute
 _REACH = 0.7  # [m] from a station's face to the middle of a robot that waits for coral, and
 _WAITING = 0.7  # [m/s] its greatest speed
@@ -66,6 +69,26 @@ class HumanPlayers:
             clumsiness = match.draws.factor("human_players", int(alliance != own))
             self._coral[alliance] = Feeder(match, slots, clumsiness=clumsiness)
             self._algae[alliance] = Feeder(match, clumsiness=clumsiness)
+        self._stations = {
+            side: HumanAction(
+                name=f"Feed{side.capitalize()}",
+                summary=f"drop a coral into the {side} station",
+                feeders=self._coral,
+                act=partial(self._drop, side),
+                period=_DROP_PERIOD,
+            )
+            for side in self._faces["blue"]
+        }
+        self._net = HumanAction(
+            name="ThrowAlgae",
+            summary="throw an algae at the net",
+            feeders=self._algae,
+            act=self._throw,
+            period=_THROW_PERIOD,
+            modes=("teleop",),
+        )
+        self.actions = (*self._stations.values(), self._net)
+        """What they can do."""
 
     @property
     def stock(self) -> Mapping[Alliance, int]:
@@ -83,44 +106,41 @@ class HumanPlayers:
 
     def act(self) -> None:
         """Drop and throw what is due; once a tick."""
-        if not self._match.timer.is_enabled:
-            return
         for alliance in ALLIANCES:
-            for side in self._faces[alliance]:
-                if self._coral[alliance].stock:
-                    self._feed(alliance, side)
-            if self._match.timer.phase.mode == "teleop":
-                self._throw(alliance)
+            if alliance in self._match.persons:
+                continue
+            for side, station in self._stations.items():
+                if self._waits_at(alliance, side) is not None:
+                    station.take(self._match, alliance)
+            self._net.take(self._match, alliance)
 
-    def _feed(self, alliance: Alliance, side: str) -> None:
-        """Drop a coral where a robot without one waits."""
-        feeder = self._coral[alliance]
-        if not feeder.is_due(_DROP_PERIOD, side):
-            return
+    def _waits_at(self, alliance: Alliance, side: str) -> float | None:
+        """How far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""
         x, y, yaw = self._faces[alliance][side]
         c, s = math.cos(yaw), math.sin(yaw)
         for robot, owner in zip(self._match.robots, self._match.alliances, strict=True):
             rx, ry, _ = robot.chassis.pose
             out, aside = c * (rx - x) + s * (ry - y), c * (ry - y) - s * (rx - x)
-            reach = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)
-            is_there = out < _REACH and abs(aside) < reach and robot.chassis.speed < _WAITING
+            is_there = out < _REACH and abs(aside) < _HALF_CHUTE and robot.chassis.speed < _WAITING
             if owner == alliance and is_there and not self._has_coral(robot):
-                spread = _DROP_SPREAD * float(feeder.errors(1)[0])
-                place, attitude = _in_chute(x, y, yaw, min(max(aside + spread, -reach), reach))
-                feeder.put(place, attitude, hand=side)
-                return
+                return aside
+        return None
+
+    def _drop(self, side: str, alliance: Alliance) -> None:
+        """Drop a coral before the robot that waits at a station, or in its middle."""
+        feeder = self._coral[alliance]
+        aside = (self._waits_at(alliance, side) or 0.0) + _DROP_SPREAD * float(feeder.errors(1)[0])
+        feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)))
 
     def _has_coral(self, robot: Robot) -> bool:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
     def _throw(self, alliance: Alliance) -> None:
         """Throw an algae at the net, as well as people do."""
-        feeder = self._algae[alliance]
-        if not (feeder.stock and feeder.is_due(_THROW_PERIOD)):
-            return
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
         hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
-        feeder.throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=alliance == "blue")
+        flipped = alliance == "blue"
+        self._algae[alliance].throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=flipped)
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:

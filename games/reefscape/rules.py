@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES
@@ -14,6 +14,7 @@ from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import PlayedMatch, Rules
+from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.robot import Robot
@@ -78,6 +79,10 @@ class ReefscapeRules(Rules):
     def before_tick(self) -> None:
         """Human players act."""
         self.human_players.act()
+
+    def human_actions(self) -> Sequence[HumanAction]:
+        """What may be done at stations and at the processor."""
+        return self.human_players.actions
 
     def worth(self, zone: ScoringZone) -> int:
         """Points of an algae in a processor, until the assessment after the match is over."""

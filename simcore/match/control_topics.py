@@ -14,6 +14,7 @@ from typing import Any
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
+from simcore.match.human_topics import HumanTopics
 from simcore.match.match import Match
 
 __all__ = ["TABLE", "ControlTopics"]
@@ -69,11 +70,13 @@ class ControlTopics:
         self._told = -1
         self._tell()
         self._since = self._count.get_atomic().time  # what a dashboard has kept from a run before is no command
+        self._people = self._keep(HumanTopics(match, instance, self._since))
         self._control.sources.append(self.read)
 
     def read(self) -> None:
         """Give the commands that have arrived, in the order of their time stamps, and tell of those carried out."""
         self._tell()
+        self._people.read()
         found: list[tuple[int, str, Callable[[], object]]] = []
         for name, button, act in self._buttons:
             for pressed in button.read_queue():

@@ -72,27 +72,26 @@ class Feeder:
         drawn: FloatArray = self.clumsiness * self._rng.standard_normal(count)
         return drawn
 
-    def put(
-        self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None, hand: str = ""
-    ) -> int:
+    def note(self, hand: str) -> None:
+        """A hand has put a piece on the field now."""
+        self._last[hand] = self._match.time
+
+    def put(self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None) -> int:
         """Put the next piece on the field; returns its slot.
 
         Args:
             place: Of its center, field frame [m], shape (3,).
             attitude: Unit quaternion x, y, z, w; None: upright.
             velocity: Of one that is thrown, field frame [m/s], shape (3,); None: it is at rest.
-            hand: Which.
         """
         slot = np.array([self._slots.pop(0)])
         self._match.pieces.release(slot, place[None], None if attitude is None else attitude[None])
         if velocity is not None:
             self._match.pieces.push(slot, velocity[None], flying=True)
-        self._last[hand] = self._match.time
+        self.note("")
         return int(slot[0])
 
-    def throw(
-        self, start: Vector, target: Vector, *, elevation: float, error: float, flipped: bool, hand: str = ""
-    ) -> int:
+    def throw(self, start: Vector, target: Vector, *, elevation: float, error: float, flipped: bool) -> int:
         """Throw the next piece, as well as people do; returns its slot.
 
         Args:
@@ -101,7 +100,6 @@ class Feeder:
             elevation: Over the horizontal [rad].
             error: Standard deviation of the direction [rad], and of the speed as a share of it.
             flipped: Whether places are those of the other alliance.
-            hand: Which.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -113,4 +111,4 @@ class Feeder:
         if flipped:
             symmetry = self._match.game.field.symmetry
             pos, vel = symmetry.flip_points(pos), symmetry.flip_vectors(vel)
-        return self.put(pos[0], velocity=vel[0], hand=hand)
+        return self.put(pos[0], velocity=vel[0])

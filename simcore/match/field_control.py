@@ -19,6 +19,7 @@ import numpy as np
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
 from simcore.match.clock import Mode
+from simcore.match.human_actions import ask, carry_out, take_over
 from simcore.match.match_state import MatchState
 from simcore.match.scripted import ScriptedRobot
 from simcore.robot.robot import Controller
@@ -219,6 +220,19 @@ class FieldControl:
 
         return self._enqueue(f"start auto {name!r}", act)
 
+    def human_action(self, alliance: str, name: str) -> int:
+        """Let the human player of `blue` or `red` do an action of the game, as soon as their hands are ready.
+
+        A person plays them from the first time on, and the game's own policy rests.
+        """
+        return self._enqueue(f"have {name!r} done for {alliance}", lambda: ask(self._match, alliance, name))
+
+    def take_over(self, alliance: str, by_person: bool = True) -> int:
+        """Have a person play the human player of an alliance, or the game's own policy again."""
+        return self._enqueue(
+            f"let somebody else play {alliance}'s human player", lambda: take_over(self._match, alliance, by_person)
+        )
+
     def refuse(self, command: str, why: str) -> int:
         """Note a command that cannot even be read."""
 
@@ -247,6 +261,8 @@ class FieldControl:
                 _log.info("field control at %.2f s: %s", self._match.time, result.text)
             else:
                 _log.warning("field control at %.2f s: cannot %s: %s", self._match.time, command, result.text)
+        if self._match.persons:
+            carry_out(self._match)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

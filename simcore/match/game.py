@@ -14,6 +14,7 @@ import numpy as np
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
 from simcore.match.clock import MatchClock, MatchTimer, Phase
+from simcore.match.human_actions import HumanAction
 from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scatter import ScatterDraws
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
@@ -242,6 +243,7 @@ class PlayedMatch(Protocol):
     rules: Rules
     rules_rng: np.random.Generator
     draws: ScatterDraws
+    persons: dict[Alliance, dict[str, float]]
 
     def outline(self, number: int) -> FloatArray:
         """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
@@ -320,6 +322,10 @@ class Rules:
 
     def end(self) -> None:
         """The last phase is over; called once."""
+
+    def human_actions(self) -> Sequence[HumanAction]:
+        """What human players can do; none where there are none. The same names in all runs of a match."""
+        return ()
 
     def game_data(self) -> str:
         """The game-specific message that robots receive now; empty for none."""

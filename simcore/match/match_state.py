@@ -77,6 +77,8 @@ class MatchState:
     """Of everything that is left to chance."""
     draws: ScatterDraws
     """What the scatter of this run comes to."""
+    persons: dict[Alliance, dict[str, float]]
+    """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
     field_resets: int
     """How often `reset_field` was called since the start."""
     timer: MatchTimer
@@ -186,6 +188,7 @@ class MatchState:
         self.draws = ScatterDraws(self.scatter, seed)
         self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
         self.time, self.ticks, self.field_resets = 0.0, 0, 0
+        self.persons = {}
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
         self._started = None

@@ -173,12 +173,20 @@
     });
   }
 
+  function hear(time) {
+    if (!run.phases.length) return;
+    const [at, words, left] = run.phases[rowAt(run.phases.map((one) => one[0]), time)];
+    const enabled = !words.endsWith("disabled");
+    matchSounds.see({ period: words, enabled, time: time - run.start, left: left - (time - at) });
+  }
+
   let last = null;
   function play(stamp) {
     if (last === null) return;
     const time = now + (stamp - last) / 1000 * Number(speed.value);
     last = stamp;
     show(time);
+    hear(now);
     if (now >= run.end) stop(); else requestAnimationFrame(play);
   }
   function stop() {
@@ -222,6 +230,7 @@
     event.preventDefault();
     actions[event.key]();
   });
+  if (run.phases.length) find(".bar").append(matchSounds.button);
   for (const node of all(".bar, .of-robot")) node.hidden = false;
   find(".keys").hidden = false;
   const wanted = Number(new URLSearchParams(location.hash.slice(1)).get("t"));

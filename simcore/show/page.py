@@ -22,7 +22,7 @@ from simcore.show.palette import css_variables
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
 from simcore.show.robot_side import robot_side
-from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of
+from simcore.show.run_events import BoardItem, RunEvent, board_of, ending_of, events_of, phases_of
 from simcore.show.run_track import RunTrack, Table
 from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shot_rows, shots_of
@@ -85,6 +85,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         "board": [
             [[round(time, 2), text] for time, text in zip(item.times, item.texts, strict=True)] for item in board
         ],
+        "phases": phases_of(recording),
         "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
         "side": side and side[1],
         "charts": [_curve_data(chart) for chart in charts],
@@ -111,7 +112,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         side=_SIDE.format(from_side) if from_side else "",
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
         style=page_style(),
-        script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
+        script="".join(_HERE.joinpath(name).read_text(encoding="utf-8") for name in ("match_sounds.js", "page.js")),
         # neither "</script>" nor "<!--<script>" in a name may end the script that carries it, or keep it from ending
         run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     )  # fmt: skip

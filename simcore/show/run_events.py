@@ -18,7 +18,7 @@ from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "ending_of", "events_of"]
+__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "ending_of", "events_of", "phases_of"]
 
 EventKind = Literal["mode", "put", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
 
@@ -96,6 +96,15 @@ def board_of(recording: Recording) -> list[BoardItem]:
             words = _changes(times, ["yes" if flag else "no" for flag in flags.tolist()])
             items.append(BoardItem(key_in_words(key.removeprefix("Sim/Match/")), *words))
     return items
+
+
+def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
+    """When the match came to another period, or robots were enabled or disabled: time, in words, time left [s]."""
+    if not recording.has("Sim/Match/TimeLeft"):
+        return []
+    at, left = recording.series("Sim/Match/TimeLeft")
+    times, words = _modes(recording)
+    return [*zip(times, words, left[newest_rows(at, np.array(times))].tolist(), strict=True)]
 
 
 def ending_of(recording: Recording) -> list[str]:

@@ -50,13 +50,17 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         f'<small style="font-size:12px">{name.upper()}</small> {score.get(f"Sim/Score/{name}", 0)}</div>'
         for name, color in (("Blue", "#1e54b7"), ("Red", "#c42828"))
     )
-    clock = f'<span title="time of the match">{clock_text(doubles.get("Sim/Match/Time", snapshot.time))}</span>'
+    time = doubles.get("Sim/Match/Time", snapshot.time)
+    clock = f'<span title="time of the match">{clock_text(time)}</span>'
     left = doubles.get("Sim/Match/TimeLeft")
     rest = [] if left is None else [f"{clock_text(left)} left"]
     if period := snapshot.strings.get("Sim/Match/Period"):
         rest.append(f"period: {html.escape(period)}")
-    if not snapshot.booleans.get("Sim/Match/Enabled", True):
+    enabled = snapshot.booleans.get("Sim/Match/Enabled", True)
+    if not enabled:
         rest.append("disabled")
+    facts = {"period": period, "enabled": enabled, "time": time, "left": left} if period and left is not None else {}
+    data = "".join(f' data-{name}="{html.escape(str(value))}"' for name, value in facts.items())  # for sounds
     lines = [*_placed(snapshot), *_counting(snapshot)]
     pieces = {k.removeprefix("Sim/GamePieces/"): len(v) for k, v in snapshot.pose_arrays.items() if "/GamePieces/" in k}
     lines += [f"{html.escape(name.lower())} on the field <b>{count}</b>" for name, count in pieces.items()]
@@ -68,7 +72,7 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
     return (
         f'{_STYLE}<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif">'
         f'<div style="display:flex;gap:6px">{boxes}</div>'
-        f'<div class=simcore-clock style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}'
+        f'<div class=simcore-clock{data} style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}'
         f' <span style="color:#4a5260;font-size:14px">{", ".join(rest)}</span></div>'
         f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
     )

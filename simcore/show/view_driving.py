@@ -123,20 +123,13 @@ class ViewDriving:
         script = files(__package__).joinpath("view_driving.js").read_text(encoding="utf-8")
         for name, value in (("KEYS", sorted(KEYS)), ("HELP", ", ".join(words)), ("SUBPROTOCOL", SUBPROTOCOL)):
             script = script.replace(f'"${name}"', json.dumps(value).replace("</", "<\\/"))
-        self._script = f"<script>{script}</script>".encode()
+        self.script = script
+        """Of the page."""
 
     def input(self) -> DriverInput | None:
         """What the person wants now; None while nobody drives, and when the last message is too old."""
         latest = self._latest
         return None if latest is None or self._clock() > latest[0] + _PATIENCE else latest[1]
-
-    def add_to(self, answer: Any) -> None:
-        """Put the script into an answer of the web server, if that is a page of HTML without compression."""
-        if "html" in answer.headers.get("Content-Type", ""):
-            before, tag, after = answer.body.rpartition(b"</body>")
-            answer.body = before + self._script + tag + after if tag else answer.body + self._script
-            del answer.headers["Content-Length"]
-            answer.headers["Content-Length"] = str(len(answer.body))
 
     async def serve(self, socket: Any) -> None:
         """Listen to a page until it lets go, says nothing, or says nonsense."""

@@ -16,6 +16,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from http import HTTPStatus
+from importlib.resources import files
 from typing import Any, Protocol
 
 from simcore.show.view_driving import LONGEST, SUBPROTOCOL, ViewDriving
@@ -26,6 +27,8 @@ MOST_VIEWERS = 16
 """Open pages at once; each costs the run some time."""
 _LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 _LIBRARY = "viser-v"  # what a page of viser names as its websocket protocol
+_SCRIPTS = ("match_sounds.js", "view_sounds.js")
+"""Of every page, beside viser's own."""
 _HEADERS = {
     "Content-Security-Policy": "frame-ancestors 'none'",  # no other site shows the buttons inside of its own page
     "X-Frame-Options": "DENY",
@@ -49,11 +52,14 @@ class ViewGuard:
     Args:
         host: Where the view listens. On another address than the loopback's, every name of this computer and every
             numeric address will do: a site's own name is neither.
-        driving: Gets a script into the page and a socket from it; None: nobody can drive.
+        driving: Has a script in the page and a socket from it; None: nobody can drive.
     """
 
     def __init__(self, host: str, driving: ViewDriving | None = None) -> None:
         self._driving = driving
+        scripts = [(files(__package__) / name).read_text(encoding="utf-8") for name in _SCRIPTS]
+        scripts += [] if driving is None else [driving.script]
+        self._scripts = "".join(f"<script>{script}</script>" for script in scripts).encode()
         self._names = set(_LOOPBACK)
         self._any_address = host.lower() not in _LOOPBACK | {"::1"}
         if self._any_address:
@@ -85,6 +91,14 @@ class ViewGuard:
         if _is_websocket(headers) and not any(_LIBRARY in name for name in headers.get_all("Sec-WebSocket-Protocol")):
             return HTTPStatus.BAD_REQUEST, "this socket is for the page of the view"
         return None
+
+    def add_scripts(self, answer: Any) -> None:
+        """Put our scripts into an answer of the web server, if that is a page of HTML without compression."""
+        if "html" in answer.headers.get("Content-Type", ""):
+            before, tag, after = answer.body.rpartition(b"</body>")
+            answer.body = before + self._scripts + tag + after if tag else answer.body + self._scripts
+            del answer.headers["Content-Length"]
+            answer.headers["Content-Length"] = str(len(answer.body))
 
     def _drives(self, headers: Headers) -> bool:
         asked = headers.get_all("Sec-WebSocket-Protocol")
@@ -165,11 +179,11 @@ class ViewGuard:
                 connection.protocol.max_message_size = 4 * LONGEST  # bytes; else they may be as long as viser's
                 return None
             else:
-                if self._driving is not None and "Accept-Encoding" in request.headers:
-                    del request.headers["Accept-Encoding"]  # the script goes into the plain page
+                if "Accept-Encoding" in request.headers:
+                    del request.headers["Accept-Encoding"]  # the scripts go into the plain page
                 answer = inner(connection, request) if inner is not None else None
-                if self._driving is not None and answer is not None:
-                    self._driving.add_to(answer)
+                if answer is not None:
+                    self.add_scripts(answer)
                 if answer is None and _is_websocket(request.headers):
                     self._viewers.add(connection)
                     task = asyncio.ensure_future(connection.wait_closed())

@@ -117,6 +117,7 @@ def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
     assert on_field == 457 and said.startswith("2 done: 1 Fuel put down at")
     assert run["said"][2] == "3 refused: robot 0 is driven by robot code, whose own chooser says which auto it plays"
     assert run["said"][3].startswith("4 done: robot 0 stands at its start")
+    assert run["said"][4] == "5 refused: this run of rebuilt has no human players; whole matches may have"
     assert run["counted"] == run["staged"]
 
 

@@ -238,6 +238,49 @@ def test_a_live_run_is_paused_slowed_touched_and_restarted(browser) -> None:
         view.close()
 
 
+def test_buttons_and_keys_do_what_human_players_do(browser) -> None:
+    """Blue's by a button, red's by a key: what is typed into a field is no key, and the other alliance plays on."""
+    view = LiveView(load_models(REBUILT.models).with_field(None))
+    with RebuiltSim(sinks=[view.sink()], options=["human_players"], robots=(RobotEntry(preload=0),)) as match:
+        try:
+            visitor = browser(view.url)
+            view.wait_for_viewer()
+            view.set_paused(True)
+            match.tick()
+            view.after_tick(match, should_stop=lambda: True)
+            visitor.wait_for_text("human players")
+            visitor.call("Emulation.setFocusEmulationEnabled", enabled=True)
+            unfold = "[...document.querySelectorAll('*')].filter(e => e.innerText === 'human players').pop().click()"
+            visitor.evaluate(unfold)
+            visitor.wait_for_text("red: push a fuel out of the corral (K)")
+            stock = dict(match.rules.human_players.stock)
+            visitor.click("blue: push a fuel out of the corral (O)")
+            view.after_tick(match, should_stop=lambda: bool(match.persons))  # acts while it stands
+            assert set(match.persons) == {"blue"}
+            visitor.wait_for_text("blue's human player: push a fuel out")
+            assert match.rules.human_players.stock == {**stock, "blue": stock["blue"] - 1}
+
+            def press(code: str) -> None:
+                for kind in ("rawKeyDown", "keyUp"):
+                    key = code[-1].lower()
+                    visitor.call(
+                        "Input.dispatchKeyEvent", type=kind, code=code, key=key, windowsVirtualKeyCode=ord(code[-1])
+                    )
+
+            visitor.evaluate(
+                "[...document.querySelectorAll('input')].find(one => one.value === '0').focus()"
+            )  # the seed
+            press("KeyK")
+            time.sleep(0.5)
+            assert not view._buttons.is_pressed
+            visitor.evaluate("document.activeElement.blur()")
+            press("KeyK")
+            view.after_tick(match, should_stop=lambda: "red" in match.persons)
+            assert match.rules.human_players.stock["red"] == stock["red"] - 1 and match.count.is_conserved
+        finally:
+            view.close()
+
+
 def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> None:
     with RebuiltSim(sinks=[WpilogSink(tmp_path / "run.wpilog")]) as sim:
         for _ in range(100):

@@ -235,6 +235,8 @@ class Play:
         field.start_auto("depot")
         field.place_at_start()
         yield from self.wait(0.1)
+        tables.getBooleanTopic("/Sim/HumanPlayer/Blue/Throw").publish().set(True)
+        yield from self.wait(0.1)
         self.results["said"] = [str(result) for result in field.results]
 
     def cameras(self, physics):

@@ -27,7 +27,8 @@ def test_board_says_score_clock_pieces_and_robots() -> None:
     board = board_html(snapshot, {0: "Sim", 1: "Sim/Robots/1"})
     for text in ("BLUE</small> 24<", "RED</small> 3<", "0:12.3", "2:27.7 left, period: shift 1",
                  "fuel on the field <b>448</b>", "hits <b>8</b>",
-                 "robot 0: holds <b>5</b>, battery <b>11.3 V</b>"):  # fmt: skip
+                 "robot 0: holds <b>5</b>, battery <b>11.3 V</b>",
+                 'data-period="shift 1" data-enabled="True" data-time="12.3" data-left="147.7"'):  # fmt: skip
         assert text in board
     assert "robot 1" not in board, "nothing is known of it"
     assert "\u2714 blue hub active" in board and "\u2718 red hub active: no" in board, "told apart without color"

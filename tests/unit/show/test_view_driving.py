@@ -11,6 +11,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.show.view_driving import KEYS, LONGEST, SUBPROTOCOL, ViewDriving, read_input
+from simcore.show.view_guard import ViewGuard
 
 
 def asked(*keys, **pad):
@@ -144,12 +145,13 @@ def test_nobody_drives_a_quarter_of_a_second_after_the_last_message():
 def test_the_script_knows_the_keys_and_the_actions():
     driving, body = ViewDriving(("shoot", "</script>")), b"<html><body>x</body></html>"
     answer = SimpleNamespace(headers={"Content-Type": "text/html; charset=utf-8", "Content-Length": "27"}, body=body)
-    driving.add_to(answer)
+    guard = ViewGuard("127.0.0.1", driving)
+    guard.add_scripts(answer)
     page = answer.body.decode()
     assert answer.headers["Content-Length"] == str(len(answer.body))
     picture = SimpleNamespace(headers={"Content-Type": "image/png"}, body=b"</body>")
-    driving.add_to(picture)
+    guard.add_scripts(picture)
     assert picture.body == b"</body>"
     assert page.startswith("<html><body>x<script>") and page.endswith("</script></body></html>")
     assert all(f'"{key}"' in page for key in KEYS) and SUBPROTOCOL in page and "$" not in page.replace("${", "")
-    assert "1 or Space shoot, 2 <\\/script>" in page and page.count("</script>") == 1
+    assert "1 or Space shoot, 2 <\\/script>" in page and page.count("</script>") == page.count("<script>") == 3

@@ -1,0 +1,50 @@
+// Sounds as a match goes on, off until somebody presses the button. The browser makes them; nothing is loaded.
+const matchSounds = (() => {
+  const CUES = {  // notes: frequency [Hz], when [s], how long [s]
+    start: [[523, 0, 0.15], [659, 0.15, 0.15], [784, 0.3, 0.45]],
+    stop: [[330, 0, 0.5]],
+    change: [[880, 0, 0.12], [880, 0.2, 0.12]],
+    last: [[988, 0, 0.12], [988, 0.18, 0.12], [988, 0.36, 0.3]],
+    end: [[294, 0, 1.2], [220, 0, 1.2]],
+  };
+  const LAST = 30.5;  // [s] before the end: a part of the match that begins later is its last
+  const JUMP = 2;  // [s]; who goes farther at once has jumped, and hears nothing
+  let context = null, isOn = false, before = null;
+
+  const cueOf = (was, is) => {
+    if (is.enabled && is.time < 1 && (!was || !was.enabled || is.time < was.time)) return "start";
+    if (!was || Math.abs(is.time - was.time) > JUMP) return null;
+    if (is.enabled !== was.enabled) return is.enabled ? "start" : is.left < 0.2 ? "end" : "stop";
+    if (!is.enabled || is.period === was.period) return null;
+    return is.left < LAST ? "last" : "change";
+  };
+  const play = (notes) => notes.forEach(([frequency, when, length]) => {
+    const start = context.currentTime + when, tone = context.createOscillator(), loudness = context.createGain();
+    tone.frequency.value = frequency;
+    loudness.gain.setValueAtTime(0.15, start);
+    loudness.gain.linearRampToValueAtTime(0, start + length);
+    tone.connect(loudness).connect(context.destination);
+    tone.start(start);
+    tone.stop(start + length);
+  });
+  const button = document.createElement("button");
+  const turn = (on) => {
+    isOn = on;
+    button.textContent = on ? "sound: on" : "sound: off";
+    button.setAttribute("aria-pressed", String(on));
+  };
+  button.type = "button";
+  button.onclick = () => {
+    context = context || new AudioContext();  // which a browser allows when somebody has pressed something
+    turn(!isOn);
+    button.blur();
+  };
+  turn(false);
+  // What a clock shows: period, whether robots are enabled, time since the start and left [s].
+  const see = (clock) => {
+    const cue = cueOf(before, clock);
+    before = clock;
+    if (cue && isOn) play(CUES[cue]);
+  };
+  return { button, see };
+})();

@@ -1,0 +1,231 @@
+"""A person plays human players, by Python and by NetworkTables, in both games, by the rules of the policy."""
+
+from __future__ import annotations
+
+import math
+import socket
+import time
+
+import numpy as np
+import pytest
+
+from games.rebuilt import RebuiltSim
+from games.rebuilt import dimensions as rebuilt
+from games.reefscape import REEFSCAPE
+from games.reefscape import dimensions as reefscape
+from games.reefscape.human_players import station_faces
+from simcore import Match, RobotEntry, season
+from simcore.match.control_topics import ControlTopics
+from simcore.pieces.pool import PieceStatus
+
+
+def outposts(**settings) -> Match:
+    return RebuiltSim(options=["human_players"], robots=(RobotEntry(preload=0),), **settings)
+
+
+def said(match: Match, *commands: tuple[str, str]) -> list[str]:
+    """What became of commands, given in one tick."""
+    for alliance, name in commands:
+        match.control.human_action(alliance, name)
+    match.tick()
+    assert match.count.is_conserved
+    return [result.text for result in list(match.control.results)[-len(commands) :]]
+
+
+def to_teleop(match: Match) -> None:
+    match.timer.start("teleop")
+
+
+def test_who_is_not_taken_over_plays_on_and_nobody_is_taken_over_by_what_is_refused():
+    def played(*commands) -> tuple[str, dict]:
+        with outposts(seed=3) as match:
+            for alliance, name in commands:
+                match.control.human_action(alliance, name)
+            match.play(4.0)
+            return match.digest.hexdigest(), dict(match.rules.human_players.stock)
+
+    alone, both_throw = played()
+    assert max(both_throw.values()) <= 21, "one each 1.3 s"
+    refused = played(("green", "ThrowFuel"), ("blue", "ThrowFuell"), ("blue", ""))
+    assert refused == (alone, both_throw)
+    changed, stock = played(("blue", "ThrowFuel"))
+    assert changed != alone and stock == {"blue": 23, "red": both_throw["red"]}
+
+
+def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
+    with outposts(seed=6) as match:
+        (text,) = said(match, ("blue", "OpenDoor"))
+        assert text == "blue's human player: open the chute's door, 24 stood ready"
+        match.play(2.0)
+        assert match.rules.human_players.stock["blue"] == 15, "nine fuel in a second, and then it is closed"
+        rolled = match.pieces.state.pos[match.pieces.on_field()]
+        assert ((rolled[:, 0] < 3.0) & (abs(rolled[:, 1] - rebuilt.OUTPOST_Y) < 1.5)).sum() >= 9
+        before = match.score.blue
+        for _ in range(4):
+            said(match, ("blue", "ThrowFuel"))
+            match.play(1.4)
+        match.play(1.0)
+        assert match.rules.human_players.stock["blue"] == 11 and 0 < match.score.blue - before < 4, "as people throw"
+        said(match, ("blue", "PushFuel"))
+        match.play(0.5)
+        assert match.rules.human_players.stock["blue"] == 10, "it does not come back at once"
+        assert match.count.is_conserved and match.pieces.recovered == 0
+
+
+def test_what_comes_too_early_waits_once_and_what_is_gone_is_refused():
+    with outposts() as match:
+        assert "24 stood ready" in said(match, ("red", "ThrowFuel"))[0]
+        texts = said(match, ("red", "ThrowFuel"), ("red", "ThrowFuel"))
+        assert "23 stood ready" in texts[0]
+        assert texts[1] == (
+            "red's human player cannot throw a fuel at the hub: the one before is still to come, one takes 1.3 s"
+        )
+        assert match.rules.human_players.stock["red"] == 23
+        match.play(1.4)
+        assert match.rules.human_players.stock["red"] == 22, "as fast as people are"
+        for _ in range(3):
+            said(match, ("red", "OpenDoor"))
+            match.play(1.2)
+        assert match.rules.human_players.stock["red"] == 0
+        texts = said(match, ("red", "OpenDoor"), ("red", "ThrowFuel"), ("red", "PushFuel"))
+        assert [text.partition(": ")[2] for text in texts] == ["no piece is left for it"] * 3
+        match.timer.set_enabled(False)
+        assert "wait until robots are enabled" in said(match, ("blue", "OpenDoor"))[0]
+
+
+def test_names_that_are_not_known_are_told_with_what_would_work():
+    with outposts() as match:
+        texts = said(match, ("green", "ThrowFuel"), ("blue", "ThrowFule"))
+        assert texts[0].startswith("no alliance named 'green'") and "'blue', 'red'" in texts[0]
+        assert "Did you mean 'ThrowFuel'" in texts[1]
+    with RebuiltSim() as match:
+        assert said(match, ("blue", "ThrowFuel"))[0].startswith("this run of rebuilt has no human players")
+
+
+def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():
+    with outposts(seed=3) as match:
+        match.play(1.0)
+        first = match.digest.hexdigest()
+        match.control.take_over("blue")
+        stock = match.rules.human_players.stock["blue"]
+        match.play(2.0)
+        assert match.rules.human_players.stock["blue"] == stock and set(match.persons) == {"blue"}
+        match.control.reset_field()
+        match.play(0.02)
+        assert set(match.persons) == {"blue"}, "the person is still there"
+        match.control.take_over("blue", False)
+        match.play(2.0)
+        assert match.rules.human_players.stock["blue"] < 24
+        match.control.take_over("blue")
+        match.play(0.1)
+        match.reset()
+        match.play(1.0)
+        assert match.digest.hexdigest() == first
+
+
+def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
+    x, y, yaw = station_faces("blue")["right"]
+    start = (x + 3.0 * math.cos(yaw), y + 3.0 * math.sin(yaw), yaw)
+    with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        assert [action.name for action in match.rules.human_actions()] == ["FeedRight", "FeedLeft", "ThrowAlgae"]
+        before = len(match.pieces.on_field("Coral"))
+        said(match, ("blue", "FeedRight"), ("blue", "FeedLeft"), ("red", "FeedLeft"))
+        match.play(2.0)
+        fed = match.pieces.state.pos[match.pieces.on_field("Coral")]
+        assert len(fed) == before + 3 and match.rules.human_players.stock["blue"] == 58
+        near = [np.hypot(*(fed[:, :2] - face[:2]).T).min() for face in station_faces("blue").values()]
+        assert max(near) < 2.0, "one at each station, though no robot waits"
+        slot = int(match.pieces.on_field("Algae")[0])
+        match.pieces.release(np.array([slot]), np.array([[reefscape.PROCESSOR_X, 0.3, 0.45]]))
+        match.pieces.push(np.array([slot]), np.array([[0.0, -3.0, 0.0]]))
+        match.play(0.4)
+        assert match.rules.human_players.waiting_algae["red"] == 1
+        assert "the rules allow it in teleop, now it is auto" in said(match, ("red", "ThrowAlgae"))[0]
+        to_teleop(match)
+        assert "no piece is left" in said(match, ("blue", "ThrowAlgae"))[0]
+        said(match, ("red", "ThrowAlgae"))
+        match.play(1.0)
+        assert match.rules.human_players.waiting_algae["red"] == 0
+        assert match.pieces.state.status[slot] != PieceStatus.STAGED and match.pieces.recovered == 0
+
+
+def test_a_dashboard_plays_human_players_over_networktables():
+    """A client that knows the topics: pulses, manual and back, misspelled alliances, numbers where buttons are."""
+    pytest.importorskip("ntcore")
+    from simcore.telemetry.networktables_sink import start_local_server
+
+    ntcore, folder = season.ntcore, "/Sim/HumanPlayer/"
+    server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = int(probe.getsockname()[1])
+    start_local_server(server, port=port)
+    of_2026 = hasattr(client, "startClient4")
+    kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
+    kept.set(True)  # of a simulation that was here before
+    wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
+    wrong.set(1.0)
+    everything = ntcore.MultiSubscriber(client, [folder])
+    (client.startClient4 if of_2026 else client.start_client)("dashboard")
+    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
+    deadline = time.monotonic() + 10.0
+    while not (client.isConnected if of_2026 else client.is_connected)() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    with outposts(seed=2) as match:
+        topics = ControlTopics(match, server)
+
+        def until(condition, seconds: float = 10.0) -> None:
+            deadline = time.monotonic() + seconds
+            while not condition():
+                assert time.monotonic() < deadline, [str(result) for result in match.control.results]
+                match.tick()
+                client.flush()
+                server.flush()
+                time.sleep(0.005)
+
+        def done(number: int) -> str:
+            until(lambda: match.control.count >= number)
+            assert match.control.count == number and match.count.is_conserved
+            return str(match.control.results[-1])
+
+        names = client.get_string_array_topic(folder + "Actions").subscribe([])
+        ready = client.get_integer_topic(folder + "Blue/Ready/ThrowFuel").subscribe(-1)
+        status = client.get_string_topic("/Sim/Control/Status").subscribe("")
+        manual = client.get_boolean_topic(folder + "Blue/Manual").get_entry(False)
+        button = client.get_boolean_topic(folder + "Blue/ThrowFuel").get_entry(False)
+        until(lambda: ready.get() > 0)
+        assert list(names.get()) == ["OpenDoor", "ThrowFuel", "PushFuel"]
+        assert match.control.count == 0 and not match.persons, "what was kept is no command"
+        button.set(True)
+        assert done(1).startswith("1 done: blue's human player: throw a fuel at the hub, ")
+        until(lambda: not button.get())  # it is let go of
+        until(lambda: manual.get() and not match.persons["blue"])
+        left = ready.get()
+        button.set(True)
+        assert done(2).startswith("2 done")
+        until(lambda: ready.get() == left - 1)
+        manual.set(False)
+        assert done(3) == "3 done: the game itself plays blue's human player" and not match.persons
+        manual.set(True)
+        assert done(4) == "4 done: a person plays blue's human player"
+        green = client.get_boolean_topic(folder + "Green/ThrowFuel").publish()
+        green.set(True)
+        assert done(5).startswith("5 refused: no alliance named 'green'")
+        thorw = client.get_boolean_topic(folder + "Blue/ThorwFuel").publish()
+        thorw.set(True)
+        assert "Did you mean 'ThrowFuel'" in done(6)
+        wrong.set(math.nan)
+        assert done(7).endswith("a button is a boolean that is set to true, got nan")
+        text = client.get_string_topic(folder + "Blue/Dump").publish()
+        text.set("now")
+        assert done(8).endswith("a button is a boolean that is set to true, got 'now'")
+        until(lambda: status.get() == str(match.control.results[-1]))
+        topics.close()
+        button.set(True)
+        time.sleep(0.3)
+        match.play(0.1)
+        assert match.control.count == 8
+    everything.close()
+    for instance in (client, server):
+        ntcore.NetworkTableInstance.destroy(instance)
