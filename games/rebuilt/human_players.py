@@ -84,9 +84,9 @@ class HumanPlayers:
                 continue
             kept = _KEEPS if alliance in match.alliances else 0
             if self._is_awaited(alliance):
-                door.take(match, alliance)
+                door.take(match.timer, alliance)
             elif feeder.stock > kept and self._wants_throws(alliance):
-                throw.take(match, alliance)
+                throw.take(match.timer, alliance)
 
     # --- inside -----------------------------------------------------------------------------------------------------
 

@@ -111,8 +111,8 @@ class HumanPlayers:
                 continue
             for side, station in self._stations.items():
                 if self._waits_at(alliance, side) is not None:
-                    station.take(self._match, alliance)
-            self._net.take(self._match, alliance)
+                    station.take(self._match.timer, alliance)
+            self._net.take(self._match.timer, alliance)
 
     def _waits_at(self, alliance: Alliance, side: str) -> float | None:
         """How far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""

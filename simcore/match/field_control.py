@@ -19,7 +19,7 @@ import numpy as np
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
 from simcore.match.clock import Mode
-from simcore.match.human_actions import ask, carry_out, take_over
+from simcore.match.human_control import ask, carry_out, take_over
 from simcore.match.match_state import MatchState
 from simcore.match.scripted import ScriptedRobot
 from simcore.robot.robot import Controller

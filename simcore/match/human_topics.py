@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from simcore import season
-from simcore.match.human_actions import ALLIANCES
+from simcore.match.human_control import ALLIANCES
 from simcore.match.match import Match
 from simcore.quantities import shown
 

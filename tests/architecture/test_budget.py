@@ -18,7 +18,7 @@ BUDGET = {
     "games/reefscape": (2061, 16),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
-    "match": (6111, 29),
+    "match": (6130, 30),
     "navx": (178, 2),
     "new_game": (120, 2),
     "phoenix5": (852, 6),

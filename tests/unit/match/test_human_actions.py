@@ -10,7 +10,8 @@ import pytest
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.feeder import Feeder
 from simcore.match.game import Game, PieceSupply, Rules, StagedPieces
-from simcore.match.human_actions import HumanAction, ask, take_over
+from simcore.match.human_actions import HumanAction
+from simcore.match.human_control import ask, take_over
 from simcore.match.match import Match
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
@@ -35,7 +36,7 @@ class Tables(Rules):
     def before_tick(self) -> None:
         for alliance in self.feeders:
             if alliance not in self.match.persons:
-                self.actions[0].take(self.match, alliance)
+                self.actions[0].take(self.match.timer, alliance)
 
     def roll(self, alliance: str) -> None:
         x = 0.5 if alliance == "blue" else 15.5
