@@ -9,82 +9,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
-from simcore.quantities import ANGLE, FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, require_fields
+from simcore.pieces.hopper_config import FACES, OPPOSITE, HopperConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
-__all__ = ["Hopper", "HopperConfig", "Side", "arch_holds"]
-
-Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
-_FACES: dict[str, tuple[int, int]] = {
-    "front": (0, 1), "back": (0, -1), "left": (1, 1), "right": (1, -1), "bottom": (2, -1)
-}  # fmt: skip
-"""Axis of each side's normal, and which way it points."""
-_OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
+__all__ = ["Hopper", "arch_holds"]
 
 _STEPS = 5  # of a tick; 50 balls take 0.9 ms
 _SHARE = 0.5
 """Of its overlap that a contact gives back in a step [-]; with more, balls with six neighbors tremble. So one with
 k balls on it overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k."""
 _ROLLING = 0.03  # [-]; resistance of a foam ball that rolls on a floor. Estimate, within a factor of two
+_STANDS = 0.01  # [m/s]; on a slower belt balls roll, a faster one carries them
+_ENTRY = 1.0  # [m/s]; at which intakes throw pieces in, away from the wall. Estimate, within a factor of two
 _RUBBING = 6.0  # [1/s]; rate at which two balls that touch take on one velocity. Estimate, factor of two
 _FASTEST = 5.0  # [m/s]; in the robot. A third of a ball's radius in a step
 _TOUCH = 0.03  # [-] of a radius; foam gives, so that balls touch that are so far apart
 _ASIDE = 0.04
 """Of its radius within which each ball comes in beside its place [-], by its slot: none stands exactly on another."""
 _FREE = 0.9  # [-] of two radii; a place is free where a ball is pressed into no other by more than a tenth
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HopperConfig:
-    """How pieces move through a storage; the box is that of its `StorageConfig`."""
-
-    outlet: Side = "front"
-    """Side with the opening to the shooter."""
-    outlet_width: float
-    """Across, along y (in the left or right side along x) [m]. Two balls can bridge one below two diameters."""
-    outlet_height: float | None = None
-    """Of the opening, of one in the bottom along x [m]; None: as the width."""
-    outlet_place: tuple[float, float] | None = None
-    """Its middle, across and up (of one in the bottom along y and x), robot frame [m]; None: in the middle of the side,
-    down at the floor."""
-    inlet: Side | None = None
-    """Wall at whose top intakes put pieces in; None: opposite the outlet."""
-    belt: str | None = None
-    """Mechanism that moves what lies on the floor toward the outlet, or away from the inlet if the outlet is in the
-    bottom; None: nothing does."""
-    belt_travel: float = 0.025
-    """Way of a piece per radian of that mechanism [m]: radius of its roller, half of it where pieces roll along a fixed
-    ceiling; negative if it turns backward to feed."""
-    funnel: float = 0.0
-    """By which angle the walls beside the opening lean toward it [rad]; 0: pieces in its dead corners stay there."""
-    slope: float = 0.0
-    """Of the floor, down to an outlet in a wall [rad]."""
-    friction: float = 0.5
-    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate, +-0.2, of
-    foam on polycarbonate and on foam."""
-
-    def __post_init__(self) -> None:
-        require_fields(
-            self, outlet_width=ROBOT_LENGTH, outlet_height=ROBOT_LENGTH, outlet_place=(ROBOT_PLACE,) * 2,
-            belt_travel=RATIO, slope=ANGLE, friction=FRICTION,
-        )  # fmt: skip
-        for name, known in (("outlet", (*_FACES,)), ("inlet", (None, *_FACES)[:-1])):
-            if getattr(self, name) not in known:
-                names = ", ".join(side for side in known if side)
-                raise ConfigError(f"HopperConfig: {name} must be one of {names}, got {getattr(self, name)!r}")
-        for name in ("slope", "funnel"):
-            if not 0.0 <= getattr(self, name) <= 1.2:
-                raise ConfigError(f"HopperConfig: {name} must be from 0 to 1.2 rad, got {getattr(self, name)}")
-        if self.slope and self.outlet == "bottom":
-            raise ConfigError("HopperConfig: a floor with a slope needs an outlet in a wall, got 'bottom'")
 
 
 class Hopper:
@@ -109,7 +56,7 @@ class Hopper:
         self.is_jammed = False
         """Whether two balls bridge the outlet."""
         self._low, self._high = np.array(low), np.array(high)
-        self._axis, self._sign = _FACES[config.outlet]
+        self._axis, self._sign = FACES[config.outlet]
         self._plane = self._sign * (high if self._sign > 0 else low)[self._axis]
         self._across = 0 if self._axis == 1 else 1
         self._up = 0 if self._axis == 2 else 2
@@ -118,9 +65,9 @@ class Hopper:
         middle = 0.5 * (self._low + self._high)
         floor = low[2] + 0.5 * height if self._up == 2 else float(middle[0])
         self._middle = config.outlet_place or (float(middle[self._across]), floor)
-        inlet = config.inlet or _OPPOSITE[config.outlet]
-        self._inlet = _FACES[inlet]
-        axis, sign = _FACES[_OPPOSITE[inlet] if config.outlet == "bottom" else config.outlet]
+        inlet = config.inlet or OPPOSITE[config.outlet]
+        self._inlet = FACES[inlet]
+        axis, sign = FACES[OPPOSITE[inlet] if config.outlet == "bottom" else config.outlet]
         self._belt = np.zeros(3)
         self._belt[axis] = sign
         # how far before the outlet its funnel begins
@@ -150,11 +97,15 @@ class Hopper:
             if slot in rows:
                 continue
             size = float(sizes[number])
-            ways = np.array([*self._inlets(size), *places])
+            inlets = self._inlets(size)
+            ways = np.vstack((inlets, *places))
             spare = _spare(ways, size, pos[placed], sizes[placed])
             free = np.nonzero(spare >= 0.0)[0]
+            chosen = int(free[0]) if len(free) else int(np.argmax(spare))
             aside = (math.fmod(0.618 * slot, 1.0) - 0.5, math.fmod(0.755 * slot, 1.0) - 0.5, 0.0)
-            pos[number] = ways[free[0] if len(free) else np.argmax(spare)] + _ASIDE * size * np.array(aside)
+            pos[number] = ways[chosen] + _ASIDE * size * np.array(aside)
+            if chosen < len(inlets):
+                vel[number, self._inlet[0]] = -_ENTRY * self._inlet[1]
             placed.append(number)
         self.slots, self.pos, self.vel, self.radius = list(slots), pos, vel, sizes
         center = 0.5 * (self._low + self._high)
@@ -164,7 +115,12 @@ class Hopper:
 
     def room_at_inlet(self, size: float) -> int:
         """How many balls of a radius [m] can come in side by side now."""
-        return int(np.count_nonzero(_spare(np.array(self._inlets(size)), size, self.pos, self.radius) >= 0.0))
+        ways = self._inlets(size)
+        count, last = 0, -math.inf
+        for place in ways[_spare(ways, size, self.pos, self.radius) >= 0.0, 1 - self._inlet[0]].tolist():
+            if place - last >= 2.0 * _FREE * size:
+                count, last = count + 1, place
+        return count
 
     def at_outlet(self) -> list[int]:
         """Slots of the balls whose middle is through the outlet, the foremost first."""
@@ -172,19 +128,14 @@ class Hopper:
         rows = np.argsort(-ahead, kind="stable")
         return [self.slots[row] for row in rows.tolist() if ahead[row] >= 0.0]
 
-    def _inlets(self, size: float) -> list[Vector]:
-        """A row along the top of the inlet's wall."""
+    def _inlets(self, size: float) -> FloatArray:
+        """Places along the top of the inlet's wall, closer than balls are wide [m], shape (m, 3)."""
         axis, sign = self._inlet
-        other = 1 - axis
-        length = float(self._high[other] - self._low[other])
-        count = max(1, math.floor(0.5 * length / size + 1e-9))
-        place = [0.0, 0.0, float(self._high[2]) - size]
-        place[axis] = float(self._high[axis]) - size if sign > 0 else float(self._low[axis]) + size
-        rows: list[Vector] = []
-        for number in range(count):
-            place[other] = 0.5 * float(self._low[other] + self._high[other]) + (2 * number - count + 1) * size
-            rows.append((place[0], place[1], place[2]))
-        return rows
+        low, high = self._low + size, self._high - size
+        places = np.tile(high if sign > 0 else low, (1 + max(0, math.floor((high - low)[1 - axis] / (0.5 * size))), 1))
+        places[:, 1 - axis] = np.linspace(low[1 - axis], high[1 - axis], len(places))
+        places[:, 2] = high[2]
+        return places
 
     # --- motion -----------------------------------------------------------------------------------------------------
 
@@ -210,12 +161,12 @@ class Hopper:
 
     def _step(self, pull: FloatArray, belt_speed: float) -> bool:
         """As `advance`, with what pulls at each ball, shape (n, 3); whether the outlet is jammed."""
-        h, friction = TICK / _STEPS, self.config.friction if self.config.belt else _ROLLING
+        h, friction = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _ROLLING
         drag = friction * np.maximum(0.0, -pull[:, 2])  # of what lies on the floor
         belt = belt_speed * self._belt
         jammed = np.zeros(len(self.slots), dtype=np.bool_)
         n, (i, j) = len(self.slots), self._pairs(pull)
-        ends, touch = np.concatenate((i, j)), self.radius[i] + self.radius[j]
+        ends, others, touch = np.concatenate((i, j)), np.concatenate((j, i)), self.radius[i] + self.radius[j]
         for _ in range(_STEPS):
             held = np.where(self._floor_depth(self.pos) > -_TOUCH * self.radius, drag, 0.0)
             jammed = self._bridging(pull, held * np.sign(belt_speed))
@@ -231,11 +182,8 @@ class Hopper:
             gap = np.sqrt(np.einsum("ij,ij->i", between, between))
             deep = _SHARE * np.maximum(0.0, touch / np.maximum(gap, 1e-6) - 1.0)
             away = deep[:, None] * between
-            if jammed.any():  # what is held gives no way, and what is pressed on it gives all of it
-                pos += _sums(i, away * np.where(jammed[i], 0.0, np.where(jammed[j], 1.0, 0.5))[:, None], n)
-                pos -= _sums(j, away * np.where(jammed[j], 0.0, np.where(jammed[i], 1.0, 0.5))[:, None], n)
-            else:
-                pos += _sums(ends, np.concatenate((0.5 * away, -0.5 * away)), n)
+            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # what is held gives no way
+            pos += _sums(ends, gives[:, None] * np.concatenate((away, -away)), n)
             self._keep_inside(pos)
             pos[jammed] = self.pos[jammed]
             vel = (pos - self.pos) / h

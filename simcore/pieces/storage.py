@@ -10,7 +10,8 @@ from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.pieces.hopper import Hopper, HopperConfig
+from simcore.pieces.hopper import Hopper
+from simcore.pieces.hopper_config import FACES, HopperConfig
 from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
@@ -52,6 +53,12 @@ class StorageConfig:
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
+        if self.hopper is not None and self.hopper.outlet_place is not None:
+            normal = FACES[self.hopper.outlet][0]
+            for axis, place in zip((1, 0) if normal == 2 else (1 - normal, 2), self.hopper.outlet_place, strict=True):
+                if not self.low[axis] <= place <= self.high[axis]:
+                    ends = f"from {self.low[axis]:g} to {self.high[axis]:g} m"
+                    raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
 
     def position(self, number: int, radius: float) -> Vector:
         """Where the piece of a number, counted from 0, is: in layers of balls that lie in the hollows of one another.
