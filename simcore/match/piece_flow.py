@@ -191,7 +191,7 @@ class PieceFlow:
         """How many pieces of a shooter's kinds come next out of its storage, before another kind is in the way."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
-            return len(storage.in_turn)
+            return len(storage.pieces if storage.hopper is None else storage.in_turn)
         count = 0
         for slot in storage.in_turn:
             if self._kind_of(slot).name not in shooter.kinds:

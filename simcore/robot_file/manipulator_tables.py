@@ -71,7 +71,7 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
     Key("outlet_place", (ROBOT_PLACE,) * 2, None, "its middle: y and z, of one in the left or right side x and z, in "
         "the bottom y and x; left out: in the middle of the side, at the floor", [0.0, 0.35]),
     Key("inlet", tuple(FACES)[:-1], None, "wall at whose top pieces come in; left out: opposite the outlet", "back"),
-    Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "indexer"),
+    Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "feeder"),
     Key("belt_travel", RATIO, 0.025, "way of a piece per radian of it [m]: radius of its roller, half of it where "
         "pieces roll along a fixed ceiling; negative if it turns backward to feed"),
     Key("funnel_deg", DEGREES, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
@@ -110,7 +110,7 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
     Key("compression", EFFICIENCY, 0.15, "share of its diameter by which a piece is squeezed"),
-    Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to its foam [J], about 0.6 of a fuel"),
+    Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to the piece's foam [J]"),
     Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore check --known-shot` fits it; left "
         "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
     _KINDS,
