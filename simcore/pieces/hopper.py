@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.geometry.rotation import Vector
+from simcore.physics.contact_law import FOAM, WALL, pair_rolling
 from simcore.pieces.hopper_config import FACES, OPPOSITE, HopperConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
@@ -23,7 +24,7 @@ _STEPS = 5  # of a tick; 50 balls take 0.9 ms
 _SHARE = 0.5
 """Of its overlap that a contact gives back in a step [-]; with more, balls with six neighbors tremble. So one with
 k balls on it overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k."""
-_ROLLING = 0.03  # [-]; resistance of a foam ball that rolls on a floor. Estimate, within a factor of two
+_LEVER = pair_rolling(FOAM.rolling, FOAM.friction, WALL.rolling, WALL.friction)  # [m]; of a ball that rolls in the box
 _STANDS = 0.01  # [m/s]; on a slower belt balls roll, a faster one carries them
 _ENTRY = 1.0  # [m/s]; at which intakes throw pieces in, away from the wall. Estimate, within a factor of two
 _RUBBING = 6.0  # [1/s]; rate at which two balls that touch take on one velocity. Estimate, factor of two
@@ -161,8 +162,8 @@ class Hopper:
 
     def _step(self, pull: FloatArray, belt_speed: float) -> bool:
         """As `advance`, with what pulls at each ball, shape (n, 3); whether the outlet is jammed."""
-        h, friction = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _ROLLING
-        drag = friction * np.maximum(0.0, -pull[:, 2])  # of what lies on the floor
+        h, grip = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _LEVER / (1.4 * self.radius)
+        drag = grip * np.maximum(0.0, -pull[:, 2])  # of what lies on the floor
         belt = belt_speed * self._belt
         jammed = np.zeros(len(self.slots), dtype=np.bool_)
         n, (i, j) = len(self.slots), self._pairs(pull)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from simcore.errors import ConfigError
+from simcore.physics.contact_law import FOAM, WALL, pair_friction
 from simcore.quantities import ANGLE, FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 
 __all__ = ["FACES", "OPPOSITE", "HopperConfig", "Side"]
@@ -43,9 +44,9 @@ class HopperConfig:
     """By which angle the walls beside the opening lean toward it [rad]; 0: pieces in its dead corners stay there."""
     slope: float = 0.0
     """Of the floor, down to an outlet in a wall [rad]."""
-    friction: float = 0.5
-    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate, +-0.2, of
-    foam on polycarbonate and on foam."""
+    friction: float = pair_friction(FOAM.friction, WALL.friction)
+    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate: 0.4, that of
+    foam on a wall; of foam on foam it may be 0.6."""
 
     def __post_init__(self) -> None:
         require_fields(

@@ -76,7 +76,7 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
         "pieces roll along a fixed ceiling; negative if it turns backward to feed"),
     Key("funnel_deg", DEGREES, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
     Key("slope_deg", DEGREES, 0.0, "of the floor, down to an outlet in a wall", field="slope"),
-    Key("friction", FRICTION, 0.5, "of pieces on the belt, at edges and on each other"),
+    Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, of foam on a wall", 0.4),
 ))  # fmt: skip
 INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the roller turns forward; one table an intake", (
     *_box("x is forward, so this one is behind the bumpers: an intake at the back; in front of them both x are above "
@@ -160,7 +160,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
     if own["outlet"] is not None:
         if own["outlet_width"] is None:
             raise t.error("outlet_width", 'is missing; an outlet needs it, e.g. "outlet_width = 0.4"')
-        v["hopper"] = HopperConfig(**own)
+        v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
     elif given := [key.name for key in STORAGE.keys if key.target in own and key.name in t]:
         raise t.error(given[0], f"needs an outlet = <side> beside it: {', '.join(FACES)}")
     room = capacity if v["capacity"] is None else v["capacity"]
