@@ -45,7 +45,7 @@ class HopperConfig:
     slope: float = 0.0
     """Of the floor, down to an outlet in a wall [rad]."""
     friction: float = pair_friction(FOAM.friction, WALL.friction)
-    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate: 0.4, that of
+    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate: 0.4, as of
     foam on a wall; of foam on foam it may be 0.6."""
 
     def __post_init__(self) -> None:
