@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from simcore.phoenix6.talon_motor import TalonFXMotorSim
     from simcore.physics.field import FieldElement, FieldGeometry
     from simcore.physics.world import PhysicsWorld
+    from simcore.pieces.hopper_config import HopperConfig
     from simcore.pieces.intake import IntakeConfig, IntakeZone
     from simcore.pieces.kinds import GamePieceConfig
     from simcore.pieces.launch import LaunchParameters
@@ -75,6 +76,7 @@ _HOMES = {
     "match.scripted": ("ScriptedRobot", "ScriptSettings"),
     "physics.field": ("FieldElement", "FieldGeometry"),
     "physics.world": ("PhysicsWorld",),
+    "pieces.hopper_config": ("HopperConfig",),
     "pieces.intake": ("IntakeConfig", "IntakeZone"),
     "pieces.kinds": ("GamePieceConfig",),
     "pieces.launch": ("LaunchParameters",),
@@ -103,8 +105,8 @@ _HOME = {name: f"simcore.{module}" for module, names in _HOMES.items() for name 
 __all__ = [
     "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "ClimberConfig", "CylinderZone", "ElevatorConfig",
     "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game", "GameOption",
-    "GamePieceConfig", "GamePieceManager", "IntakeConfig", "IntakeZone", "LaunchParameters", "LimelightSim", "Match",
-    "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
+    "GamePieceConfig", "GamePieceManager", "HopperConfig", "IntakeConfig", "IntakeZone", "LaunchParameters",
+    "LimelightSim", "Match", "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
     "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
     "Scatter", "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
     "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",

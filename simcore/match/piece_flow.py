@@ -54,6 +54,7 @@ class PieceFlow:
         """Forget what was in the way of pieces, as a match begins."""
         self._contact = HeldContact(self._world, self._pieces)
         self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
+        self._is_jammed: set[int] = set()  # robots by number
 
     # --- in -------------------------------------------------------------------------------------------------------
 
@@ -71,10 +72,21 @@ class PieceFlow:
                 for intake in robot.intakes:
                     intake.pass_tick()
             for placer in robot.placers:
-                if placer.takes and robot.storage_of(placer.config).pieces and placer.is_at_handover:
+                if placer.takes and placer.is_at_handover and robot.storage_of(placer.config).in_turn:
                     placer.take(robot.storage_of(placer.config).take())
+            robot.follow_hoppers(self._pieces.radius)
             robot.balance.update(self._pieces.mass, self._pieces.radius)
             robot.begin_tick()
+
+    def _room_behind(self, robot: Robot, intake: Intake) -> int:
+        """How many pieces an intake can take; none with a roller that holds a piece of a placer already."""
+        rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
+        storage = robot.storage_of(intake.config)
+        if intake.config.roller in rollers or storage.hopper is None:
+            return 0 if intake.config.roller in rollers else storage.room
+        wanted = intake.config.kinds
+        radii = (kind.bounding_radius for kind in self._pieces.types if not wanted or kind.name in wanted)
+        return storage.room_for(max(radii, default=0.0))
 
     def _in_reach(self, robot: Robot, moved: float) -> IntArray:
         """Slots of the pieces that may be taken by what takes pieces now.
@@ -84,7 +96,7 @@ class PieceFlow:
             moved: As far as a piece came since the last tick [m].
         """
         takers: list[Intake | Placer] = [
-            intake for intake in robot.intakes if intake.is_active and _room_behind(robot, intake) > 0
+            intake for intake in robot.intakes if intake.is_active and self._room_behind(robot, intake) > 0
         ]
         takers += [placer for placer in robot.placers if placer.takes]
         if not takers:
@@ -110,12 +122,12 @@ class PieceFlow:
         free: BoolArray = np.ones(len(slots), dtype=np.bool_)
         for intake in robot.intakes:
             taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
-            chosen = np.nonzero(taken)[0][: max(0, _room_behind(robot, intake))]
+            chosen = np.nonzero(taken)[0][: max(0, self._room_behind(robot, intake))]
             free[chosen] = False
             self._hold(robot, slots[chosen])
             robot.storage_of(intake.config).add(slots[chosen].tolist())
         for placer in robot.placers:
-            is_fed = placer.is_at_handover and bool(robot.storage_of(placer.config).pieces)
+            is_fed = placer.is_at_handover and bool(robot.storage_of(placer.config).in_turn)
             if placer.takes and not is_fed:
                 at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
                 if len(at):
@@ -143,6 +155,9 @@ class PieceFlow:
     def let_go(self, time: float) -> None:
         """Let pieces leave the muzzles of shooters whose gate is open, and placers that turn out, at a time [s]."""
         for robot in self._robots:
+            if robot.advance_hoppers(self._world.gravity) and robot.number not in self._is_jammed:
+                self._is_jammed.add(robot.number)  # until a piece leaves it
+                _log.warning("robot %d at %.2f s: two pieces jam the outlet of its hopper", robot.number, time)
             for number, shooter in enumerate(robot.shooters):
                 self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:
@@ -176,7 +191,7 @@ class PieceFlow:
         """How many pieces of a shooter's kinds come next out of its storage, before another kind is in the way."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
-            return len(storage.pieces)
+            return len(storage.pieces if storage.hopper is None else storage.in_turn)
         count = 0
         for slot in storage.in_turn:
             if self._kind_of(slot).name not in shooter.kinds:
@@ -267,6 +282,7 @@ class PieceFlow:
         """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
+        self._is_jammed.discard(robot.number)
         kind = self._kind_of(slot)
         motion = robot.motion_at(launch.delay / TICK)
         size = float(self._pieces.size[slot])
@@ -303,9 +319,3 @@ class PieceFlow:
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
         robot.balance.exchange(-float(self._pieces.mass[slot]), part.pos, part.vel)
-
-
-def _room_behind(robot: Robot, intake: Intake) -> int:
-    """How many pieces an intake can take; none with a roller that holds a piece of a placer already."""
-    rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
-    return 0 if intake.config.roller in rollers else robot.storage_of(intake.config).room

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.pieces.hopper import Hopper
+from simcore.pieces.hopper_config import FACES, HopperConfig
 from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
@@ -36,21 +39,33 @@ class StorageConfig:
     attitude: Quaternion = IDENTITY
     """Of the pieces in it, robot frame, x, y, z, w. A shot turns them as the muzzle is turned: a tube that lies along x
     leaves along the muzzle, a ring that lies flat leaves edge on."""
+    hopper: HopperConfig | None = None
+    """Lets the pieces fall, roll and jam in the room one by one; None: they are a list. With it they leave as they come
+    through its outlet, and intakes take no more than have a free place at its inlet."""
 
     def __post_init__(self) -> None:
         require_fields(self, capacity=COUNT, low=(ROBOT_PLACE,) * 3, high=(ROBOT_PLACE,) * 3)
         if self.order not in ("fifo", "lifo"):
             raise ConfigError(f"StorageConfig: order must be 'fifo' or 'lifo', got {self.order!r}")
+        if self.hopper is not None and self.order != "fifo":
+            raise ConfigError(f"StorageConfig: out of a hopper comes what is at its outlet, not order={self.order!r}")
         require_attitude("StorageConfig", "attitude", self.attitude)
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
+        if self.hopper is not None and self.hopper.outlet_place is not None:
+            normal = FACES[self.hopper.outlet][0]
+            for axis, place in zip((1, 0) if normal == 2 else (1 - normal, 2), self.hopper.outlet_place, strict=True):
+                if not self.low[axis] <= place <= self.high[axis]:
+                    ends = f"from {self.low[axis]:g} to {self.high[axis]:g} m"
+                    raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
 
     def position(self, number: int, radius: float) -> Vector:
         """Where the piece of a number, counted from 0, is: in layers of balls that lie in the hollows of one another.
 
-        Pieces in a robot are not simulated one by one. Where more are to be held than the room has space for, its
-        layers are drawn into each other: nothing stands higher than the room, or than one ball in a flat one.
+        Without a hopper pieces in a robot are not simulated one by one. Where more are to be held than the room has
+        space for, its layers are drawn into each other: nothing stands higher than the room, or than one ball in a flat
+        one.
 
         Args:
             number: Place in the order in which pieces came; beyond the capacity all are where the last one is.
@@ -115,11 +130,31 @@ class Storage:
         self.config = config
         self.pieces: list[int] = []
         """Slots of the pieces, in the order in which they came."""
+        self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
+        """Where each of them is, if that is asked for."""
 
     @property
     def room(self) -> int:
         """How many more fit."""
         return self.config.capacity - len(self.pieces)
+
+    def room_for(self, radius: float) -> int:
+        """How many more of a radius [m] can come in now: into a hopper those that have a place at its inlet."""
+        return self.room if self.hopper is None else min(self.room, self.hopper.room_at_inlet(radius))
+
+    def place(self, number: int, radius: float) -> Vector:
+        """Where the piece of a number in `pieces` and of a bounding radius [m] is, robot frame [m]."""
+        if self.hopper is None:
+            return self.config.position(number, radius)
+        if self.hopper.slots != self.pieces:
+            self.follow([radius] * len(self.pieces))
+        x, y, z = self.hopper.pos[number].tolist()
+        return x, y, z
+
+    def follow(self, radii: Sequence[float]) -> None:
+        """Let its hopper hold the pieces that it holds, of these radii [m]."""
+        if self.hopper is not None:
+            self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
     def add(self, slots: list[int]) -> None:
         """Put pieces in.
@@ -133,7 +168,9 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Slots of the pieces, in the order in which they leave."""
+        """Slots of the pieces, in the order in which they leave; of a hopper those that are at its outlet."""
+        if self.hopper is not None:
+            return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
@@ -144,6 +181,11 @@ class Storage:
         """
         if not self.pieces:
             raise CapacityError("the storage is empty")
+        if self.hopper is not None:
+            if not (ready := self.in_turn):
+                raise CapacityError(f"none of the {len(self.pieces)} pieces is at the outlet of the hopper")
+            self.pieces.remove(ready[0])
+            return ready[0]
         return self.pieces.pop(0 if self.config.order == "fifo" else -1)
 
     def discard(self, slot: int) -> None:

@@ -60,6 +60,7 @@ class MassBalance:
         self._placers = placers
         self._chassis = chassis
         self._stored: list[list[int]] = [[] for _ in storages]
+        self._has_hopper = any(storage.hopper is not None for storage in storages)  # in which pieces move
         self._laden = body  # the body with what is in storages
         self._exchanged: list[tuple[float, Vector, Vector]] = []
 
@@ -81,12 +82,12 @@ class MassBalance:
             radii: Their bounding radii [m].
         """
         stored = [storage.pieces for storage in self._storages]
-        if stored != self._stored:
+        if stored != self._stored or self._has_hopper:
             self._stored = [slots[:] for slots in stored]
             self._laden = with_points(
                 self._body,
                 [
-                    (float(masses[slot]), storage.config.position(number, float(radii[slot])))
+                    (float(masses[slot]), storage.place(number, float(radii[slot])))
                     for storage in self._storages
                     for number, slot in enumerate(storage.pieces)
                 ],

@@ -10,7 +10,7 @@ import numpy as np
 
 from simcore.errors import UnknownNameError
 from simcore.geometry.linkage import PartState, part_pose
-from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, wrap_angle
+from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
@@ -27,6 +27,7 @@ from simcore.robot.odometry import SwerveOdometry
 from simcore.robot.robot_config import BuiltRobot, RobotConfig, build_drivetrain, build_mechanism
 from simcore.robot.shaft import ShaftSim
 from simcore.typing import FloatArray, IntArray
+from simcore.units import TICK
 
 __all__ = ["Controller", "Robot", "RobotDevices"]
 
@@ -100,6 +101,7 @@ class Robot:
         """The first of its storages."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
+        self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
         self.shooters = [
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
         ]
@@ -332,7 +334,33 @@ class Robot:
                 state = placer.held_state()
                 return state.pos, state.quat
         storage = next(storage for storage in self.storages if slot in storage.pieces)
-        return storage.config.position(storage.pieces.index(slot), radius), storage.config.attitude
+        return storage.place(storage.pieces.index(slot), radius), storage.config.attitude
+
+    def follow_hoppers(self, radii: FloatArray) -> None:
+        """Let hoppers hold what has been put into them; `radii` are of all pieces, by slot [m]."""
+        for storage in self._hoppers:
+            storage.follow([float(radii[slot]) for slot in storage.pieces])
+
+    def advance_hoppers(self, gravity: float) -> bool:
+        """Let the pieces in hoppers move as the robot did in the tick that ends now; whether an outlet has just jammed.
+
+        Args:
+            gravity: Downward [m/s^2].
+        """
+        if not self._hoppers:
+            return False
+        before, now = self._before, self._motion
+        ax, ay, az = ((v - u) / TICK for u, v in zip(before.vel, now.vel, strict=True))
+        pull = rotate_back(now.quat, (-ax, -ay, -gravity - az))
+        was, spin = rotate_back(before.quat, before.rate), rotate_back(now.quat, now.rate)
+        turn = ((spin[0] - was[0]) / TICK, (spin[1] - was[1]) / TICK, (spin[2] - was[2]) / TICK)
+        jammed = False
+        for storage in self._hoppers:
+            assert storage.hopper is not None
+            belt = storage.hopper.config.belt
+            speed = 0.0 if belt is None else storage.hopper.config.belt_travel * self.mechanisms[belt].velocity
+            jammed |= storage.hopper.advance(pull, spin, turn, speed)
+        return jammed
 
     def begin_tick(self) -> None:
         """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""

@@ -177,6 +177,9 @@ class RobotConfig:
         storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
         if len(set(storages)) < len(storages) or "" in storages[1:]:
             raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
+        for room in (self.storage, *self.more_storages):
+            if room.hopper is not None:
+                require_mechanisms("a hopper", (room.hopper.belt,), self.mechanisms)
         users: tuple[IntakeConfig | ShooterConfig | PlacerConfig, ...] = (
             *self.intakes,
             *self.shooters,

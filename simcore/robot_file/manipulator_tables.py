@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
+from simcore.pieces.hopper_config import FACES, HopperConfig
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.quantities import DEGREES, EFFICIENCY, RATE, RATIO, ROBOT_LENGTH, ROBOT_PLACE, WHEEL_RADIUS, Quantity
+from simcore.quantities import (
+    DEGREES,
+    EFFICIENCY,
+    FACTOR,
+    FRICTION,
+    RATE,
+    RATIO,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    WHEEL_RADIUS,
+    Quantity,
+)
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig
@@ -52,6 +64,19 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
     Key("capacity", Quantity("", 0, 500, is_whole=True), None, "left out: that of [robot]", 20),
     Key("order", ("fifo", "lifo"), _ROOM.order, "lifo is a stack"),
     *_box("room where held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
+    Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the room one "
+        "by one; left out: they are a list", "front"),
+    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below two diameters two pieces can jam", 0.4),
+    Key("outlet_height", ROBOT_LENGTH, None, "left out: as the width", 0.2),
+    Key("outlet_place", (ROBOT_PLACE,) * 2, None, "its middle: y and z, of one in the left or right side x and z, in "
+        "the bottom y and x; left out: in the middle of the side, at the floor", [0.0, 0.35]),
+    Key("inlet", tuple(FACES)[:-1], None, "wall at whose top pieces come in; left out: opposite the outlet", "back"),
+    Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "feeder"),
+    Key("belt_travel", RATIO, 0.025, "way of a piece per radian of it [m]: radius of its roller, half of it where "
+        "pieces roll along a fixed ceiling; negative if it turns backward to feed"),
+    Key("funnel_deg", DEGREES, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
+    Key("slope_deg", DEGREES, 0.0, "of the floor, down to an outlet in a wall", field="slope"),
+    Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, of foam on a wall", 0.4),
 ))  # fmt: skip
 INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the roller turns forward; one table an intake", (
     *_box("x is forward, so this one is behind the bumpers: an intake at the back; in front of them both x are above "
@@ -84,6 +109,8 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("barrels", [ROBOT_PLACE], (0.0,), "places across, to the left"),
     Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
+    Key("compression", EFFICIENCY, 0.15, "share of its diameter by which a piece is squeezed"),
+    Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to the piece's foam [J]"),
     Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore check --known-shot` fits it; left "
         "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
     _KINDS,
@@ -119,15 +146,23 @@ COMPONENT = KeyTable("[[component]]", "a moving part with a model of its own in 
 MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
-def read_storage(t: Table, capacity: int | None) -> StorageConfig:
+def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
     """Room for pieces.
 
     Args:
         t: The table.
         capacity: Of a storage that says nothing; None: it must say.
+        names: Of its belt.
     """
-    v = _read(STORAGE, t, {})
+    v = _read(STORAGE, t, names)
     low, high = _corners(t, v)
+    own = {key: v.pop(key) for key in [field.name for field in fields(HopperConfig)]}
+    if own["outlet"] is not None:
+        if own["outlet_width"] is None:
+            raise t.error("outlet_width", 'is missing; an outlet needs it, e.g. "outlet_width = 0.4"')
+        v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
+    elif given := [key.name for key in STORAGE.keys if key.target in own and key.name in t]:
+        raise t.error(given[0], f"needs an outlet = <side> beside it: {', '.join(FACES)}")
     room = capacity if v["capacity"] is None else v["capacity"]
     if room is None:
         raise t.error("capacity", "is missing; it must be a whole number from 0 to 500")

@@ -102,7 +102,10 @@ def read_settings(path: Path) -> RobotSettings:
     _require_own_devices(file.where, mechanisms)
     by_name = {m.name: m for m in mechanisms}
     carriers = require_chains(file.where, by_name)
-    storages = tuple(read_storage(table, body["capacity"]) for table in file.table_or_tables("storage"))
+    storages = tuple(
+        read_storage(table, body["capacity"], {"mechanism": tuple(by_name)})
+        for table in file.table_or_tables("storage")
+    )
     rooms = [storage.name for storage in storages]
     _require_own_names(file.where, "storage", rooms)
     if "" in rooms[1:] or (len(rooms) > 1 and not rooms[0]):

@@ -245,11 +245,20 @@ def _of_storages(config: RobotConfig, game: Game | None) -> Iterator[RobotFindin
         if kind is None or kind.inner_radius < kind.bounding_radius:  # other shapes than balls stack in their own ways
             continue
         most = storage.balls_that_fit(kind.bounding_radius)
+        name = f"storage{f' {storage.name!r}' if storage.name else ''}"
+        if storage.hopper is not None:
+            wide = storage.hopper.outlet_width / (2.0 * kind.bounding_radius)
+            if min(wide, (storage.hopper.outlet_height or math.inf) / (2.0 * kind.bounding_radius)) < 1.0:
+                yield RobotFinding(f"{name}: its outlet is smaller than a {kind.name}: none comes out")
+            elif wide < 2.0:
+                text = f"{name}: its outlet is {wide:.1f} {kind.name} wide: below 2 two of them can jam it"
+                yield RobotFinding(text, is_wrong=False)
         if most < storage.capacity:
             x, y, z = (high - low for low, high in zip(storage.low, storage.high, strict=True))
+            rest = "they are drawn into one another" if storage.hopper is None else "intakes leave the rest"
             yield RobotFinding(
-                f"storage{f' {storage.name!r}' if storage.name else ''}: {storage.capacity} {kind.name} do not fit in "
-                f"its room of {x:.2f} x {y:.2f} x {z:.2f} m, {most} do; they are drawn into one another. "
+                f"{name}: {storage.capacity} {kind.name} do not fit in its room of {x:.2f} x {y:.2f} x {z:.2f} m, "
+                f"{most} do; {rest}. "
                 f"Give it the size that the robot has (x_min to z_max), or a capacity of {most}",
                 is_wrong=False,
             )

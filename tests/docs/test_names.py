@@ -18,6 +18,7 @@ from simcore import (
     ClimberConfig,
     ElevatorConfig,
     Game,
+    HopperConfig,
     IntakeConfig,
     Match,
     PlacerConfig,
@@ -92,7 +93,8 @@ def test_files_and_folders_exist(page):
     ("page", "config"),
     [
         ("new_game.md", Game),
-        *(("robot.md", config) for config in (RobotConfig, IntakeConfig, StorageConfig, ShooterConfig, PlacerConfig)),
+        *(("robot.md", config) for config in (RobotConfig, IntakeConfig, StorageConfig, HopperConfig)),
+        *(("robot.md", config) for config in (ShooterConfig, PlacerConfig)),
     ],
 )
 def test_every_field_is_described(page, config):

@@ -25,6 +25,7 @@ from simcore.match.registry import installed_games
 from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.pieces.hopper_config import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import RestingPlace
@@ -72,6 +73,7 @@ EXAMPLES = (
     PositionController(kp=10.0),
     ClimberConfig(joints=(JOINT,)),
     PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE, from_storage=True, handover=(0.1, 0.0, 0.5)),
+    HopperConfig(outlet_width=0.4, outlet_height=0.2, outlet_place=(0.0, 0.3), belt="belt", funnel=0.5, slope=0.1),
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),

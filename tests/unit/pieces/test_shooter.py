@@ -245,11 +245,29 @@ def test_a_thicker_piece_slips_less():
     assert shooter(exit_efficiency=1.0)[0].config.grip(0.98) == 1.0, "without slip size does not matter"
 
 
+def test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel():
+    """exit speed = rim / 2 (1 - slip c / squeeze); the foam takes E more: I w^2 / 2 falls by it, shot after shot."""
+    made, parts = shooter(wheels=("lower",), exit_efficiency=0.4, compression=0.3, compression_loss=5.0)
+    assert made.config.slip == pytest.approx(0.2) and made.config.grip(1.03) == pytest.approx((1.0 - 0.2 / 1.1) / 0.8)
+    speeds = []
+    for shot in range(3):
+        parts["lower"].velocity = before = 300.0 if not shot else speeds[-1]
+        made.after_shot(0.2, 5.0)
+        speeds.append(parts["lower"].velocity)
+        driven = before - 0.7 * 0.2 * 5.0 * 0.05 / 0.01
+        assert 0.5 * 0.01 * (driven**2 - speeds[-1] ** 2) == pytest.approx(5.0)
+    parts["lower"].velocity = 10.0
+    made.after_shot(0.2, 0.1)
+    assert parts["lower"].velocity == 0.0, "no more than there is"
+
+
 def test_shooters_that_cannot_be_are_refused():
     with pytest.raises(ConfigError, match="one or two mechanisms"):
         shooter(wheels=())
     with pytest.raises(ConfigError, match="shot_rate"):
         shooter(shot_rate=0.0)
+    with pytest.raises(ConfigError, match="compression must be"):
+        shooter(compression=1.2)
     with pytest.raises(UnknownNameError, match="for a shooter"):
         shooter(hood="hod")
     assert np.isfinite(shooter()[0].aim.speed)

@@ -11,6 +11,7 @@ import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
+from simcore.pieces.hopper_config import HopperConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.mass_distribution import moved_points
@@ -363,6 +364,21 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
     assert (second.launch.pivot_x, second.launch.pivot_y) == (-0.1, 0.05), "where the turret is"
     config = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0)))
     assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
+
+
+def test_an_outlet_makes_a_hopper_of_a_storage(read):
+    text = "[[storage]]\ncapacity = 9\noutlet = 'front'\noutlet_width = 0.36\nbelt = 'roller'\nfunnel_deg = 30\n"
+    robot = read(ROLLER + text + "outlet_place = [0.0, 0.35]\n")
+    hopper = HopperConfig(outlet_width=0.36, belt="roller", funnel=math.radians(30.0), outlet_place=(0.0, 0.35))
+    assert robot.storages[0].hopper == hopper
+    assert read("[storage]\ncapacity = 9\n").storages[0].hopper is None
+    for wrong, words in (
+        ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet_width is missing"),
+        ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs an outlet = <side> beside it: front"),
+        (ROLLER + text.replace("'roller'", "'rolls'"), "belt must be"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            read(wrong)
 
 
 def test_the_arm_on_an_elevator_of_the_docs(read):

@@ -9,6 +9,7 @@ import pytest
 
 from games.rebuilt import REBUILT
 from simcore.geometry.linkage import Joint
+from simcore.pieces.hopper_config import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
@@ -59,6 +60,17 @@ def test_more_fuel_than_the_hopper_has_space_for_is_a_note():
     assert "storage: 50 Fuel do not fit in its room of 0.53 x 0.60 x 0.32 m, 21 do" in note.text and not note.is_wrong
     fits = replace(flat, storage=replace(flat.storage, capacity=21))
     assert not any("do not fit" in f.text for f in findings(fits, game=REBUILT, codes={}))
+
+
+def test_an_outlet_that_jams_or_lets_nothing_out_is_told():
+    for width, height, said, is_wrong in (
+        (0.4, None, "", False), (0.24, None, "its outlet is 1.6 Fuel wide: below 2 two of them can jam it", False),
+        (0.14, None, "its outlet is smaller than a Fuel: none comes out", True),
+        (0.4, 0.1, "its outlet is smaller than a Fuel: none comes out", True),
+    ):  # fmt: skip
+        with_hopper = replace(ROBOT.storage, hopper=HopperConfig(outlet_width=width, outlet_height=height))
+        notes = [f for f in findings(replace(ROBOT, storage=with_hopper), game=REBUILT, codes={}) if "outlet" in f.text]
+        assert [(f.text, f.is_wrong) for f in notes] == ([(f"storage: {said}", is_wrong)] if said else [])
 
 
 @pytest.mark.parametrize(

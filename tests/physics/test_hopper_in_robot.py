@@ -1,0 +1,95 @@
+"""A hopper in a robot on the engine: its mass moves with the pieces, whole autos shoot out of it, nothing gets lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from games.rebuilt import REBUILT
+from games.rebuilt.fuel import FUEL
+from games.rebuilt.robot import rebuilt_robot
+from simcore.errors import UnknownNameError
+from simcore.match.game import PieceSupply
+from simcore.match.match import Match
+from simcore.match.runner import play_auto
+from simcore.pieces.hopper_config import HopperConfig
+from simcore.robot.robot_config import RobotConfig
+
+
+def robot(**config) -> RobotConfig:
+    base = rebuilt_robot()
+    return replace(base, storage=replace(base.storage, hopper=HopperConfig(**config)))
+
+
+WIDE = robot(outlet_width=0.36, belt="spindexer", belt_travel=0.1, funnel=0.5)
+
+
+def center(match) -> np.ndarray:
+    """Of the pieces, robot frame [m]."""
+    one = match.robots[0]
+    return np.mean([one.held_pose(slot, FUEL.bounding_radius)[0] for slot in one.held], axis=0)
+
+
+def test_pieces_slide_to_the_rear_and_the_robot_s_center_of_mass_with_them():
+    """Mass and center are those of the body and of the pieces where they are, at every tick, within 2 mm (it is told
+    no less than that)."""
+    with Match.bare(WIDE, pieces=(PieceSupply(FUEL, 12),)) as match:
+        one = match.robots[0]
+        for number in range(12):
+            match.pieces.spawn("Fuel", (8.0 + 0.2 * number, 7.0, 0.075))
+        slots = match.pieces.on_field("Fuel")
+        match.pieces.hold(slots, 0)
+        one.storage.add(slots.tolist())
+        match.play(1.0)
+        at_rest, whole, body = center(match)[0], one.chassis.distribution.center[0], WIDE.whole
+        for tick in range(40):
+            one.drive.set_volts([min(12.0, 1.0 + 0.3 * tick)] * 4, [0.0] * 4)
+            match.tick()
+            told, mass = one.chassis.distribution, body.mass + 12 * FUEL.mass
+            assert told.mass == pytest.approx(mass)
+            place = (body.mass * np.array(body.center) + 12 * FUEL.mass * center(match)) / mass
+            assert np.abs(np.array(told.center) - place).max() < 0.012, "a tick later"
+        assert center(match)[0] < at_rest - 0.05
+        assert one.chassis.distribution.center[0] < whole - 12 * FUEL.mass * 0.04 / (body.mass + 12 * FUEL.mass)
+
+
+def test_a_whole_auto_shoots_and_scores_out_of_a_hopper():
+    run = play_auto(REBUILT, "depot", seed=0, robot=WIDE, on_tick=_require_conserved)
+    with run.match:
+        assert len(run.match.record.shots) >= 25 and run.match.score.blue >= 25
+        assert _places_are_inside(run.match)
+
+
+def test_the_same_seed_is_the_same_run():
+    digests = set()
+    for _ in range(2):
+        run = play_auto(REBUILT, "depot", seed=3, robot=WIDE, seconds=4.0)
+        run.match.close()
+        digests.add(run.report.digest)
+    assert len(digests) == 1
+
+
+def _require_conserved(match) -> None:
+    assert match.count.is_conserved
+
+
+def _places_are_inside(match) -> bool:
+    storage = match.robots[0].config.storage
+    places = [match.robots[0].held_pose(slot, FUEL.bounding_radius)[0] for slot in match.robots[0].held]
+    return all((np.array(place) >= storage.low).all() and (np.array(place) <= storage.high).all() for place in places)
+
+
+def test_a_narrow_outlet_jams_is_told_once_and_keeps_its_fuel(caplog):
+    narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
+    run = play_auto(REBUILT, "depot", seed=0, robot=narrow, on_tick=_require_conserved)
+    with run.match:
+        assert len(run.match.record.shots) < 20 and run.match.robots[0].held
+    told = [record for record in caplog.records if "jam the outlet of its hopper" in record.getMessage()]
+    assert 1 <= len(told) <= 1 + len(run.match.record.shots)
+
+
+def test_a_belt_that_is_not_there_is_named():
+    with pytest.raises(UnknownNameError, match="for a hopper"):
+        robot(outlet_width=0.3, belt="spindxer")
