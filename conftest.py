@@ -50,6 +50,7 @@ def pytest_addoption(parser):
 
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
+_ENGINE = os.environ.get("SIMCORE_ENGINE")  # that the caller has set
 
 
 def pytest_generate_tests(metafunc):
@@ -79,9 +80,17 @@ def pytest_generate_tests(metafunc):
 @pytest.fixture(scope="session")
 def engine_name(request):
     """Name of the physics engine that worlds of this test get."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SIMCORE_ENGINE", request.param)
-        yield request.param
+    return request.param
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Worlds get the engine of the test; those of a test without the fixture get the one that the caller has set."""
+    name = item.callspec.params.get("engine_name", _ENGINE) if hasattr(item, "callspec") else _ENGINE
+    if name is None:
+        os.environ.pop("SIMCORE_ENGINE", None)
+    else:
+        os.environ["SIMCORE_ENGINE"] = name
 
 
 @pytest.fixture
