@@ -11,6 +11,7 @@ from typing import Any
 from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
 from simcore.devices.project_settings import project_measures
 from simcore.robot.cots import MODULES
+from simcore.robot.dc_motor import motor
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
 from simcore.units import inches
@@ -28,6 +29,7 @@ _GUESSES: dict[str, dict[str, float]] = {
 }
 """Where nothing says more: an SDS MK4i L2; FIRST's kit-bot."""
 _GEARINGS = (3.0, 24.0)
+_SPEEDS = (1.0, 9.0)  # [m/s]
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
@@ -62,7 +64,21 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
             known["steer_motor"] = Measure("NEO 550", _IS_MAXSWERVE, is_guess=True)
     for name, value in _GUESSES[found.kind].items():
         known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
+    differences += _speed_is_odd(known)
     return replace(found, measures=known, differences=(*found.differences, *differences))
+
+
+def _speed_is_odd(known: Mapping[str, Measure]) -> list[str]:
+    """Whether the way that the program takes a rotor's turn for is that of no robot; a sentence."""
+    way = known.get("meters_per_rotor_turn")
+    speed = 0.0 if way is None else motor(known["drive_motor"].value).free_speed / math.tau * way.value
+    if way is None or _SPEEDS[0] <= speed <= _SPEEDS[1]:
+        return []
+    return [
+        f"a turn of a drive motor is {way.value:.4g} m by {way.source}, {speed:.3g} m/s at its free speed, where "
+        f"robots drive {_SPEEDS[0]:g} to {_SPEEDS[1]:g}: the wheel's circumference or the gearing may be missing, or "
+        "the unit is not the meter"
+    ]
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:

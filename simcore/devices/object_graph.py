@@ -14,7 +14,7 @@ from simcore.devices.makers import device_of
 from simcore.devices.recorder import Built, built
 from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["Holder", "ObjectGraph"]
+__all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
 _MOST = 20_000  # objects
 _DEEP = 3  # attributes between a holder and a device of its own
@@ -137,18 +137,18 @@ class ObjectGraph:
 
 def _children(made: Any) -> Iterator[tuple[str, Any]]:
     """What an object of the program, or a container, holds."""
-    if isinstance(made, Mapping) and not _is_foreign(type(made), containers=True):
+    if isinstance(made, Mapping) and not is_foreign(type(made), containers=True):
         pairs = [(str(key), value) for key, value in list(made.items())]
     elif isinstance(made, (list, tuple, set, frozenset)):
         pairs = [(str(k), value) for k, value in enumerate(list(made))]
     elif isinstance(made, type):
-        pairs = [] if _is_foreign(made) else [(n, v) for n, v in vars(made).items() if not n.startswith("__")]
-    elif _is_foreign(type(made)):
+        pairs = [] if is_foreign(made) else [(n, v) for n, v in vars(made).items() if not n.startswith("__")]
+    elif is_foreign(type(made)):
         return
     else:
         pairs = []
         for cls in type(made).__mro__:
-            if not _is_foreign(cls):
+            if not is_foreign(cls):
                 pairs += [(name, v) for name, v in vars(cls).items() if not name.startswith("__")]
                 pairs += [(n, getattr(made, n, None)) for n in _slots(cls)]
         pairs = [*getattr(made, "__dict__", {}).items(), *pairs]
@@ -162,7 +162,7 @@ def _slots(cls: type) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _is_foreign(cls: type, *, containers: bool = False) -> bool:
+def is_foreign(cls: type, *, containers: bool = False) -> bool:
     """Whether a class is no part of the program: Python's own, or a library's."""
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:

@@ -200,6 +200,28 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
     assert sentence in done.stdout + done.stderr and "loop True" in done.stdout
 
 
+def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(project, python):
+    """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
+    folder = project("spark_cancoder")
+    robot, file = folder / "robot.py", folder / "simcore.toml"
+    at_once, asked = (
+        robot.read_text(),
+        "        return SwerveModulePosition(self.drive_encoder.getPosition(), self.angle)\n",
+    )
+    assert asked in at_once
+    sentence = "SwerveModule says the same position whatever its sensors read"
+    said = python(folder, "-m", "simcore", "init")
+    table = file.read_text(encoding="utf-8")
+    assert sentence not in said
+    keeps = "        return getattr(self, 'last', SwerveModulePosition())\n\n    def periodic(self) -> None:\n"
+    for text, is_told in ((keeps + asked.replace("return", "self.last ="), False), (keeps + "        pass\n", True)):
+        robot.write_text(at_once.replace(asked, text))
+        file.unlink()
+        said = python(folder, "-m", "simcore", "init")
+        assert (sentence in said) is is_told
+        assert (file.read_text(encoding="utf-8") == table) is not is_told
+
+
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
     """`scripts/write_which_robots.py` brings it up to date."""
     for module in (*NEEDS, "phoenix5", "navx"):

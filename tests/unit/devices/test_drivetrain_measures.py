@@ -127,3 +127,11 @@ def test_settings_that_are_no_json_are_left_out(tmp_path, caplog):
     path.mkdir(parents=True)
     (path / "settings.json").write_text("{")
     assert project_measures(tmp_path) == [] and "is not read" in caplog.text
+
+
+def test_a_way_that_no_robot_drives_is_told(tmp_path):
+    """A NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing twice."""
+    assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
+    for way in (1.0 / 7.36, 0.0018):
+        (text,) = complete_measures(swerve(way), RobotSettings(), tmp_path).differences
+        assert f"{5676 / 60 * way:.3g} m/s at its free speed" in text and "circumference" in text
