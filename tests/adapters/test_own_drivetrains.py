@@ -200,6 +200,25 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
     assert sentence in done.stdout + done.stderr and "loop True" in done.stdout
 
 
+def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(project, python):
+    """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
+    folder = project("tank_sparks")
+    (folder / "robot.py").write_text(
+        "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
+        "class Pair:\n    def __init__(self, first: int) -> None:\n"
+        "        self.left_motor, self.right_motor = rev.SparkMax(first, SPARK), rev.SparkMax(first + 1, SPARK)\n"
+        "        config = rev.SparkMaxConfig()\n        config.encoder.positionConversionFactor(0.1)\n"
+        "        for motor in (self.left_motor, self.right_motor):\n            motor.configure(\n"
+        "                config, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kPersistParameters)\n\n\n"
+        "class Robot(wpilib.TimedRobot):\n    def robotInit(self) -> None:\n"
+        "        self.lift, self.drive_base = Pair(1), Pair(3)\n"
+    )
+    said = python(folder, "-m", "simcore", "init")
+    text = (folder / "simcore.toml").read_text(encoding="utf-8")
+    assert "tank drive: sides of names of motors" in said and "drive_gearing 10 " in said, said
+    assert "left = [3]" in text and "right = [4]" in text
+
+
 def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(project, python):
     """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
     folder = project("spark_cancoder")
