@@ -7,10 +7,11 @@ import types
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.makers import device_of
+from simcore.devices.makers import MAKER_MODULES, device_of
 from simcore.devices.recorder import Built, built
 from simcore.robot.motor_controllers import BuiltDevice
 
@@ -18,6 +19,8 @@ __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
 _MOST = 20_000  # objects
 _DEEP = 3  # attributes between a holder and a device of its own
+_MAKERS = {package for package, _ in MAKER_MODULES}
+_VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
 
 
@@ -163,14 +166,30 @@ def _slots(cls: type) -> list[str]:
 
 
 def is_foreign(cls: type, *, containers: bool = False) -> bool:
-    """Whether a class is no part of the program: Python's own, or a library's."""
+    """Whether a class is no part of the program: Python's own, or a library's that builds no motor controllers."""
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:
         return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
     if root == "simcore":
         return True
     file = getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
-    return "site-packages" in file or "dist-packages" in file or file.endswith((".so", ".pyd"))
+    if file.endswith((".so", ".pyd")):
+        return True
+    return ("site-packages" in file or "dist-packages" in file) and not _builds_motors(root)
+
+
+@cache
+def _builds_motors(package: str) -> bool:
+    """Whether modules of an installed package, as teams share them, name what a maker's package has."""
+    if package in _MAKERS:
+        return False
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] == package and module is not None:
+            for part in list(vars(module).values()):
+                home = part.__name__ if isinstance(part, types.ModuleType) else getattr(part, "__module__", None)
+                if isinstance(home, str) and home.split(".")[0] in _VENDORS:
+                    return True
+    return False
 
 
 def _globals(folder: Path | None) -> list[tuple[str, Any]]:

@@ -241,6 +241,19 @@ def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(p
         assert (file.read_text(encoding="utf-8") == table) is not is_told
 
 
+def test_modules_of_an_installed_library_are_found(project, python):
+    folder = project("spark_cancoder")
+    robot, library = folder / "robot.py", folder / "site-packages" / "shared_modules.py"
+    library.parent.mkdir()
+    head, rest = robot.read_text().split("class SwerveModule:")
+    body, program = rest.split("class Robot(")
+    library.write_text(f"{head}class SwerveModule:{body}")
+    place = f"import sys\n\nsys.path.insert(0, {str(library.parent)!r})\nfrom shared_modules import SwerveModule\n"
+    robot.write_text(f"{head}{place}\n\nclass Robot({program}")
+    said = python(folder, "-m", "simcore", "init")
+    assert "swerve drive: 4 modules (SwerveModule)" in said, said
+
+
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
     """`scripts/write_which_robots.py` brings it up to date."""
     for module in (*NEEDS, "phoenix5", "navx"):

@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (3195, 21),
+    "devices": (3214, 21),
     "games/rebuilt": (1803, 16),
     "games/reefscape": (2036, 16),
     "games/shipped.py": (19, 1),
