@@ -1,7 +1,8 @@
 """What robot code makes of its sensors: which way it counts, what it takes for zero, and how far it takes a turn.
 
 A program keeps signs, offsets and wheel sizes in its own arithmetic. So they are asked of the program itself: each
-sensor is moved a little before the first loop, and what the module says of its angle and its way is compared.
+sensor is moved a little before the first loop, and what the module says of its angle and its way is compared. A module
+that says what its `update` or `periodic` has read last is asked to read anew.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from simcore.devices.object_graph import is_foreign
 from simcore.robot.motor_ports import AnglePort, MotorPort
 
 __all__ = ["Belief", "ModulePorts", "probe_modules"]
@@ -21,6 +23,11 @@ __all__ = ["Belief", "ModulePorts", "probe_modules"]
 _log = logging.getLogger(__name__)
 
 _NAME = re.compile(r"(get_?|module_?|swerve_?|current_?|measured_?)*(position|state)s?", re.IGNORECASE)
+_READS = re.compile(
+    r"(update|refresh|read|poll)(_?(inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|periodic",
+    re.IGNORECASE,
+)
+"""Names of methods after which a module knows what its sensors read."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
 _TURN = 0.25  # [turns] of an encoder on the azimuth
 _LEAST = 1e-6
@@ -51,6 +58,12 @@ class Belief:
     meters_per_wheel_turn: float = 0.0
     """Of an encoder on the wheel [m]."""
 
+    @property
+    def is_deaf(self) -> bool:
+        """Whether the module says where it is, and the same whatever its sensors read."""
+        changes = self.angle_per_encoder_turn, self.angle_per_rotor_turn
+        return self.zero is not None and not any((*changes, self.meters_per_rotor_turn, self.meters_per_wheel_turn))
+
 
 def probe_modules(
     modules: Sequence[Sequence[Any]], ports: Sequence[ModulePorts], settle: Callable[[], None]
@@ -63,7 +76,24 @@ def probe_modules(
         settle: Lets robot code see what was written.
     """
     getters = [_getter(objects) for objects in modules]
+    beliefs = _probe(getters, ports, settle)
+    reads = [read for objects in modules for made in reversed(objects) for read in _methods(made, _READS)]
+    if not reads or not all(belief.is_deaf for belief in beliefs):
+        return beliefs
 
+    def settle_and_read() -> None:
+        settle()
+        for read in reads:
+            _answer(read)
+
+    return _probe(getters, ports, settle_and_read)
+
+
+def _probe(
+    getters: Sequence[Callable[[], tuple[float | None, float | None]] | None],
+    ports: Sequence[ModulePorts],
+    settle: Callable[[], None],
+) -> list[Belief]:
     def read() -> list[tuple[float | None, float | None]]:
         settle()
         return [(None, None) if get is None else get() for get in getters]
@@ -141,12 +171,17 @@ def _getter(objects: Sequence[Any]) -> Callable[[], tuple[float | None, float | 
 
 
 def _has(ask: Callable[[], Any], name: str) -> bool:
+    answer = _answer(ask)
+    return type(answer).__name__ in _ANNOTATIONS and hasattr(answer, name)
+
+
+def _answer(ask: Callable[[], Any]) -> Any:
+    """What robot code answers; None: it raises."""
     try:
-        answer = ask()
+        return ask()
     except Exception as error:  # whatever robot code raises
         _log.debug("%r does not answer: %s", ask, error)
-        return False
-    return type(answer).__name__ in _ANNOTATIONS and hasattr(answer, name)
+        return None
 
 
 def _questions(made: Any) -> list[Callable[[], Any]]:
@@ -157,10 +192,27 @@ def _questions(made: Any) -> list[Callable[[], Any]]:
             if isinstance(part, property) and (_NAME.fullmatch(name.strip("_")) or _is_annotated(part.fget)):
                 found.append(lambda n=name: getattr(made, n))  # type: ignore[misc]
             elif inspect.isfunction(part) and (_NAME.fullmatch(name.strip("_")) or _is_annotated(part)):
-                parameters = list(inspect.signature(part).parameters.values())[1:]
-                if all(p.default is not p.empty or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters):
-                    found.append(getattr(made, name))
+                found += _without_arguments(made, name, part)
     return found
+
+
+def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
+    """Methods of the program's own class that have such names and need no argument."""
+    found = {
+        name: part
+        for cls in reversed(type(made).__mro__)
+        if not is_foreign(cls)
+        for name, part in vars(cls).items()
+        if inspect.isfunction(part) and names.fullmatch(name.strip("_"))
+    }
+    return [ask for name, part in found.items() for ask in _without_arguments(made, name, part)]
+
+
+def _without_arguments(made: Any, name: str, function: Any) -> list[Callable[[], Any]]:
+    parameters = list(inspect.signature(function).parameters.values())[1:]
+    if all(p.default is not p.empty or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters):
+        return [getattr(made, name)]
+    return []
 
 
 def _is_annotated(function: Any) -> bool:

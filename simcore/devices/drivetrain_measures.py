@@ -11,6 +11,7 @@ from typing import Any
 from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
 from simcore.devices.project_settings import project_measures
 from simcore.robot.cots import MODULES
+from simcore.robot.dc_motor import motor
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
 from simcore.units import inches
@@ -28,6 +29,7 @@ _GUESSES: dict[str, dict[str, float]] = {
 }
 """Where nothing says more: an SDS MK4i L2; FIRST's kit-bot."""
 _GEARINGS = (3.0, 24.0)
+_SPEEDS = (1.0, 8.0)  # of robots, with the fastest gears that are sold [m/s]
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
@@ -81,9 +83,26 @@ def _of_file(settings: RobotSettings) -> dict[str, Measure]:
 
 
 def _fill_wheel(known: dict[str, Measure], found: FoundDrivetrain, differences: list[str]) -> None:
-    """Radius and gearing such that a turn of the rotor is the way that the program takes it for."""
+    """Radius and gearing such that a turn of the rotor is the way that the program takes it for.
+
+    A way that would be far too fast, and whose inverse is a gearing, counts turns of the wheel, as controllers of
+    Phoenix 6 are mostly configured.
+    """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
+        return
+    speed = motor(known["drive_motor"].value).free_speed / math.tau * way.value
+    counts_wheels = speed > _SPEEDS[1] and _GEARINGS[0] <= 1.0 / way.value <= _GEARINGS[1]
+    if not _SPEEDS[0] <= speed <= _SPEEDS[1] and (found.kind == "swerve" or not counts_wheels):
+        differences.append(
+            f"a turn of a drive motor is {way.value:.4g} m by {way.source}, {speed:.3g} m/s at its free speed, where "
+            f"robots drive {_SPEEDS[0]:g} to {_SPEEDS[1]:g}: is that in meters, with the wheel's circumference and the "
+            "gearing?"
+        )
+    if counts_wheels and (radius is None or gearing is None):
+        known.setdefault(
+            "drive_gearing", Measure(1.0 / way.value, f"{way.source}, in turns of the wheel", is_guess=True)
+        )
         return
     if radius is not None and gearing is not None:
         by_measures = math.tau * radius.value / gearing.value

@@ -7,17 +7,20 @@ import types
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.makers import device_of
+from simcore.devices.makers import MAKER_MODULES, device_of
 from simcore.devices.recorder import Built, built
 from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["Holder", "ObjectGraph"]
+__all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
 _MOST = 20_000  # objects
 _DEEP = 3  # attributes between a holder and a device of its own
+_MAKERS = {package for package, _ in MAKER_MODULES}
+_VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
 
 
@@ -137,18 +140,18 @@ class ObjectGraph:
 
 def _children(made: Any) -> Iterator[tuple[str, Any]]:
     """What an object of the program, or a container, holds."""
-    if isinstance(made, Mapping) and not _is_foreign(type(made), containers=True):
+    if isinstance(made, Mapping) and not is_foreign(type(made), containers=True):
         pairs = [(str(key), value) for key, value in list(made.items())]
     elif isinstance(made, (list, tuple, set, frozenset)):
         pairs = [(str(k), value) for k, value in enumerate(list(made))]
     elif isinstance(made, type):
-        pairs = [] if _is_foreign(made) else [(n, v) for n, v in vars(made).items() if not n.startswith("__")]
-    elif _is_foreign(type(made)):
+        pairs = [] if is_foreign(made) else [(n, v) for n, v in vars(made).items() if not n.startswith("__")]
+    elif is_foreign(type(made)):
         return
     else:
         pairs = []
         for cls in type(made).__mro__:
-            if not _is_foreign(cls):
+            if not is_foreign(cls):
                 pairs += [(name, v) for name, v in vars(cls).items() if not name.startswith("__")]
                 pairs += [(n, getattr(made, n, None)) for n in _slots(cls)]
         pairs = [*getattr(made, "__dict__", {}).items(), *pairs]
@@ -162,15 +165,31 @@ def _slots(cls: type) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _is_foreign(cls: type, *, containers: bool = False) -> bool:
-    """Whether a class is no part of the program: Python's own, or a library's."""
+def is_foreign(cls: type, *, containers: bool = False) -> bool:
+    """Whether a class is no part of the program: Python's own, or a library's that builds no motor controllers."""
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:
         return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
     if root == "simcore":
         return True
     file = getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
-    return "site-packages" in file or "dist-packages" in file or file.endswith((".so", ".pyd"))
+    if file.endswith((".so", ".pyd")):
+        return True
+    return ("site-packages" in file or "dist-packages" in file) and not _builds_motors(root)
+
+
+@cache
+def _builds_motors(package: str) -> bool:
+    """Whether modules of an installed package, as teams share them, name what a maker's package has."""
+    if package in _MAKERS:
+        return False
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] == package and module is not None:
+            for part in list(vars(module).values()):
+                home = part.__name__ if isinstance(part, types.ModuleType) else getattr(part, "__module__", None)
+                if isinstance(home, str) and home.split(".")[0] in _VENDORS:
+                    return True
+    return False
 
 
 def _globals(folder: Path | None) -> list[tuple[str, Any]]:

@@ -17,12 +17,16 @@ from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
 
+_DRIVE = re.compile(r"drive|chassis|tank", re.IGNORECASE)
+_PLAIN = re.compile(r"((left|right|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)s? ?)+")
 _CORNERS = ("front left", "front right", "rear left", "rear right")
 _PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port has them
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Two sides, from a `DifferentialDrive`, else from `left` and `right` in names of motors beside kinematics.
+    """Two sides, from a `DifferentialDrive`, else from `left` and `right` in names of motors.
+
+    Without kinematics or odometry beside them the names have to say that they drive, too.
 
     Raises:
         DrivetrainNotFoundError: There is such an object, but its motors are not known.
@@ -30,12 +34,16 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
     drives, kinematics, odometry = (
         graph.built(kind, "DifferentialDrive") for kind in ("drive", "kinematics", "odometry")
     )
-    if not (drives or kinematics or odometry):
-        return None
     names = _named_motors(graph)
+    if not (drives or kinematics or odometry):
+        if any(graph.built(kind, "") for kind in ("drive", "kinematics")):
+            return None  # of another kind
+        names = {name: motor for name, motor in names.items() if _drives(name)}
     sides = _given(drives[-1], ("leftMotor", "rightMotor")) if drives else None
     if sides is None:
         sides = _by_name(names, {"left": r"left|\bl\b", "right": r"right|\br\b"})
+    if sides is None and not (drives or kinematics or odometry):
+        return None
     if sides is None:
         raise DrivetrainNotFoundError("which motors of its DifferentialDrive are left and which are right is not known")
     width = float(kinematics[0].made.trackwidth) if kinematics else None
@@ -189,6 +197,15 @@ def _by_name(names: Mapping[str, BuiltDevice], patterns: Mapping[str, str]) -> l
         followers = {f.key for d in own for g in maker_of(d).groups(own) for f in g.followers}
         found.append([d for d in own if d.key not in followers])
     return found
+
+
+def _drives(name: str) -> bool:
+    """Whether attributes that lead to a motor say that it drives; of the robot itself plain ones do.
+
+    >>> _drives("container.drive_train.left_leader"), _drives("leftMotor"), _drives("lift.left_motor")
+    (True, True, False)
+    """
+    return bool(_DRIVE.search(name)) or ("." not in name and _PLAIN.fullmatch(_words(name)) is not None)
 
 
 def _words(name: str) -> str:

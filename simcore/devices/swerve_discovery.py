@@ -20,6 +20,10 @@ __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
 _MAXSWERVE = MODULES["REV MAXSwerve"]
+_DEAF = (
+    "{} says the same position whatever its sensors read, so zeros, signs and the wheel are guessed; if it reads them "
+    "on the real robot alone (isReal, isSimulation), let it read them here too: simcore moves them"
+)
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
@@ -185,8 +189,14 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
         **_way(first, drive, beliefs[0]),
         **_turn(first, steer, beliefs[0]),
     }
-    more = free_speed_volts(first)
-    return replace(found, wheels=wheels, measures={**measures, **found.measures}, free_speed_volts=more)
+    differences = (_DEAF.format(type(modules[0][0]).__name__),) if all(b.is_deaf for b in beliefs) else ()
+    return replace(
+        found,
+        wheels=wheels,
+        measures={**measures, **found.measures},
+        free_speed_volts=free_speed_volts(first),
+        differences=(*found.differences, *differences),
+    )
 
 
 def _ports(wheel: FoundWheel) -> ModulePorts:

@@ -155,6 +155,11 @@ def _number_of_navx3(made: Any, args: tuple[Any, ...], settings: dict[str, Any])
     return int(settings.get("deviceId", args[0] if args else settings.get("port", 0)))
 
 
+def _create_spi() -> navx.AHRS:
+    """Construct the AHRS class using SPI communication and default settings."""
+    return navx.AHRS(navx.AHRS.NavXComType.kMXP_SPI)
+
+
 class _Studica(Maker):
     name = "Studica"
     gyros = ("navX", "navX3")
@@ -163,6 +168,7 @@ class _Studica(Maker):
 
     def watch(self) -> None:
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: made.getPort())
+        navx.AHRS.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
         self.devices.record(navx.Navx, "navX3", _number_of_navx3)
         _answers.wrap(navx.AHRS, _ANSWERS)
         _answers.wrap(navx.AHRS, _COMMANDS, also_original=True)

@@ -41,6 +41,7 @@ __all__ = ["ConditionError", "RobotTest", "run_report"]
 _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
+_ENDS = 2.0  # wall time in which a program whose start has failed ends [s]
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.BLUE_1,
@@ -173,6 +174,8 @@ class RobotTest:
         self._step()  # waits until the program has built its physics
         physics = latest_physics()
         if physics is None:
+            self._control._thread.join(_ENDS)  # where its physics could not be built the program is about to end
+            self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
                 "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-NAVX = ("navx", "navx-usb", "navx-i2c")
+NAVX = ("navx", "navx-usb", "navx-i2c", "navx-created")
 ADIS = ("ADIS16448_IMU", "ADIS16470_IMU")
 PACKAGES = {**dict.fromkeys((*NAVX, "navx3"), "navx"), "PigeonIMU": "phoenix5"}
 CLOCKWISE = (*NAVX, "ADXRS450_Gyro", "AnalogGyro", "PigeonIMU")
@@ -53,7 +53,7 @@ def test_a_navx_wraps_its_yaw_and_tilts_as_its_manual_says(rows, name):
     assert shown["4 s"]["getRoll"] == pytest.approx(-ROLL)
     # a software reset leaves the quaternion
     assert shown["1 s later"]["yaw of rotation 3d"] == pytest.approx(5.0 - math.tau, abs=0.01)
-    assert rows(name)["number"] == {"navx": 4, "navx-usb": 2, "navx-i2c": 1}[name]
+    assert rows(name)["number"] == {"navx": 4, "navx-created": 4, "navx-usb": 2, "navx-i2c": 1}[name]
 
 
 @pytest.mark.parametrize("name", ADIS)

@@ -200,6 +200,60 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
     assert sentence in done.stdout + done.stderr and "loop True" in done.stdout
 
 
+def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(project, python):
+    """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
+    folder = project("tank_sparks")
+    (folder / "robot.py").write_text(
+        "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
+        "class Pair:\n    def __init__(self, first: int) -> None:\n"
+        "        self.left_motor, self.right_motor = rev.SparkMax(first, SPARK), rev.SparkMax(first + 1, SPARK)\n"
+        "        config = rev.SparkMaxConfig()\n        config.encoder.positionConversionFactor(0.1)\n"
+        "        for motor in (self.left_motor, self.right_motor):\n            motor.configure(\n"
+        "                config, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kPersistParameters)\n\n\n"
+        "class Robot(wpilib.TimedRobot):\n    def robotInit(self) -> None:\n"
+        "        self.lift, self.drive_base = Pair(1), Pair(3)\n"
+    )
+    said = python(folder, "-m", "simcore", "init")
+    text = (folder / "simcore.toml").read_text(encoding="utf-8")
+    assert "tank drive: sides of names of motors" in said and "drive_gearing 10 " in said, said
+    assert "left = [3]" in text and "right = [4]" in text
+
+
+def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(project, python):
+    """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
+    folder = project("spark_cancoder")
+    robot, file = folder / "robot.py", folder / "simcore.toml"
+    at_once, asked = (
+        robot.read_text(),
+        "        return SwerveModulePosition(self.drive_encoder.getPosition(), self.angle)\n",
+    )
+    assert asked in at_once
+    sentence = "SwerveModule says the same position whatever its sensors read"
+    said = python(folder, "-m", "simcore", "init")
+    table = file.read_text(encoding="utf-8")
+    assert sentence not in said
+    keeps = "        return getattr(self, 'last', SwerveModulePosition())\n\n    def periodic(self) -> None:\n"
+    for text, is_told in ((keeps + asked.replace("return", "self.last ="), False), (keeps + "        pass\n", True)):
+        robot.write_text(at_once.replace(asked, text))
+        file.unlink()
+        said = python(folder, "-m", "simcore", "init")
+        assert (sentence in said) is is_told
+        assert (file.read_text(encoding="utf-8") == table) is not is_told
+
+
+def test_modules_of_an_installed_library_are_found(project, python):
+    folder = project("spark_cancoder")
+    robot, library = folder / "robot.py", folder / "site-packages" / "shared_modules.py"
+    library.parent.mkdir()
+    head, rest = robot.read_text().split("class SwerveModule:")
+    body, program = rest.split("class Robot(")
+    library.write_text(f"{head}class SwerveModule:{body}")
+    place = f"import sys\n\nsys.path.insert(0, {str(library.parent)!r})\nfrom shared_modules import SwerveModule\n"
+    robot.write_text(f"{head}{place}\n\nclass Robot({program}")
+    said = python(folder, "-m", "simcore", "init")
+    assert "swerve drive: 4 modules (SwerveModule)" in said, said
+
+
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
     """`scripts/write_which_robots.py` brings it up to date."""
     for module in (*NEEDS, "phoenix5", "navx"):

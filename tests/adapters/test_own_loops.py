@@ -51,6 +51,16 @@ def test_a_loop_that_never_waits_fails_by_name_and_says_where(project_of):
     assert "Robot gets no physics: its loop is its own" in said and "in startCompetition" in said, said
 
 
+def test_a_robot_without_a_drivetrain_fails_with_that_alone(project_of):
+    pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
+    run = project_of(ROBOTS / "magic")
+    (run.folder / "robot.py").write_text(
+        "import magicbot\n\nclass Robot(magicbot.MagicRobot):\n    def createObjects(self) -> None:\n        pass\n"
+    )
+    code, said = run("def test_it(sim):\n    sim.teleop(seconds=1.0)\n")
+    assert code == 1 and "no drivetrain found" in said and "no physics" not in said, said
+
+
 def test_a_team_s_own_physics_runs_beside(project_of):
     run = project_of(ROBOTS / "sleeping")
     code, said = run(

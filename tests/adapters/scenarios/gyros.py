@@ -30,6 +30,8 @@ def built(name: str) -> Any:
     if name.startswith("navx"):
         import navx
 
+        if name == "navx-created":
+            return navx.AHRS.create_spi()
         kinds = navx.AHRS.NavXComType
         kind = {"navx": kinds.kMXP_SPI, "navx-usb": kinds.kUSB1, "navx-i2c": kinds.kI2C}[name]
 

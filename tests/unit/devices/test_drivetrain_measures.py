@@ -127,3 +127,23 @@ def test_settings_that_are_no_json_are_left_out(tmp_path, caplog):
     path.mkdir(parents=True)
     (path / "settings.json").write_text("{")
     assert project_measures(tmp_path) == [] and "is not read" in caplog.text
+
+
+def test_a_way_that_no_robot_drives_is_told(tmp_path):
+    """A NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing twice."""
+    assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
+    for way in (1.0 / 7.36, 0.0018):
+        (text,) = complete_measures(swerve(way), RobotSettings(), tmp_path).differences
+        assert f"{5676 / 60 * way:.3g} m/s at its free speed" in text and "circumference" in text
+
+
+def test_turns_of_the_wheel_are_taken_for_no_meters(tmp_path):
+    """1 / 8.45 m a turn were 11 m/s; of a tank, whose odometry may multiply, nothing is told."""
+    way = {"meters_per_rotor_turn": Measure(1.0 / 8.45, "conversion factor")}
+    sides = tuple(FoundWheel(name=n, place=(0.0, y), motors=(SPARK,)) for n, y in (("left", 0.3), ("right", -0.3)))
+    tank = FoundDrivetrain(kind="tank", wheels=sides, measures={**MOTORS, **way})
+    for found in (tank, swerve(1.0 / 8.45)):
+        done = complete_measures(found, RobotSettings(), tmp_path)
+        assert done.measure("drive_gearing") == pytest.approx(8.45)
+        assert done.measure("wheel_radius") == pytest.approx(0.0762 if found is tank else 0.0508)
+        assert bool(done.differences) is (found is not tank)
