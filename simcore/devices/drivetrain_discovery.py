@@ -16,14 +16,11 @@ from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encod
 from simcore.devices.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 from simcore.errors import ConfigError
 from simcore.robot.motor_controllers import BuiltDevice
-from simcore.robot_file.drivetrain_table import DrivetrainSettings
+from simcore.robot_file.drivetrain_table import ON_PORTS, DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
 
 __all__ = ["ProgramDrivetrain", "find_drivetrain"]
-
-_ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder")
-"""Encoders of either kind may be on one drivetrain."""
 
 _log = logging.getLogger(__name__)
 
@@ -107,7 +104,7 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
         steer = find_device(where, steer_model, table.steer[k]) if table.steer else None
         encoder = steer if table.encoder == "wired" else None
         if table.encoders:
-            models = (table.encoder, *_ON_PORTS) if table.encoder in _ON_PORTS else (table.encoder or "CANcoder",)
+            models = (table.encoder, *ON_PORTS) if table.encoder in ON_PORTS else (table.encoder or "CANcoder",)
             encoder = find_device(where, models, table.encoders[k])
         if table.kind == "tank":
             motors = with_followers(motors)

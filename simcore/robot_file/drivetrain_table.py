@@ -29,7 +29,9 @@ from simcore.robot_file.toml_tables import Table
 __all__ = ["DRIVETRAIN", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
 
 KINDS = ("swerve", "tank", "mecanum")
-ENCODERS = ("CANcoder", "DutyCycleEncoder", "AnalogEncoder", "wired", "none")
+ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
+"""Classes of WPILib that read absolute encoders on ports of the roboRIO; several may be on one drivetrain."""
+ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
 """On azimuths: of their own, wired to the steer motors' controllers, or none."""
 _IDS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)

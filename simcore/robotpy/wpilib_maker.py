@@ -10,6 +10,7 @@ from simcore.devices.makers import Maker, MotorFacts
 from simcore.devices.recorder import after_call
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
+from simcore.robot_file.drivetrain_table import ON_PORTS
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range
 from simcore.robotpy.wpilib_ports import (
     AbsoluteEncoderPort,
@@ -36,7 +37,7 @@ _followers: list[tuple[Any, Any]] = []
 class _WPILib(Maker):
     name = "WPILib (ports of the roboRIO)"
     motors = ("PWM",)
-    encoders = ("Encoder", "DutyCycleEncoder", "AnalogEncoder")
+    encoders = ("Encoder", *ON_PORTS)
     gyros = _GYROS
     gyro_errors = "generic"
     unserved = ("ADXL345_I2C", "ADXL345_SPI", "ADXL362", "I2C", "SPI", "SerialPort")
@@ -75,8 +76,8 @@ class _WPILib(Maker):
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
         if encoder.model == "Encoder":
             return EncoderPort(encoder.hardware, pulses_per_turn=_PULSES)
-        model = "DIO" if encoder.model == "DutyCycleEncoder" else "Analog"
-        return AbsoluteEncoderPort(encoder.hardware, full_range=encoder_range(model, encoder.device_id))
+        port_of = ("DIO" if encoder.model.startswith("DutyCycle") else "Analog"), encoder.device_id
+        return AbsoluteEncoderPort(port_of, full_range=encoder_range(*port_of))
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
         return (ADISGyroPort if gyro.model.startswith("ADIS") else WPILibGyroPort)(gyro.hardware)

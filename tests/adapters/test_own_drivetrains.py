@@ -200,6 +200,15 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
     assert sentence in done.stdout + done.stderr and "loop True" in done.stdout
 
 
+def test_absolute_encoders_that_are_read_as_volts_steer(project, driven):
+    folder = project("magic")
+    robot = folder / "robot.py"
+    text = robot.read_text().replace("wpilib.AnalogEncoder(channel)", "wpilib.AnalogInput(channel)")
+    robot.write_text(text.replace("self.absolute.get()", "self.absolute.getVoltage() / 5.0"))
+    assert "AnalogEncoder(" not in robot.read_text() and "getVoltage" in robot.read_text()
+    require_course(driven(folder))
+
+
 def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(project, python):
     """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
     folder = project("tank_sparks")

@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (3214, 21),
+    "devices": (3211, 21),
     "games/rebuilt": (1818, 16),
     "games/reefscape": (2061, 16),
     "games/shipped.py": (19, 1),
@@ -30,8 +30,8 @@ BUDGET = {
     "players": (1019, 6),
     "revlib": (829, 7),
     "robot": (8628, 38),
-    "robot_file": (3943, 19),
-    "robotpy": (8075, 42),
+    "robot_file": (3945, 19),
+    "robotpy": (8076, 42),
     "shooting": (1360, 7),
     "show": (9017, 49),
     "simcore": (1556, 10),
