@@ -188,6 +188,11 @@ class Storage:
             return ready[0]
         return self.pieces.pop(0 if self.config.order == "fifo" else -1)
 
+    def clear(self) -> None:
+        """Forget all pieces, and where they were."""
+        self.pieces.clear()
+        self.follow([])
+
     def discard(self, slot: int) -> None:
         """Forget a piece that left in another way."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

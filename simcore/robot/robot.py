@@ -309,7 +309,7 @@ class Robot:
     def forget_pieces(self) -> None:
         """Hold none any more, as when the field is reset."""
         for storage in self.storages:
-            storage.pieces.clear()
+            storage.clear()
         for placer in self.placers:
             placer.piece = None
 
