@@ -77,5 +77,5 @@ class UnknownNameError(SimcoreError, KeyError):
 
 def nearest(name: str, known: Iterable[str], most: int = 1) -> str:
     """The question after a name that is not known; empty where none is like it."""
-    near = difflib.get_close_matches(name, sorted(known), n=most, cutoff=0.5)
+    near = difflib.get_close_matches(str(name), sorted(known), n=most, cutoff=0.5)  # robot code may give None
     return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
