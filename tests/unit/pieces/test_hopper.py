@@ -109,6 +109,17 @@ def test_as_much_comes_in_as_a_loose_packing_has(radius, least, most):
     assert np.median(np.abs(storage.hopper.vel)) < 0.01, "and they lie still"
 
 
+def test_two_intakes_share_the_places_at_an_inlet():
+    storage = Storage(StorageConfig(capacity=50, hopper=HopperConfig(outlet_width=0.4), **ROOM))
+    assert storage.room_for(R) == 4
+    storage.add([1, 2, 3])
+    assert storage.room_for(R) == 1, "before the hopper has been told"
+    storage.add([4])
+    assert storage.room_for(R) == 0
+    storage.follow([R] * 4)
+    assert storage.room_for(R) == 0
+
+
 # --- what the robot does to them --------------------------------------------------------------------------------------
 
 
