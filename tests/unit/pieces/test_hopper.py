@@ -260,7 +260,9 @@ def test_hoppers_that_cannot_be_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be one of front, back, left, right, bottom"),
         ({"inlet": "bottom"}, "inlet must be one of front, back, left, right, got 'bottom'"),
-        ({"outlet_width": 0.0}, "outlet_width"), ({"slope": 2.0}, "slope must be from 0 to 1.2 rad"),
+        ({"outlet_width": 0.0}, "outlet_width"),
+        ({"funnel": "steep"}, "funnel must be a number from 0 to 1.2 rad"),
+        ({"slope": 2.0}, "slope must be a number from 0 to 1.2 rad"),
         ({"slope": 0.2, "outlet": "bottom"}, "needs an outlet in a wall"), ({"friction": -1.0}, "friction"),
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=words):
