@@ -83,16 +83,6 @@ def engine_name(request):
     return request.param
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item):
-    """Worlds get the engine of the test; those of a test without the fixture get the one that the caller has set."""
-    name = item.callspec.params.get("engine_name", _ENGINE) if hasattr(item, "callspec") else _ENGINE
-    if name is None:
-        os.environ.pop("SIMCORE_ENGINE", None)
-    else:
-        os.environ["SIMCORE_ENGINE"] = name
-
-
 @pytest.fixture
 def whole(request):
     """Whether long tests run in full."""
@@ -105,8 +95,17 @@ def is_compiled() -> bool:
     return found is not None and isinstance(found.loader, ExtensionFileLoader)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """Leave out what only plain Python takes, and what other tests beside it would keep from coming in time."""
+    """Worlds get the engine of the test; those of a test without the fixture get the one that the caller has set.
+
+    Left out is what only plain Python takes, and what other tests beside it would keep from coming in time.
+    """
+    name = item.callspec.params.get("engine_name", _ENGINE) if hasattr(item, "callspec") else _ENGINE
+    if name is None:
+        os.environ.pop("SIMCORE_ENGINE", None)
+    else:
+        os.environ["SIMCORE_ENGINE"] = name
     if item.get_closest_marker("plain") and is_compiled():
         pytest.skip("simcore is compiled")
     if item.get_closest_marker("realtime") and "PYTEST_XDIST_WORKER" in os.environ:

@@ -62,20 +62,28 @@ class ModelError(SimcoreError, ValueError):
 
 
 class UnknownNameError(SimcoreError, KeyError):
-    """A name that nobody registered; the message has the nearest ones."""
+    """A name that nobody registered; carries the nearest ones."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
         self.name = name
         self.known = sorted(known)
-        self.message = f"no {kind} named {name!r}.{nearest(name, self.known, 3)} Known: {self.known}"
+        self.nearest = _near(name, self.known, 3)
+        self.message = f"no {kind} named {name!r}.{_question(self.nearest)} Known: {self.known}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
         return self.message  # KeyError would show the repr of it
 
 
-def nearest(name: str, known: Iterable[str], most: int = 1) -> str:
+def nearest(name: str, known: Iterable[str]) -> str:
     """The question after a name that is not known; empty where none is like it."""
-    near = difflib.get_close_matches(name, sorted(known), n=most, cutoff=0.5)
+    return _question(_near(name, sorted(known), 1))
+
+
+def _near(name: str, known: list[str], most: int) -> list[str]:
+    return difflib.get_close_matches(str(name), known, n=most, cutoff=0.5)  # robot code may give None
+
+
+def _question(near: list[str]) -> str:
     return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""

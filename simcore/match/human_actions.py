@@ -12,6 +12,7 @@ from typing import Protocol
 
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.scoring import Alliance
+from simcore.quantities import DELAY, DURATION, require_fields
 
 __all__ = ["Hands", "HumanAction"]
 
@@ -48,6 +49,9 @@ class HumanAction:
     """How long it goes on, piece after piece, once a person has asked for it [s]; 0: for one piece."""
     modes: tuple[Mode, ...] = ("auto", "teleop")
     """When the game allows it."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
         """Why it cannot be done now, however fast the hands are; empty if it can."""

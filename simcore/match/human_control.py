@@ -6,6 +6,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import PlayedMatch
 from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance
+from simcore.quantities import shown
 from simcore.units import TICK
 
 __all__ = ["ALLIANCES", "ask", "carry_out", "take_over"]
@@ -21,7 +22,7 @@ def ask(match: PlayedMatch, alliance: str, name: str) -> str:
         ConfigError: It cannot be done now; nothing has changed.
     """
     actions, whose = _actions(match, alliance)
-    if name not in actions:
+    if name not in [*actions]:
         raise UnknownNameError("action of a human player", name, actions)
     action = actions[name]
     why = action.refusal(match.timer, whose)
@@ -36,6 +37,8 @@ def ask(match: PlayedMatch, alliance: str, name: str) -> str:
 def take_over(match: PlayedMatch, alliance: str, by_person: bool) -> str:
     """Have a person or the game's policy play a human player; returns that in words, or raises as `ask` does."""
     _, whose = _actions(match, alliance)
+    if not isinstance(by_person, bool):
+        raise ConfigError(f"by_person must be True or False, got {shown(by_person)}")
     if by_person:
         match.persons.setdefault(whose, {})
     else:
@@ -59,6 +62,6 @@ def _actions(match: PlayedMatch, alliance: str) -> tuple[dict[str, HumanAction],
     actions = {action.name: action for action in match.rules.human_actions()}
     if not actions:
         raise ConfigError(f"this run of {match.game.name} has no human players; whole matches may have")
-    if alliance not in ALLIANCES:
+    if alliance not in [*ALLIANCES]:
         raise UnknownNameError("alliance", alliance, ALLIANCES)
     return actions, ALLIANCES[alliance]

@@ -54,7 +54,7 @@ class PieceFlow:
         """Forget what was in the way of pieces, as a match begins."""
         self._contact = HeldContact(self._world, self._pieces)
         self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
-        self._is_jammed: set[int] = set()  # robots by number
+        self._is_jammed: set[tuple[int, str]] = set()  # robot by number, and storage
 
     # --- in -------------------------------------------------------------------------------------------------------
 
@@ -74,6 +74,7 @@ class PieceFlow:
             for placer in robot.placers:
                 if placer.takes and placer.is_at_handover and robot.storage_of(placer.config).in_turn:
                     placer.take(robot.storage_of(placer.config).take())
+                    self._is_jammed.discard((robot.number, robot.storage_of(placer.config).config.name))
             robot.follow_hoppers(self._pieces.radius)
             robot.balance.update(self._pieces.mass, self._pieces.radius)
             robot.begin_tick()
@@ -155,9 +156,11 @@ class PieceFlow:
     def let_go(self, time: float) -> None:
         """Let pieces leave the muzzles of shooters whose gate is open, and placers that turn out, at a time [s]."""
         for robot in self._robots:
-            if robot.advance_hoppers(self._world.gravity) and robot.number not in self._is_jammed:
-                self._is_jammed.add(robot.number)  # until a piece leaves it
-                _log.warning("robot %d at %.2f s: two pieces jam the outlet of its hopper", robot.number, time)
+            for name in robot.advance_hoppers(self._world.gravity):
+                if (robot.number, name) not in self._is_jammed:
+                    self._is_jammed.add((robot.number, name))  # until a piece leaves it
+                    its = f"its hopper{name and f' {name!r}'}"
+                    _log.warning("robot %d at %.2f s: two pieces jam the outlet of %s", robot.number, time, its)
             for number, shooter in enumerate(robot.shooters):
                 self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:
@@ -282,7 +285,7 @@ class PieceFlow:
         """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
-        self._is_jammed.discard(robot.number)
+        self._is_jammed.discard((robot.number, storage.config.name))
         kind = self._kind_of(slot)
         motion = robot.motion_at(launch.delay / TICK)
         size = float(self._pieces.size[slot])

@@ -94,6 +94,7 @@ class Hopper:
         kept = [rows[slots[number]] for number in placed]
         pos, vel = np.zeros((len(slots), 3)), np.zeros((len(slots), 3))
         pos[placed], vel[placed] = self.pos[kept], self.vel[kept]
+        self.is_jammed = self.is_jammed and len(kept) > 1
         for number, slot in enumerate(slots):
             if slot in rows:
                 continue

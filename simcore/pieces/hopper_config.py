@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.physics.contact_law import FOAM, WALL, pair_friction
-from simcore.quantities import ANGLE, FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, require_fields
+from simcore.quantities import FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, Quantity, require_fields
 
 __all__ = ["FACES", "OPPOSITE", "HopperConfig", "Side"]
 
@@ -17,6 +17,7 @@ FACES: dict[str, tuple[int, int]] = {
 }  # fmt: skip
 """Axis of each side's normal, and which way it points."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
+_LEAN = Quantity("rad", 0.0, 1.2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,14 +52,11 @@ class HopperConfig:
     def __post_init__(self) -> None:
         require_fields(
             self, outlet_width=ROBOT_LENGTH, outlet_height=ROBOT_LENGTH, outlet_place=(ROBOT_PLACE,) * 2,
-            belt_travel=RATIO, slope=ANGLE, friction=FRICTION,
+            belt_travel=RATIO, funnel=_LEAN, slope=_LEAN, friction=FRICTION,
         )  # fmt: skip
         for name, known in (("outlet", (*FACES,)), ("inlet", (None, *FACES)[:-1])):
             if getattr(self, name) not in known:
                 names = ", ".join(side for side in known if side)
                 raise ConfigError(f"HopperConfig: {name} must be one of {names}, got {getattr(self, name)!r}")
-        for name in ("slope", "funnel"):
-            if not 0.0 <= getattr(self, name) <= 1.2:
-                raise ConfigError(f"HopperConfig: {name} must be from 0 to 1.2 rad, got {getattr(self, name)}")
         if self.slope and self.outlet == "bottom":
             raise ConfigError("HopperConfig: a floor with a slope needs an outlet in a wall, got 'bottom'")

@@ -140,7 +140,10 @@ class Storage:
 
     def room_for(self, radius: float) -> int:
         """How many more of a radius [m] can come in now: into a hopper those that have a place at its inlet."""
-        return self.room if self.hopper is None else min(self.room, self.hopper.room_at_inlet(radius))
+        if self.hopper is None:
+            return self.room
+        waiting = len(set(self.pieces).difference(self.hopper.slots))  # that another intake has put there in this tick
+        return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
 
     def place(self, number: int, radius: float) -> Vector:
         """Where the piece of a number in `pieces` and of a bounding radius [m] is, robot frame [m]."""
@@ -187,6 +190,11 @@ class Storage:
             self.pieces.remove(ready[0])
             return ready[0]
         return self.pieces.pop(0 if self.config.order == "fifo" else -1)
+
+    def clear(self) -> None:
+        """Forget all pieces, and where they were."""
+        self.pieces.clear()
+        self.follow([])
 
     def discard(self, slot: int) -> None:
         """Forget a piece that left in another way."""

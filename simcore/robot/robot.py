@@ -309,7 +309,7 @@ class Robot:
     def forget_pieces(self) -> None:
         """Hold none any more, as when the field is reset."""
         for storage in self.storages:
-            storage.pieces.clear()
+            storage.clear()
         for placer in self.placers:
             placer.piece = None
 
@@ -341,25 +341,26 @@ class Robot:
         for storage in self._hoppers:
             storage.follow([float(radii[slot]) for slot in storage.pieces])
 
-    def advance_hoppers(self, gravity: float) -> bool:
-        """Let the pieces in hoppers move as the robot did in the tick that ends now; whether an outlet has just jammed.
+    def advance_hoppers(self, gravity: float) -> list[str]:
+        """Let the pieces in hoppers move as the robot did in the tick that ends now; whose outlets have just jammed.
 
         Args:
             gravity: Downward [m/s^2].
         """
+        jammed: list[str] = []
         if not self._hoppers:
-            return False
+            return jammed
         before, now = self._before, self._motion
         ax, ay, az = ((v - u) / TICK for u, v in zip(before.vel, now.vel, strict=True))
         pull = rotate_back(now.quat, (-ax, -ay, -gravity - az))
         was, spin = rotate_back(before.quat, before.rate), rotate_back(now.quat, now.rate)
         turn = ((spin[0] - was[0]) / TICK, (spin[1] - was[1]) / TICK, (spin[2] - was[2]) / TICK)
-        jammed = False
         for storage in self._hoppers:
             assert storage.hopper is not None
             belt = storage.hopper.config.belt
             speed = 0.0 if belt is None else storage.hopper.config.belt_travel * self.mechanisms[belt].velocity
-            jammed |= storage.hopper.advance(pull, spin, turn, speed)
+            if storage.hopper.advance(pull, spin, turn, speed):
+                jammed.append(storage.config.name)
         return jammed
 
     def begin_tick(self) -> None:

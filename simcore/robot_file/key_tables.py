@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from simcore.errors import nearest
-from simcore.quantities import DEGREES, Quantity, Row, require, require_row, row_text, shown
+from simcore.quantities import Quantity, Row, require, require_row, row_text, shown
 from simcore.robot_file.toml_tables import REQUIRED, Table
 
 __all__ = ["Form", "Key", "KeyTable", "Named", "Names", "Several", "comment_line", "toml"]
@@ -98,7 +98,7 @@ that is -0.61 m
             given = _several(t, self.name, value, form)
         else:
             given = _one(t, self.name, value, form)
-        if form is DEGREES and not self.target.endswith("_deg") and given is not None:
+        if isinstance(form, Quantity) and form.unit == "deg" and not self.target.endswith("_deg") and given is not None:
             return math.radians(given)
         return given
 

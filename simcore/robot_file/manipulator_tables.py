@@ -47,6 +47,7 @@ _DIRECTIONS = ("forward", "backward")
 _EDGE = Quantity("m", 0.0, 2.0, is_open=True)
 _KINDS = Key("kinds", Several(str), (), "kinds of pieces; left out: all", ["Name"])
 _PLACES = tuple(Key(axis, ROBOT_PLACE, 0.0) for axis in "yz")
+_LEAN = Quantity("deg", 0.0, 68.0)
 _ROOM = StorageConfig()
 
 
@@ -74,8 +75,8 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
     Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "feeder"),
     Key("belt_travel", RATIO, 0.025, "way of a piece per radian of it [m]: radius of its roller, half of it where "
         "pieces roll along a fixed ceiling; negative if it turns backward to feed"),
-    Key("funnel_deg", DEGREES, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
-    Key("slope_deg", DEGREES, 0.0, "of the floor, down to an outlet in a wall", field="slope"),
+    Key("funnel_deg", _LEAN, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
+    Key("slope_deg", _LEAN, 0.0, "of the floor, down to an outlet in a wall", field="slope"),
     Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, of foam on a wall", 0.4),
 ))  # fmt: skip
 INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the roller turns forward; one table an intake", (

@@ -42,6 +42,10 @@ def run(engine: Engine, seconds: float) -> None:
         engine.step(0.005)
 
 
+def test_a_test_gets_the_engine_that_it_is_named_after(engine, engine_name):
+    assert engine.name == engine_name
+
+
 @pytest.mark.parametrize(
     ("first", "second", "touch"),
     [((2, 4), (4, 2), True), ((2, 4), (4, 8), False), ((2, 8), (4, 2), False), ((2, 6), (2, 6), True)],

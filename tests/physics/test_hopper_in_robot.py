@@ -11,7 +11,7 @@ from games.rebuilt import REBUILT
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import rebuilt_robot
 from simcore.errors import UnknownNameError
-from simcore.match.game import PieceSupply
+from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.pieces.hopper_config import HopperConfig
@@ -88,6 +88,46 @@ def test_a_narrow_outlet_jams_is_told_once_and_keeps_its_fuel(caplog):
         assert len(run.match.record.shots) < 20 and run.match.robots[0].held
     told = [record for record in caplog.records if "jam the outlet of its hopper" in record.getMessage()]
     assert 1 <= len(told) <= 1 + len(run.match.record.shots)
+
+
+def test_a_field_that_is_reset_has_the_preloads_where_they_began_and_tells_of_the_next_jam(caplog):
+    """They have the same slots, and came to jam where they are not any more."""
+    narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
+    with Match(REBUILT, robots=(RobotEntry(config=narrow),)) as match:
+        storage = match.robots[0].storage
+        match.tick()
+        slots, places = list(storage.pieces), storage.hopper.pos
+        for _ in range(2):
+            match.play(3.0, controllers=[lambda one, time: one.mechanisms["spindexer"].set_volts(8.0)])
+            assert storage.hopper.is_jammed
+            match.control.reset_field()
+            match.tick()
+            assert storage.pieces == slots and not storage.hopper.is_jammed
+            assert np.abs(storage.hopper.pos - places).max() < 0.01, "a tick of the belt"
+    assert len([one for one in caplog.records if "jam the outlet" in one.getMessage()]) == 2
+
+
+def test_each_of_two_hoppers_tells_of_its_own_jam(caplog):
+    """Both belts are the same one, and nobody shoots."""
+    base = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
+    room = replace(base.storage, name="a", capacity=8)
+    two = replace(
+        base,
+        storage=room, more_storages=(replace(room, name="b"),),
+        intakes=tuple(replace(one, storage="a") for one in base.intakes),
+        shooters=tuple(replace(one, storage="a") for one in base.shooters),
+    )  # fmt: skip
+    with Match.bare(two, pieces=(PieceSupply(FUEL, 16),)) as match:
+        for number in range(16):
+            match.pieces.spawn("Fuel", (8.0 + 0.2 * number, 7.0, 0.075))
+        slots = match.pieces.on_field("Fuel")
+        match.pieces.hold(slots, 0)
+        for storage, some in zip(match.robots[0].storages, (slots[:8], slots[8:]), strict=True):
+            storage.add(some.tolist())
+        match.play(4.0, controllers=[lambda one, time: one.mechanisms["spindexer"].set_volts(8.0)])
+        assert all(storage.hopper.is_jammed for storage in match.robots[0].storages)
+    told = [one.getMessage().partition("jam the ")[2] for one in caplog.records]
+    assert sorted(filter(None, told)) == ["outlet of its hopper 'a'", "outlet of its hopper 'b'"]
 
 
 def test_a_belt_that_is_not_there_is_named():

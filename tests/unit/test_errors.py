@@ -17,6 +17,7 @@ def test_an_unknown_name_offers_the_nearest():
 
 def test_a_name_that_resembles_nothing_lists_what_there_is():
     assert str(UnknownNameError("auto", "xyz", ["depot"])) == "no auto named 'xyz'. Known: ['depot']"
+    assert str(UnknownNameError("auto", None, ["depot"])) == "no auto named None. Known: ['depot']"
     assert str(UnknownNameError("auto", "xyz", [])) == "no auto named 'xyz'. Known: []"
 
 

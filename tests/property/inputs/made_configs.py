@@ -21,6 +21,7 @@ from simcore.geometry.linkage import Joint
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.clock import Phase
+from simcore.match.human_actions import HumanAction
 from simcore.match.registry import installed_games
 from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldBoundary
@@ -73,6 +74,7 @@ EXAMPLES = (
     PositionController(kp=10.0),
     ClimberConfig(joints=(JOINT,)),
     PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE, from_storage=True, handover=(0.1, 0.0, 0.5)),
+    HumanAction(name="Roll", summary="roll a ball", feeders={}, act=print, period=0.5, lasts=1.0),
     HopperConfig(outlet_width=0.4, outlet_height=0.2, outlet_place=(0.0, 0.3), belt="belt", funnel=0.5, slope=0.1),
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),

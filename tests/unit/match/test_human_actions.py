@@ -85,6 +85,11 @@ def test_what_cannot_be_says_why_and_takes_nothing_over(match):
         ask(match, "bleu", "Roll")
     with pytest.raises(UnknownNameError, match=r"no action of a human player named 'rol'.*'Roll'"):
         ask(match, "blue", "rol")
+    for alliance, name in ((None, "Roll"), ([], "Roll"), ("blue", 5), ("blue", [])):
+        with pytest.raises(UnknownNameError, match=r"named (None|\[\]|5)\. Known: \['"):
+            ask(match, alliance, name)
+    with pytest.raises(ConfigError, match="by_person must be True or False, got 'no'"):
+        take_over(match, "blue", "no")
     match.timer.set_enabled(False)
     with pytest.raises(ConfigError, match="wait until robots are enabled"):
         ask(match, "blue", "Roll")

@@ -109,6 +109,17 @@ def test_as_much_comes_in_as_a_loose_packing_has(radius, least, most):
     assert np.median(np.abs(storage.hopper.vel)) < 0.01, "and they lie still"
 
 
+def test_two_intakes_share_the_places_at_an_inlet():
+    storage = Storage(StorageConfig(capacity=50, hopper=HopperConfig(outlet_width=0.4), **ROOM))
+    assert storage.room_for(R) == 4
+    storage.add([1, 2, 3])
+    assert storage.room_for(R) == 1, "before the hopper has been told"
+    storage.add([4])
+    assert storage.room_for(R) == 0
+    storage.follow([R] * 4)
+    assert storage.room_for(R) == 0
+
+
 # --- what the robot does to them --------------------------------------------------------------------------------------
 
 
@@ -249,7 +260,9 @@ def test_hoppers_that_cannot_be_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be one of front, back, left, right, bottom"),
         ({"inlet": "bottom"}, "inlet must be one of front, back, left, right, got 'bottom'"),
-        ({"outlet_width": 0.0}, "outlet_width"), ({"slope": 2.0}, "slope must be from 0 to 1.2 rad"),
+        ({"outlet_width": 0.0}, "outlet_width"),
+        ({"funnel": "steep"}, "funnel must be a number from 0 to 1.2 rad"),
+        ({"slope": 2.0}, "slope must be a number from 0 to 1.2 rad"),
         ({"slope": 0.2, "outlet": "bottom"}, "needs an outlet in a wall"), ({"friction": -1.0}, "friction"),
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=words):

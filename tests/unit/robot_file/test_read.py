@@ -376,6 +376,7 @@ def test_an_outlet_makes_a_hopper_of_a_storage(read):
         ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet_width is missing"),
         ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs an outlet = <side> beside it: front"),
         (ROLLER + text.replace("'roller'", "'rolls'"), "belt must be"),
+        (ROLLER + text.replace("30", "90"), r"\[\[storage\]\] 1: funnel_deg must be a number from 0 to 68 deg, got 90"),
     ):
         with pytest.raises(ConfigError, match=words):
             read(wrong)
