@@ -20,6 +20,7 @@ def browser(tmp_path: Path) -> Iterator[object]:
     spec.loader.exec_module(chromium)
     if chromium.find_chromium() is None:
         pytest.skip("no Chromium or Chrome on this computer")
+    pytest.importorskip("websockets", reason='needs websockets: pip install -e ".[view]"')
     pages = []
 
     def visit(url: str):
