@@ -242,17 +242,21 @@ def _entry(zone: Zone, *, downward: bool) -> float:
 def _of_storages(config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
     for storage in (config.storage, *config.more_storages):
         kind = stored_kind(config, storage, () if game is None else [supply.kind for supply in game.pieces])
-        if kind is None or kind.inner_radius < kind.bounding_radius:  # other shapes than balls stack in their own ways
+        if kind is None:
             continue
-        most = storage.balls_that_fit(kind.bounding_radius)
         name = f"storage{f' {storage.name!r}' if storage.name else ''}"
+        is_ball = kind.inner_radius == kind.bounding_radius
         if storage.hopper is not None:
             wide = storage.hopper.outlet_width / (2.0 * kind.bounding_radius)
             if min(wide, (storage.hopper.outlet_height or math.inf) / (2.0 * kind.bounding_radius)) < 1.0:
-                yield RobotFinding(f"{name}: its outlet is smaller than a {kind.name}: none comes out")
-            elif wide < 2.0:
+                ball = "" if is_ball else f", which counts as a ball of {2.0 * kind.bounding_radius:.2f} m in it"
+                yield RobotFinding(f"{name}: its outlet is smaller than a {kind.name}{ball}: none comes out")
+            elif wide < 2.0 and storage.capacity > 1:
                 text = f"{name}: its outlet is {wide:.1f} {kind.name} wide: below 2 two of them can jam it"
                 yield RobotFinding(text, is_wrong=False)
+        if not is_ball:  # other shapes stack in their own ways
+            continue
+        most = storage.balls_that_fit(kind.bounding_radius)
         if most < storage.capacity:
             x, y, z = (high - low for low, high in zip(storage.low, storage.high, strict=True))
             rest = "they are drawn into one another" if storage.hopper is None else "intakes leave the rest"

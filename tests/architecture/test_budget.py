@@ -30,7 +30,7 @@ BUDGET = {
     "players": (1019, 6),
     "revlib": (829, 7),
     "robot": (8629, 38),
-    "robot_file": (3946, 19),
+    "robot_file": (3950, 19),
     "robotpy": (8076, 42),
     "shooting": (1360, 7),
     "show": (9017, 49),

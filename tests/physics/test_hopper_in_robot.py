@@ -10,6 +10,8 @@ import pytest
 from games.rebuilt import REBUILT
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import rebuilt_robot
+from games.reefscape import REEFSCAPE
+from games.reefscape.robot import reefscape_robot
 from simcore.errors import UnknownNameError
 from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
@@ -128,6 +130,20 @@ def test_each_of_two_hoppers_tells_of_its_own_jam(caplog):
         assert all(storage.hopper.is_jammed for storage in match.robots[0].storages)
     told = [one.getMessage().partition("jam the ")[2] for one in caplog.records]
     assert sorted(filter(None, told)) == ["outlet of its hopper 'a'", "outlet of its hopper 'b'"]
+
+
+def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_its_jam():
+    base = reefscape_robot()
+    claws = replace(base, storage=replace(base.storage, hopper=HopperConfig(outlet_width=0.4, slope=0.2)))
+    jams = []
+
+    def note(match) -> None:
+        if not jams:
+            match.flow._is_jammed.add((0, ""))
+        jams.append(len(match.flow._is_jammed))
+
+    play_auto(REEFSCAPE, "three_l4", seed=0, robot=claws, seconds=2.0, on_tick=note).match.close()
+    assert jams[0] == 1 and jams[-1] == 0
 
 
 def test_a_belt_that_is_not_there_is_named():

@@ -8,6 +8,8 @@ from dataclasses import replace
 import pytest
 
 from games.rebuilt import REBUILT
+from games.reefscape import REEFSCAPE
+from games.reefscape.robot import reefscape_robot
 from simcore.geometry.linkage import Joint
 from simcore.pieces.hopper_config import HopperConfig
 from simcore.pieces.intake import IntakeZone
@@ -71,6 +73,16 @@ def test_an_outlet_that_jams_or_lets_nothing_out_is_told():
         with_hopper = replace(ROBOT.storage, hopper=HopperConfig(outlet_width=width, outlet_height=height))
         notes = [f for f in findings(replace(ROBOT, storage=with_hopper), game=REBUILT, codes={}) if "outlet" in f.text]
         assert [(f.text, f.is_wrong) for f in notes] == ([(f"storage: {said}", is_wrong)] if said else [])
+
+
+def test_a_tube_passes_the_outlet_of_a_hopper_as_the_ball_around_it():
+    robot = reefscape_robot()
+    for width, said in (
+        (0.33, []),
+        (0.2, ["storage: its outlet is smaller than a Coral, which counts as a ball of 0.32 m in it: none comes out"]),
+    ):
+        narrow = replace(robot, storage=replace(robot.storage, hopper=HopperConfig(outlet_width=width)))
+        assert [text for text in found(narrow, REEFSCAPE) if "outlet" in text] == said
 
 
 @pytest.mark.parametrize(
