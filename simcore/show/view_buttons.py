@@ -76,6 +76,11 @@ class FieldButtons:
                     gui.add_button(f"{label} ({key})" if key else label, color="gray").on_click(act)
                     gui.add_command(label, hotkey=key).on_trigger(act)
 
+                def leave(_: object, whose: str = alliance) -> None:
+                    self._press(lambda match: match.control.take_over(whose, by_person=False))
+
+                gui.add_button(f"{alliance}: leave it to the game", color="gray").on_click(leave)
+
     def _press(self, command: Callable[[Match], object]) -> None:
         if self._match is not None:
             command(self._match)

@@ -33,7 +33,7 @@ BUDGET = {
     "robot_file": (3950, 19),
     "robotpy": (8076, 42),
     "shooting": (1360, 7),
-    "show": (9017, 49),
+    "show": (9022, 49),
     "simcore": (1564, 10),
     "sweep": (5189, 28),
     "telemetry": (1444, 7),

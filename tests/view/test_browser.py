@@ -277,6 +277,9 @@ def test_buttons_and_keys_do_what_human_players_do(browser) -> None:
             press("KeyK")
             view.after_tick(match, should_stop=lambda: "red" in match.persons)
             assert match.rules.human_players.stock["red"] == stock["red"] - 1 and match.count.is_conserved
+            visitor.click("blue: leave it to the game")
+            view.after_tick(match, should_stop=lambda: "blue" not in match.persons)
+            assert set(match.persons) == {"red"}
         finally:
             view.close()
 
