@@ -176,7 +176,7 @@ def test_limelights_and_a_headset(sim, caplog):
     assert 'name = "limelight"' in log
     assert "ledMode changes nothing here: there are no lights" in log
     assert "fiducial_offset_set is not modeled" in log
-    assert "robot code writes priorityID, which a Limelight does not read; did you mean 'priorityid'?" in log
+    assert "robot code writes priorityID, which a Limelight does not read. Did you mean 'priorityid'?" in log
     assert log.count("priorityID") == 1
     assert "QuestNav: x -0.20, y 0.10, z 0.60 m, pitch 0, yaw" in log and "first pose reset implies" in log
     print("DIGEST", sim.digest)
