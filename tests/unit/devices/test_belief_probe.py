@@ -6,10 +6,11 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from wpimath.geometry import Rotation2d
-from wpimath.kinematics import SwerveModulePosition
 
 from simcore.devices.belief_probe import ModulePorts, probe_modules
+
+Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
+SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
 
 WAY, OFFSET = 0.05, 0.75  # [m] a turn of the rotor, [rad]
 
