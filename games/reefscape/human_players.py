@@ -106,13 +106,14 @@ class HumanPlayers:
 
     def act(self) -> None:
         """Drop and throw what is due; once a tick."""
+        timer = self._match.timer
         for alliance in ALLIANCES:
             if alliance in self._match.persons:
                 continue
             for side, station in self._stations.items():
-                if self._waits_at(alliance, side) is not None:
-                    station.take(self._match.timer, alliance)
-            self._net.take(self._match.timer, alliance)
+                if station.is_ready(timer, alliance) and self._waits_at(alliance, side) is not None:
+                    station.take(timer, alliance)
+            self._net.take(timer, alliance)
 
     def _waits_at(self, alliance: Alliance, side: str) -> float | None:
         """How far to the left, seen out of a station, a robot without coral waits there [m]; None: none does."""

@@ -1,14 +1,21 @@
-"""Outlines on the carpet: where a rectangle lies, and whether it reaches into a zone."""
+"""Corners of boxes, and outlines on the carpet: where a rectangle lies, and whether it reaches into a zone."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from simcore.typing import FloatArray
 
-__all__ = ["corners", "hexagon", "overlaps"]
+__all__ = ["box_corners", "corners", "hexagon", "overlaps"]
+
+
+def box_corners(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> FloatArray:
+    """The eight corners of a box between its lowest and its highest one [m], shape (8, 3)."""
+    return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
 
 def corners(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:

@@ -63,11 +63,14 @@ class HumanAction:
             return f"the rules allow it in {' and '.join(self.modes)}, now it is {timer.phase.name}"
         return ""
 
+    def is_ready(self, timer: MatchTimer, alliance: Alliance) -> bool:
+        """Whether it can be done, and the last time is long enough ago."""
+        return self.feeders[alliance].is_due(self.period, self.name) and not self.refusal(timer, alliance)
+
     def take(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Do it, if that can be and the last time is long enough ago; returns whether it was done."""
-        feeder = self.feeders[alliance]
-        if not feeder.is_due(self.period, self.name) or self.refusal(timer, alliance):
+        """Do it, if it is ready; returns whether it was done."""
+        if not self.is_ready(timer, alliance):
             return False
         self.act(alliance)
-        feeder.note(self.name)
+        self.feeders[alliance].note(self.name)
         return True

@@ -82,10 +82,11 @@ class PieceFlow:
     def _room_behind(self, robot: Robot, intake: Intake) -> int:
         """How many pieces an intake can take; none with a roller that holds a piece of a placer already."""
         rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
-        storage = robot.storage_of(intake.config)
-        if intake.config.roller in rollers or storage.hopper is None:
-            return 0 if intake.config.roller in rollers else storage.room
-        wanted = intake.config.kinds
+        if intake.config.roller in rollers:
+            return 0
+        storage, wanted = robot.storage_of(intake.config), intake.config.kinds
+        if storage.hopper is None:
+            return storage.room
         radii = (kind.bounding_radius for kind in self._pieces.types if not wanted or kind.name in wanted)
         return storage.room_for(max(radii, default=0.0))
 

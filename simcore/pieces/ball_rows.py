@@ -110,9 +110,7 @@ class BallRows:
         self.pairs = i[may], j[may]
         """Which may meet by what they do now, shape (pairs,) each."""
         self._struck: list[tuple[int, int]] = []  # pairs that impacts have made
-        self._homes: FloatArray | None = (
-            None  # places since which nothing hit them, and reaches for the rest of the tick
-        )
+        self._homes: FloatArray | None = None  # places since the last hit of each, and reach in the rest of the tick
 
     def begin_part(
         self, h: float, flying: IntArray, pos: FloatArray, vel: FloatArray, spin: FloatArray, acc: FloatArray

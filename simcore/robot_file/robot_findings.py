@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import part_pose
 from simcore.geometry.rotation import rotate
 from simcore.geometry.zones import BoxZone, CylinderZone, Zone
@@ -109,8 +110,8 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
             mechanisms[name].reset(position if math.isfinite(position) else 0.0)
         zone = Intake(intake, mechanisms).zone
         pos, quat = part_pose(intake.joints, mechanisms)
-        edges = ((zone.x_min, zone.x_max), (zone.y_min, zone.y_max), (zone.z_min, zone.z_max))
-        corners += [np.add(pos, rotate(quat, corner)) for corner in itertools.product(*edges)]
+        box = box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
+        corners += [np.add(pos, rotate(quat, corner)) for corner in box]
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 

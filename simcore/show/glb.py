@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ModelError
+from simcore.geometry.footprints import box_corners
 from simcore.show.palette import rgb
 from simcore.show.scene import PieceLook
 from simcore.show.view_models import Model
@@ -88,8 +88,7 @@ def corners(model: Model) -> FloatArray:
     """
     bounds = _load(model.path).bounds
     box = np.zeros((2, 3)) if bounds is None else np.asarray(bounds)
-    found = np.array(list(itertools.product(*box.T)))
-    return found @ model.transform[:3, :3].T + model.transform[:3, 3]
+    return box_corners(*box) @ model.transform[:3, :3].T + model.transform[:3, 3]
 
 
 def opaque_triangles(model: Model, most: int) -> FloatArray:
@@ -122,7 +121,7 @@ def convex_bodies(model: Model) -> list[Body]:
         with contextlib.suppress(QhullError):  # a flat one is its own hull
             points = points[ConvexHull(points).vertices]
         if len(points) > _MOST_CORNERS:
-            points = np.array(list(itertools.product(*np.stack((points.min(axis=0), points.max(axis=0)), axis=1))))
+            points = box_corners(points.min(axis=0), points.max(axis=0))
         material = getattr(mesh.visual, "material", None)
         r, g, b = _PLAIN if material is None else _screen_color(material)
         opacity = 1.0 if material is None else float(material.main_color[3]) / 255.0

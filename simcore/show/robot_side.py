@@ -6,7 +6,6 @@ All are convex bodies in three dimensions: the page turns them and draws their o
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -16,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
+from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import Joint, part_pose
 from simcore.geometry.rotation import Vector, from_rpy, from_yaw, matrix, multiply, rotate_back, yaw_of
 from simcore.pieces.intake import IntakeZone, is_deployed
@@ -148,7 +148,7 @@ def _parts(track: RunTrack, look: RobotLook, times: FloatArray) -> Iterator[_Par
         piece = track.scene.look(track.types[track.kinds[row]])
         corners = piece.reach * _RING
         if piece.size is not None:
-            corners = _box([-0.5 * edge for edge in piece.size], [0.5 * edge for edge in piece.size])
+            corners = box_corners([-0.5 * edge for edge in piece.size], [0.5 * edge for edge in piece.size])
         else:
             inside[np.isfinite(inside[:, 0]), 3:] = _STILL[3:]
         yield [("piece", piece.color, 0.9, corners)], inside, True
@@ -186,8 +186,8 @@ def _sketched_body(look: RobotLook) -> list[Body]:
     u, v = x - body.bumper_thickness, y - body.bumper_thickness
     return [
         *(("wheel", color("ink"), 1.0, r * _RING + (wheel_x, wheel_y, r)) for wheel_x, wheel_y in body.wheel_positions),
-        ("bumper", "", 0.7, _box((-x, -y, body.clearance), (x, y, body.bumper_top))),
-        ("frame", color("grid"), 0.5, _box((-u, -v, body.bumper_top), (u, v, body.height))),
+        ("bumper", "", 0.7, box_corners((-x, -y, body.clearance), (x, y, body.bumper_top))),
+        ("frame", color("grid"), 0.5, box_corners((-u, -v, body.bumper_top), (u, v, body.height))),
     ]
 
 
@@ -250,16 +250,12 @@ def _muzzle(shooter: ShooterConfig, mechanisms: Mapping[str, Posed]) -> tuple[fl
     return *muzzle_offset(shooter.launch, 0, turned).tolist(), w, x, y, z
 
 
-def _box(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> FloatArray:
-    return np.array(list(itertools.product(*zip(low, high, strict=True))))
-
-
 def _zone(zone: IntakeZone) -> FloatArray:
-    return _box((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
+    return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
 
 
 def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
-    return _box(np.array(center) - half, np.array(center) + half)
+    return box_corners(np.array(center) - half, np.array(center) + half)
 
 
 def _rod(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
 from simcore.geometry.rotation import Vector, rotate
 from simcore.physics.shapes import outline
@@ -150,14 +151,14 @@ def sketch_robot(config: RobotConfig, *, chains: Sequence[Sequence[Joint]] = ())
         pos, quat = part_pose(placer.joints, mechanisms)
         zone = placer.zone
         low, high = (zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max)
-        corners = np.array([np.add(pos, rotate(quat, corner)) for corner in _corners(low, high)])
+        corners = np.array([np.add(pos, rotate(quat, corner)) for corner in box_corners(low, high)])
         sketch.volumes.append(SketchVolume("claw", corners, f"G{number}"))
         text = f"claw: {placer.roller!r} forward takes, backward lets go"
         sketch.notes.append(SketchNote(f"G{number}", "claw", text))
     for number, climber in enumerate(config.climbers, 1):
         pos, _ = part_pose(climber.joints, mechanisms, climber.offset)
         reach = climber.reach
-        box = np.array(_corners((-reach,) * 3, (reach,) * 3)) + np.array(pos)
+        box = box_corners((-reach,) * 3, (reach,) * 3) + np.array(pos)
         sketch.volumes.append(SketchVolume("hook", box, f"H{number}"))
         sketch.notes.append(SketchNote(f"H{number}", "hook", f"hook of {climber.joints[-1].mechanism!r}"))
     for number, camera in enumerate(config.cameras, 1):
@@ -180,7 +181,7 @@ def _add_storages(sketch: RobotSketch, config: RobotConfig) -> None:
     if not (config.intakes or config.shooters):
         return
     for number, storage in enumerate((config.storage, *config.more_storages), 1):
-        corners = np.array(_corners(storage.low, storage.high))
+        corners = box_corners(storage.low, storage.high)
         sketch.volumes.append(SketchVolume("storage", corners, f"R{number}"))
         name = f"storage {storage.name!r}" if storage.name else "storage"
         way = "last in, first out" if storage.order == "lifo" else "first in, first out"
@@ -220,9 +221,9 @@ def _deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim]) -> dict[
 def _zone_corners(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> FloatArray:
     zone = Intake(intake, mechanisms).zone
     pos, quat = part_pose(intake.joints, mechanisms)
-    corners = _corners((zone.x_min, zone.y_min, max(0.0, zone.z_min)), (zone.x_max, zone.y_max, zone.z_max))
+    corners = box_corners((zone.x_min, zone.y_min, max(0.0, zone.z_min)), (zone.x_max, zone.y_max, zone.z_max))
     if intake.joints:
-        corners = _corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
+        corners = box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
     return np.array([np.add(pos, rotate(quat, corner)) for corner in corners])
 
 
@@ -314,8 +315,3 @@ def _parts(config: RobotConfig, chains: Sequence[Sequence[Joint]]) -> Iterator[t
         yield chain, (0.0, 0.0, 0.0)
     for component in config.components:
         yield component.joints, component.offset
-
-
-def _corners(low: Sequence[float], high: Sequence[float]) -> list[Vector]:
-    """The eight corners of a box."""
-    return [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
