@@ -1,14 +1,10 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
 import os
-from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
-
-import simcore
 
 settings.register_profile("simcore", deadline=None)  # a busy computer is no failure
 settings.load_profile("simcore")
@@ -89,32 +85,16 @@ def whole(request):
     return bool(request.config.getoption("--whole"))
 
 
-def is_compiled() -> bool:
-    """Whether the simcore that is tested has compiled parts."""
-    found = find_spec("simcore.robot.battery")
-    return found is not None and isinstance(found.loader, ExtensionFileLoader)
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     """Worlds get the engine of the test; those of a test without the fixture get the one that the caller has set.
 
-    Left out is what only plain Python takes, and what other tests beside it would keep from coming in time.
+    Left out is what other tests beside it would keep from coming in time.
     """
     name = item.callspec.params.get("engine_name", _ENGINE) if hasattr(item, "callspec") else _ENGINE
     if name is None:
         os.environ.pop("SIMCORE_ENGINE", None)
     else:
         os.environ["SIMCORE_ENGINE"] = name
-    if item.get_closest_marker("plain") and is_compiled():
-        pytest.skip("simcore is compiled")
     if item.get_closest_marker("realtime") and "PYTEST_XDIST_WORKER" in os.environ:
         pytest.skip("on the wall clock: without -n")
-
-
-@pytest.fixture(scope="session")
-def compiled() -> Path:
-    """The folder of the simcore that is tested, if its wheel has compiled parts; else the test skips."""
-    if not is_compiled():
-        pytest.skip("needs compiled parts: SIMCORE_COMPILE=1 python -m pip install ., then `pytest`")
-    return Path(simcore.__file__).parents[1]

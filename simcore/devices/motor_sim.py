@@ -1,7 +1,4 @@
-"""Motor controllers on a mechanism: volts move the mechanism, and what their sensors read follows.
-
-All of it can be compiled with `TalonFXMotorSim`: every class that derives from `MotorSim` is in a compiled module.
-"""
+"""Motor controllers on a mechanism: volts move the mechanism, and what their sensors read follows."""
 
 from __future__ import annotations
 

@@ -67,8 +67,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         method: Its name.
         note: Gets the object, the answer, the arguments and those by keyword.
     """
-    name = getattr(note, "__qualname__", type(note).__qualname__)  # an inner function that is compiled has a class only
-    mark = owner, method, note.__module__, name
+    mark = owner, method, note.__module__, note.__qualname__
     if mark in _noted:
         return
     _noted.add(mark)

@@ -10,8 +10,6 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from importlib import metadata
-from importlib.machinery import ExtensionFileLoader
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,8 +60,6 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     yield install_checks.check_engine(installed, _load_engine, install_checks.engine_of(system, machine, version[:2]))
     yield from install_checks.check_requirements(installed, _requirements())
     yield install_checks.check_year(installed)
-    hot = find_spec("simcore.robot.battery")  # one of the modules that may be compiled
-    yield install_checks.check_compiled(is_compiled=hot is not None and isinstance(hot.loader, ExtensionFileLoader))
     yield computer_checks.check_ports(computer_checks.is_taken, computer_checks.owner_of)
     yield computer_checks.check_screen(platform.system(), os.environ, installed)
     yield project_checks.check_writable(folder)

@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (3211, 21),
+    "devices": (3207, 21),
     "games/rebuilt": (1818, 16),
     "games/reefscape": (2062, 16),
     "games/shipped.py": (19, 1),
@@ -31,7 +31,7 @@ BUDGET = {
     "revlib": (829, 7),
     "robot": (8629, 38),
     "robot_file": (3951, 19),
-    "robotpy": (8076, 42),
+    "robotpy": (8064, 42),
     "shooting": (1360, 7),
     "show": (9013, 49),
     "simcore": (1564, 10),

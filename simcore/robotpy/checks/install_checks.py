@@ -1,4 +1,4 @@
-"""Python, what is installed in it, and whether simcore's hot modules run as native code."""
+"""Python, and what is installed in it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 from simcore.season import installed_seasons, mixed_seasons
 
 __all__ = [
-    "check_compiled",
     "check_engine",
     "check_python",
     "check_requirements",
@@ -222,10 +221,3 @@ def _is_of_wpilib(name: str) -> bool:
 
 def _is_native(name: str) -> bool:
     return name.startswith("robotpy-native-")
-
-
-def check_compiled(*, is_compiled: bool) -> Finding:
-    """Whether hot modules run as native code; they do if the wheel that was installed has them."""
-    if is_compiled:
-        return ok("compiled", "hot modules run as native code")
-    return ok("compiled", "plain Python; installed with SIMCORE_COMPILE=1 set, robot tests are a quarter faster")

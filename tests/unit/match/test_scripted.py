@@ -18,7 +18,6 @@ from simcore.robot.swerve_drive import SwerveDrive
 DT = 0.02
 SIZE = (16.0, 8.0)
 GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
-pytestmark = pytest.mark.plain  # `Ideal` derives from a class that may be compiled
 
 
 class Ideal(SwerveDrive):

@@ -18,9 +18,6 @@ from simcore.units import GRAVITY
 MODULE = SwerveModuleConfig(x=0, y=0)
 
 
-NOT_NUMBERS = [pytest.param(bad, marks=pytest.mark.plain) for bad in (None, "12")]  # compiled: a TypeError
-
-
 def drive_of(battery=None, **changes) -> SwerveDrive:
     return SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes)), battery=battery)
 
@@ -164,7 +161,7 @@ def test_disabled_is_neutral():
     assert drive.step(0.02, (0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, *NOT_NUMBERS])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, None, "12"])
 def test_bad_commands_name_the_module_and_change_nothing(bad):
     drive = drive_of()
     drive.set_volts([6.0] * 4, [0.0] * 4)
@@ -320,7 +317,7 @@ class TestTank:
         robot.step(0.005)
         assert robot.ay == pytest.approx(-GRAVITY, rel=1e-6)
 
-    @pytest.mark.parametrize("bad", [math.nan, NOT_NUMBERS[0]])
+    @pytest.mark.parametrize("bad", [math.nan, None])
     def test_bad_commands(self, bad):
         drive = TankDrive(TankConfig())
         with pytest.raises(NonFiniteError, match="right"):

@@ -484,14 +484,3 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
     )
     root = str(Path(__file__).resolve().parents[3])
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60, env={**os.environ, "PYTHONPATH": root})
-
-
-# --- compiled parts -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("is_compiled", "words"), [(True, "native code"), (False, "plain Python; installed with SIMCORE_")]
-)
-def test_compiled(is_compiled, words):
-    found = install_checks.check_compiled(is_compiled=is_compiled)
-    assert found.level is OK and words in found.text and not found.advice
