@@ -29,6 +29,7 @@ import ntcore
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
@@ -39,7 +40,6 @@ from simcore.match.match import Match
 from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import WakeSettings
 from simcore.players.lineup import entries, lineup, take_seats
 from simcore.typing import FloatArray
 from simcore.units import TICK

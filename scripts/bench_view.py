@@ -21,6 +21,7 @@ from typing import Any
 import ntcore
 import numpy as np
 import viser
+from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.fuel import FUEL
@@ -28,7 +29,6 @@ from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import WakeSettings
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage

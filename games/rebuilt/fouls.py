@@ -161,7 +161,7 @@ class Fouls:
             return set()
         pairs = set()
         for slot in match.pieces.in_contact.tolist():
-            touching = match.contacts.touching(match.pieces.row(slot))
+            touching = match.contacts.touching_piece(slot)
             pairs |= {(a, b) for a in touching for b in touching if a != b}
         return pairs
 

@@ -104,7 +104,7 @@ class Fouls:
             elif overlaps(outline, REEF_ZONE) or overlaps(outline, BARGE_ZONE):
                 self.book.call("G427", number, _MAJOR, f"touches robot {other} in its zone", other)
         for slot in match.pieces.places.woken.tolist():
-            for number in contacts.touching(match.pieces.row(slot)):
+            for number in contacts.touching_piece(slot):
                 self._touched[slot] = number, match.time
 
     def _climbs(self, number: int) -> bool:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Feeder"]
 
+_STAGED = int(PieceStatus.STAGED)
+
 
 class Feeder:
     """The pieces of one human player, oldest first, and when each hand put the last one on the field.
@@ -48,7 +50,7 @@ class Feeder:
     def stock(self) -> int:
         """How many pieces they have; those that somebody else has put on the field meanwhile are not theirs."""
         status = self._match.pieces.state.status
-        self._slots[:] = [slot for slot in self._slots if status[slot] == PieceStatus.STAGED]
+        self._slots[:] = [slot for slot in self._slots if status[slot] == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:

@@ -26,10 +26,8 @@ from simcore.match.scoring import Alliance, ScoringZone
 from simcore.match.starts import require_playable, require_settings
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
-from simcore.physics.shapes import Sphere
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.reach import WakeSettings
 from simcore.pieces.resting_places import RestingPlace
 from simcore.quantities import Quantity, require, shown
 from simcore.robot.robot import Controller
@@ -61,7 +59,7 @@ class Match(MatchState):
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
         substepping: Limits on movement per sub-step.
-        wake: When pieces wake and sleep.
+        never_sleep: Pieces stay awake: for measurements.
 
     Raises:
         ConfigError: Robots, seed or options that cannot be.
@@ -91,7 +89,7 @@ class Match(MatchState):
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         substepping: Substepping | None = None,
-        wake: WakeSettings | None = None,
+        never_sleep: bool = False,
     ) -> None:
         require_settings(practice=practice, sinks=sinks, engine=engine)
         self.game = game
@@ -104,7 +102,7 @@ class Match(MatchState):
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
-        self._wake_settings = wake
+        self._never_sleep = never_sleep
         self._controllers: list[Controller | None] = [None] * len(self.entries)
         for number, controller in enumerate(controllers):
             self.set_controller(number, controller)
@@ -113,9 +111,7 @@ class Match(MatchState):
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
-        balls = [supply.kind.bounding_radius for supply in game.pieces if isinstance(supply.kind.shape, Sphere)]
-        limits = substepping or Substepping.for_balls(min(balls, default=math.inf))
-        self.world = PhysicsWorld(engine=engine, substepping=limits)
+        self.world = PhysicsWorld(engine=engine, substepping=substepping)
         self.control = FieldControl(self, self)
         """What people do to the field; it outlives `reset`."""
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
@@ -265,7 +261,7 @@ class Match(MatchState):
 
     def _take_in(self) -> None:
         """Before the step, so that a fresh shot is not taken in again."""
-        self.flow.take_in(self.motion.plan.piece_speed)
+        self.flow.take_in()
 
     # --- after ----------------------------------------------------------------------------------------------------
 
@@ -286,7 +282,7 @@ class Match(MatchState):
 
     def _settle(self) -> None:
         """Pieces that have been slow for a while sleep."""
-        self.pieces.settle()
+        self.pieces.settle(TICK)
 
     def _score(self) -> None:
         """Pieces that went through a zone score, and the game's rules act."""

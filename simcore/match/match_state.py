@@ -30,8 +30,8 @@ from simcore.match.starts import BeliefCheck, missed_place, require_free_place, 
 from simcore.physics.field import FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.reach import Footprint, WakeSettings
 from simcore.quantities import POSE, require_row, shown
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Robot
@@ -65,7 +65,7 @@ class MatchState:
     _hanging: tuple[HangingConfig, ...]
     _network: NetworkTables | None
     _tags: str | Path
-    _wake_settings: WakeSettings | None
+    _never_sleep: bool
 
     # --- of one run -----------------------------------------------------------------------------------------------
 
@@ -201,7 +201,7 @@ class MatchState:
             self.world,
             supplies,
             field_size=game.field.size,
-            wake=self._wake_settings,
+            never_sleep=self._never_sleep,
             places=game.places,
             variation=piece_variation(self.draws, [count for _, count in supplies]) if self._is_scattered else None,
         )
@@ -221,7 +221,7 @@ class MatchState:
             robot.require_place = partial(self._require_place, robot.number)
             robot.on_put = partial(self._note_put, robot.number)
         self._make_room()
-        self.contacts = RobotContacts(self.world, self.robots, self.hanging, self.field.elements)
+        self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
         self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
         self.motion = Motion(
             self.world,

@@ -2,7 +2,7 @@
 
 `Motion.advance` is the loop. Robots take steps of their own, so that what pieces need changes nothing for them. In
 each, devices, mechanisms and drivetrain move in parts of 5 ms or less. Then follow, in each step of the engine,
-contacts of robots with walls and one another, what hangs, flights, the engine itself, and who looks at contacts.
+contacts of robots with walls and one another, what hangs, the balls, the engine itself, and who looks at contacts.
 Sensors come last.
 
 >>> from simcore.physics.world import PhysicsWorld
@@ -26,10 +26,10 @@ from itertools import combinations
 from typing import Protocol
 
 from simcore.physics.hanging import HangingBody
-from simcore.physics.substeps import Surroundings, TickPlan
+from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.reach import Footprint
 from simcore.robot.chassis import ChassisSimulation
 from simcore.units import TICK
 
@@ -126,8 +126,7 @@ class Motion:
         self._world, self._robots, self._pieces = world, robots, pieces
         self._hanging, self._watchers = hanging, watchers
         self._steps = RobotSteps(world, robots)
-        self.plan = TickPlan()
-        """Of the present tick."""
+        self._longest = math.inf  # step that the pieces allow in this tick [s]
         self.substeps = 0
         """Steps of the engine in this tick so far."""
 
@@ -140,7 +139,7 @@ class Motion:
         """
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
-        self.plan = TickPlan() if self._pieces is None else self._pieces.begin_tick(movers, dt)
+        self._longest = math.inf if self._pieces is None else self._pieces.begin_tick(movers, dt)
         self._steps.look_around(dt)
         self.substeps = 0
         for watcher in self._watchers:
@@ -156,7 +155,6 @@ class Motion:
         world, pieces, robots, hanging = self._world, self._pieces, self._robots, self._hanging
         total, parts = self.count_steps(dt) if steps is None else (math.prod(steps), [steps[1]] * len(robots))
         h = dt / total
-        world.begin_steps(dt, None if pieces is None else pieces.moving_rows)
         for number in range(total):
             for body in hanging:
                 body.read()
@@ -173,8 +171,8 @@ class Motion:
             for body in hanging:
                 body.before_substep(h)
             if pieces is not None:
-                pieces.before_substep(h)
-            world.advance(h)
+                pieces.before_step(h)
+            world.engine.step(h)
             for watcher in self._watchers:
                 watcher.note()
         for robot in robots:
@@ -183,8 +181,7 @@ class Motion:
 
     def count_steps(self, dt: float) -> tuple[int, list[int]]:
         """Steps of the engine within the next dt [s], and how many of them are one step of each robot."""
-        pieces = self._world.substepping.count(dt, self.plan.piece_speed)
-        return self._steps.plan(dt, max(pieces, math.ceil(dt / self.plan.longest_step - 1e-9)))
+        return self._steps.plan(dt, max(1, math.ceil(dt / self._longest - 1e-9)))
 
     def tick(self, dt: float = TICK, *, steps: tuple[int, int] | None = None, others: Sequence[Footprint] = ()) -> None:
         """A whole tick of a world without a match; for `steps` see `advance`, for `others` see `begin_tick`."""
@@ -196,7 +193,7 @@ class Motion:
         """After a tick of dt [s]: pieces are read, and those that have been slow for a while sleep."""
         if self._pieces is not None:
             self._pieces.gather(dt)
-            self._pieces.settle()
+            self._pieces.settle(dt)
 
 
 class RobotSteps:

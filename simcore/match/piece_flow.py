@@ -15,7 +15,7 @@ from simcore.match.run_record import RunRecord
 from simcore.physics.contact_law import hit_ball, pair_friction, pair_restitution, touch_normal
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.flight import SQUEEZE, advance, free_shares, muzzle_obstacle
+from simcore.pieces.flight import SQUEEZE, muzzle_obstacle
 from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
@@ -58,14 +58,10 @@ class PieceFlow:
 
     # --- in -------------------------------------------------------------------------------------------------------
 
-    def take_in(self, piece_speed: float) -> None:
-        """Let intakes and placers take what they reach.
-
-        Args:
-            piece_speed: Of the fastest piece [m/s].
-        """
+    def take_in(self) -> None:
+        """Let intakes and placers take what they reach."""
         for robot in self._robots:
-            slots = self._in_reach(robot, piece_speed * TICK)
+            slots = self._in_reach(robot, self._pieces.fastest * TICK)
             if len(slots):
                 self._take_some_of(robot, slots)
             else:
@@ -104,7 +100,7 @@ class PieceFlow:
         if not takers:
             return np.zeros(0, dtype=np.int64)
         state, chassis = self._pieces.state, robot.chassis
-        slots = self._pieces.in_active_chunks  # sleepers too: a roller does not ask
+        slots = self._pieces.on_field()  # sleepers too: a roller does not ask
         pos = state.pos.take(slots, axis=0)
         near: BoolArray = np.zeros(len(slots), dtype=bool)
         for taker in takers:
@@ -293,20 +289,13 @@ class PieceFlow:
         launch = shooter.gripped(launch, size)
         piece = shooter.released(launch, radius=size * kind.bounding_radius, robot=motion)
         quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(piece.quat, storage.config.attitude)
-        flown = TICK - launch.delay
-        start, launched, spin = (np.array([row]) for row in (piece.pos, piece.vel, piece.rate))
-        gravity, air = self._world.gravity, self._pieces.air_of(slot)
-        end, after = advance(start, launched, spin, air, flown, gravity=gravity)
-        share = float(free_shares(self._world, start, end, kind.inner_radius, robot=robot.chassis.row)[0])
-        if share < 1.0:  # it is held until the tick's end where it would have met something
-            end, after = advance(start, launched, spin, air, share * flown, gravity=gravity)
-        pos, vel = ((x, y, z) for x, y, z in (end[0].tolist(), after[0].tolist()))
-        self._pieces.launch(robot.number, pos, vel, piece.rate, slot=slot, quat=quat)
+        self._pieces.launch(robot.number, piece.pos, piece.vel, piece.rate, slot=slot, quat=quat)
+        self._pieces.fly(slot, TICK - launch.delay)
         mass = float(self._pieces.mass[slot])
         shooter.after_shot(mass, float(launch.aim.speed))
         x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
         robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the place where the muzzle is at the tick's end
-        self._record.note_shot(slot, robot.number, pos)
+        self._record.note_shot(slot, robot.number, self._pieces.state.pos[slot].tolist())
 
     def _knock_out(self, robot: Robot, placer: Placer, slot: int, part: PartState, time: float) -> None:
         """Let a placer's piece go that was driven into the field."""

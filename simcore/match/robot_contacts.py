@@ -35,6 +35,7 @@ class RobotContacts:
     Args:
         world: Where they are.
         robots: All of them.
+        pieces: All of them.
         hanging: What hangs from the field.
         elements: Of the field.
     """
@@ -43,11 +44,12 @@ class RobotContacts:
         self,
         world: PhysicsWorld,
         robots: Sequence[Robot],
+        pieces: GamePieceManager,
         hanging: Sequence[HangingBody],
         elements: Iterable[FieldElement] = (),
     ) -> None:
         self._world, self._engine = world, world.engine
-        self._robots, self._hanging = robots, hanging
+        self._robots, self._pieces, self._hanging = robots, pieces, hanging
         self._elements = frozenset(element.name for element in elements)
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
         self._near_robots: list[tuple[Robot, Robot]] = []
@@ -81,6 +83,10 @@ class RobotContacts:
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
         for body in self.near_hanging:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
+
+    def touching_piece(self, slot: int) -> list[int]:
+        """Numbers of the robots that a piece touched: a ball in this tick, others in the last step of the engine."""
+        return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
     def touching(self, row: int) -> list[int]:
         """Numbers of the robots that a body of the world touched in the last sub-step."""

@@ -26,7 +26,6 @@ import numpy as np
 
 from simcore.geometry.rotation import Vector, dot
 from simcore.quantities import (
-    DURATION,
     FRACTION,
     FRICTION,
     ROBOT_HEIGHT,
@@ -65,7 +64,6 @@ __all__ = [
     "pair_restitution",
     "pair_rolling",
     "pair_spring",
-    "relax",
     "touch_normal",
 ]
 
@@ -102,7 +100,6 @@ BARELY = 0.0015
 _PUSHED = 20.0  # [m/s^2]; twice what tires give a robot, which gets the speed of a step at its start
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
-_HELD = 40.0  # [N]; foam does not yield to less: a ball would give way by 8 mm instead of 0.4, and heaps be soft
 
 # --- materials ------------------------------------------------------------------------------------------------------
 
@@ -129,30 +126,15 @@ class TerrainSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoamStiffness:
-    """How foam gives way on one side: a standard linear solid with a spring that stiffens.
+    """How foam gives way on one side of a ball: F = linear d + cubic d^3 at a depth d."""
 
-    A contact has the stiffness of a blow at first; while it is held, its stiffness relaxes to that of the static curve
-    F = static d + stiffening d^3 at the depth d where it is now.
-    """
-
-    dynamic: float
-    """Of a blow [N/m]."""
-    static: float
-    """Of the first millimeters of a load that stays [N/m]."""
-    stiffening: float
-    """What is added with the square of the depth [N/m^3]."""
-    relaxation: float = 0.075
-    """Time in which 63 % of the way from the one to the other is gone [s]."""
+    linear: float
+    """Of the first millimeters [N/m]."""
+    cubic: float
+    """What is added with the cube of the depth [N/m^3]."""
 
     def __post_init__(self) -> None:
-        require_fields(
-            self,
-            "FoamStiffness",
-            dynamic=STIFFNESS,
-            static=STIFFNESS,
-            stiffening=Quantity("N/m^3", 0.0, 1e12),
-            relaxation=DURATION,
-        )
+        require_fields(self, "FoamStiffness", linear=STIFFNESS, cubic=Quantity("N/m^3", 0.0, 1e12))
 
 
 # Estimates, +-30 %: nobody has published measurements of FRC field materials against foam balls. Against a foam ball
@@ -209,22 +191,6 @@ def pair_spring(
     both = damping[0] + damping[1]
     both[both == 0.0] = RIGID * OVERLAP_TIME["mujoco"]
     return stiffness, both
-
-
-def relax(foam: FoamStiffness, stiffness: FloatArray, dynamic: FloatArray, depth: FloatArray, dt: float) -> FloatArray:
-    """Stiffness of contacts after dt [N/m], shape (n,).
-
-    Args:
-        foam: What the pieces are made of.
-        stiffness: Before [N/m], shape (n,).
-        dynamic: To a blow [N/m], shape (n,).
-        depth: How deep each is squeezed [m], shape (n,).
-        dt: Time [s].
-    """
-    curve = np.minimum(foam.static + foam.stiffening * np.square(depth), dynamic)
-    goal = np.where(stiffness * depth > _HELD, curve, dynamic)
-    share = -math.expm1(-dt / foam.relaxation)
-    return np.maximum(stiffness + share * (goal - stiffness), np.where(goal < dynamic, curve, 0.0))
 
 
 def normal_rows(

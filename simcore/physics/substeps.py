@@ -8,7 +8,7 @@ from enum import IntEnum
 
 from simcore.quantities import DURATION, ROBOT_LENGTH, Quantity, require_fields
 
-__all__ = ["Substepping", "Surroundings", "TickPlan"]
+__all__ = ["Substepping", "Surroundings"]
 
 _RADIUS = 0.075
 """Of the ball that the limits were measured with [m]."""
@@ -91,13 +91,3 @@ class Substepping:
         limit = self.robot_move if near is Surroundings.OPEN else self.robot_ramp_move
         fewest = 1 if near is Surroundings.OPEN else math.ceil(dt / self.robot_contact_step - 1e-9)
         return max(fewest, min(self.cap, math.ceil(speed * dt / limit)), 1)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TickPlan:
-    """What is known of a tick before it: how finely it must be stepped."""
-
-    piece_speed: float = 0.0
-    """Of the fastest piece, with what gravity can add [m/s]."""
-    longest_step: float = math.inf
-    """Longest step of the engine that the pieces allow [s]."""

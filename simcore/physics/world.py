@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +17,15 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.physics.ball_dynamics import BallDynamics
 from simcore.physics.bumper_contacts import BumperContacts, BumperOutline
 from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
-from simcore.physics.rolling import RollingResistance
-from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere, bounding_radius, shrunk
+from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius, shrunk
 from simcore.physics.substeps import Substepping, Surroundings
-from simcore.physics.swept_balls import TriangleSet
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -35,7 +33,7 @@ from simcore.units import GRAVITY, plain_sum
 if TYPE_CHECKING:
     from simcore.physics.field import FieldElement
 
-__all__ = ["CollisionGroup", "HitBody", "PhysicsWorld"]
+__all__ = ["CollisionGroup", "PhysicsWorld"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
@@ -50,40 +48,15 @@ class CollisionGroup:
 
     STATIC = 1
     """The field; also the group that the engine gives to rays, so it must be in the mask of all that rays may hit."""
-    BALL = 2
-    """Pieces that are balls: they roll on a half space, which costs the least."""
+    PIECE = 2
+    """Pieces that are no balls; balls are not in the engine."""
     ROBOT = 4
     DRIVABLE = 8
     """What robots drive over: the frictionless copies of floor and ramps that only robots touch."""
-    BLOCK = 16
-    """Other pieces: they slide on a thick box, where friction is exact (4 % low on a half space)."""
-    PIECE = BALL | BLOCK
 
 
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-
-
-@dataclass(slots=True, eq=False)
-class HitBody:
-    """What an impact of a ball needs to know of a robot, or of what hangs."""
-
-    surfaces: TriangleSet
-    """In its frame."""
-    reach: float
-    """Of the smallest ball around its origin that holds it [m]."""
-    mass: float
-    """[kg]"""
-    center_of_mass: Vector
-    """In its frame [m]."""
-    inertia: Vector
-    """Principal moments about the center of mass, or about the pivot, along its axes [kg m^2]."""
-    pivot: Vector | None = None
-    """Place of the field that it swings about [m]; None: it is free."""
-
-    def set_mass(self, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Take in another distribution of mass."""
-        self.mass, self.center_of_mass, self.inertia = mass, center_of_mass, inertia
 
 
 class PhysicsWorld:
@@ -124,10 +97,11 @@ class PhysicsWorld:
         self._hanging: set[int] = set()
         self.robot_rows: list[int] = []
         """Engine rows of the robots."""
-        self.hit_bodies: dict[int, HitBody] = {}
-        """What impacts on robots, and on what hangs, need, by engine row."""
-        self._surfaces = TriangleSet()
-        self._pieces: dict[int, int] = {}  # group by row
+        self.balls = BallDynamics(self.engine, self.floor)
+        """The pieces that are balls, and what moves them."""
+        self.hanging: list[tuple[int, Vector, float]] = []
+        """Of what hangs: engine row, pivot [m], and how far from there it reaches [m]."""
+        self._pieces: list[int] = []
         self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
         self.near_solid = self._solid_boxes.are_near
@@ -136,8 +110,6 @@ class PhysicsWorld:
         """The same for all elements of the field, those that robots drive over too; the floor is left out."""
         self.is_open = self._solid_boxes.is_clear
         """Whether a place is far from all walls and other solid elements; see `StaticBoxes.is_clear`."""
-        self.first_touch = self._surfaces.first_touch
-        """What balls on straight lines touch first of all elements of the field, the floor left out, by engine rows."""
         robot = CollisionGroup.ROBOT
         self.bumpers = BumperContacts(
             *(self.engine, self._outlines, self._solid_boxes), ((robot, _ROBOT_MASK), (robot, _ROBOT_MASK | robot))
@@ -145,16 +117,10 @@ class PhysicsWorld:
         """Contacts of robots with walls and robots."""
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
         floor = self.floor
-        self._rolling = RollingResistance(self.engine, floor, self.surface, self._is_static)
         if floor is not None:
-            under_balls = replace(floor, rolling=0.0)
-            # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
             center = (0.0, 0.0, -_FLOOR_THICKNESS / 2)
-            self._add_part(
-                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, under_balls, CollisionGroup.STATIC, CollisionGroup.BALL
-            )
-            self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BLOCK)
+            self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.PIECE)
             self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
 
     def __enter__(self) -> PhysicsWorld:
@@ -195,7 +161,7 @@ class PhysicsWorld:
         at = _checked_pos(name, pos)
         row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, CollisionGroup.PIECE)
         self._boxes.add(shape, at, quat)
-        self._surfaces.add(row, shape, at, quat)
+        self.balls.add_static(shape, at, quat, surface)
         self._outlines.add(shape, at, quat)
         self._is_ramp = np.append(self._is_ramp, drivable)
         if drivable:
@@ -287,29 +253,24 @@ class PhysicsWorld:
         self.robot_rows.append(row)
         if bumpers is not None:
             self.bumpers.add_robot(row, bumpers)
-        surfaces = TriangleSet()
-        surfaces.add(row, shape, (0.0, 0.0, 0.0), IDENTITY)
-        self.hit_bodies[row] = HitBody(surfaces, bounding_radius(shape), mass, center_of_mass, inertia)
+        self.balls.add_body(row, shape, surface, mass, inertia, center=center_of_mass, is_robot=True)
         return row
 
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece, awake and touchable; returns its engine row.
+        """Add the body of a game piece that is no ball, awake and touchable; returns its engine row.
 
         Its mass is spread evenly; the origin of its shape must be its center of mass.
         """
         require(name, "mass", mass, MASS)
-        is_ball = isinstance(shape, Sphere)
-        moments, axes = (None, IDENTITY) if is_ball else principal_axes(mass * mass_properties(shape).inertia)
-        group = CollisionGroup.BALL if is_ball else CollisionGroup.BLOCK
-        in_engine = replace(surface, rolling=0.0) if is_ball else surface
+        moments, axes = principal_axes(mass * mass_properties(shape).inertia)
         row = self._add(
-            *(name, shape, pos, in_engine), mass=mass, inertia=moments, inertia_axes=axes, group=group, mask=_PIECE_MASK
-        )
-        self._bodies[row] = name, surface
-        self._pieces[row] = group
-        self._rolling.add(row, shape, surface)
+            *(name, shape, pos, surface), mass=mass, inertia=moments, inertia_axes=axes, group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK,
+        )  # fmt: skip
+        self._pieces.append(row)
+        self.balls.add_body(row, shape, surface, mass, moments, inertia_axes=axes)
         return row
 
     def add_hanging_body(
@@ -324,22 +285,20 @@ class PhysicsWorld:
     ) -> int:
         """Add a body that swings about a place of the field; returns its engine row. Lines of sight pass it."""
         row = self._add(
-            *(name, shape, pos, surface), mass=mass, pivot=pivot, group=CollisionGroup.BLOCK, mask=_PIECE_MASK
+            *(name, shape, pos, surface), mass=mass, pivot=pivot, group=CollisionGroup.PIECE, mask=_PIECE_MASK
         )
         self._hanging.add(row)
-        surfaces, (ix, iy, iz) = TriangleSet(), np.diag(mass * mass_properties(shape).inertia).tolist()
-        surfaces.add(row, shape, (0.0, 0.0, 0.0), IDENTITY)
-        swing = mass * math.dist(pos, pivot) ** 2
-        moments = ix + swing, iy + swing, iz
-        self.hit_bodies[row] = HitBody(surfaces, bounding_radius(shape), mass, (0.0, 0.0, 0.0), moments, pivot)
-        reach = 2.0 * (math.dist(pos, pivot) + bounding_radius(shape))
+        ix, iy, iz = np.diag(mass * mass_properties(shape).inertia).tolist()
+        swing, far = mass * math.dist(pos, pivot) ** 2, math.dist(pos, pivot) + bounding_radius(shape)
+        self.balls.add_body(row, shape, surface, mass, (ix + swing, iy + swing, iz), pivot=pivot)
+        self.hanging.append((row, pivot, far))
+        reach = 2.0 * far
         self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
-        self.engine.set_collision(row, self._pieces[row] if touchable else 0, _PIECE_MASK if touchable else 0)
-        self._rolling.show(row, touchable)
+        self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, _PIECE_MASK if touchable else 0)
 
     def surface(self, row: int) -> TerrainSurface:
         """Material of a body."""
@@ -442,9 +401,9 @@ class PhysicsWorld:
         others, places = self.engine.contact_points(row)
         return places[[other in self._carriers for other in others]]
 
-    def solid_rays(self, start: FloatArray, end: FloatArray, *, pieces: bool = False, robots: bool = False) -> RayHits:
-        """First hits of segments (n, 3) [m] on the field, and if asked on robots and on the pieces of active chunks."""
-        mask = CollisionGroup.STATIC | (CollisionGroup.PIECE if pieces else 0) | (CollisionGroup.ROBOT if robots else 0)
+    def solid_rays(self, start: FloatArray, end: FloatArray, *, robots: bool = False) -> RayHits:
+        """First hits of segments (n, 3) [m] on the field, and if asked on robots."""
+        mask = CollisionGroup.STATIC | (CollisionGroup.ROBOT if robots else 0)
         return self.engine.rays(start, end, mask)
 
     def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
@@ -500,20 +459,6 @@ class PhysicsWorld:
         """Name of a body, as it was added."""
         return self._bodies[row][0]
 
-    def begin_steps(self, dt: float, moving: Sequence[int] | None = None) -> None:
-        """Before the steps of the next dt [s]: balls lose what they lose by rolling.
-
-        Args:
-            dt: Time to come [s].
-            moving: Rows of the pieces that can move; None: of all of them.
-        """
-        self._rolling.resist(dt, moving)
-
-    def advance(self, h: float) -> None:
-        """One step of the engine, h [s] long: contacts, gravity, and what was given to the bodies since the last."""
-        self._rolling.renew()
-        self.engine.step(h)
-
     def step(self, dt: float, *, substeps: int | None = None) -> int:
         """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.
 
@@ -533,14 +478,13 @@ class PhysicsWorld:
         if n is None:
             piece, robot = (
                 float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max(initial=0.0))
-                for rows in (list(self._pieces), self.robot_rows)
+                for rows in (self._pieces, self.robot_rows)
             )
             n = self.substepping.count(dt, piece + self.gravity * dt, robot, Surroundings.WALL)
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
-        self.begin_steps(dt)
         for _ in range(n):
-            self.advance(dt / n)
+            self.engine.step(dt / n)
         return n
 
     def _is_static(self, row: int) -> bool:

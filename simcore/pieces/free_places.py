@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.reach import Footprint
 from simcore.typing import FloatArray
 
 __all__ = ["free_place"]

@@ -1,23 +1,28 @@
-"""The life of the pieces: staged, put on the field, held, launched, scored.
+"""The pieces of a world: staged, put on the field, moved, asleep and woken, held, launched, scored.
 
-How they move, sleep and wake is in `moving_pieces`.
+Balls move in the loop (`simcore.loop.balls`), which wakes them as well; pieces of other shapes are bodies of the
+engine. A piece falls asleep when it has been supported and slow for a while. One that is no ball wakes before anything
+can reach it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import CapacityError, ConfigError, NonFiniteError
+from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.pieces.aerodynamics import AirFactors
-from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.moving_pieces import MovingPieces
-from simcore.pieces.pool import ON_FIELD, PieceStatus
-from simcore.pieces.reach import Footprint
+from simcore.physics.shapes import Sphere
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
+from simcore.pieces.footprint import Footprint
+from simcore.pieces.free_places import free_place
+from simcore.pieces.kinds import GamePieceConfig, PieceVariation
+from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
+from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.quantities import FORCE, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -26,8 +31,15 @@ __all__ = ["GamePieceManager"]
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
 _SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
+_SLEEPY = 0.3  # [s] for which a piece must be slow before it sleeps
+_ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; of pieces that are no balls: they rock on an edge, but do not roll on
+_WAKES = 0.005, 0.05  # [m/s]; slower robots and pieces wake nothing beside them
+_MARGIN = 0.05  # [m], beside what moves
+_WINDY = 3.0  # [m/s]; the air acts on pieces that are no balls if they are faster
+_MOVE, _SHORTEST, _LONGEST = 0.02, 0.00125, 0.004
+"""Way of a point of a piece that is no ball in a step of the engine [m], and shortest and longest such step [s]: an
+engine finds a contact when it is there, and one place of contact at a time."""
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
-_ZERO = (0.0, 0.0, 0.0)
 _LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
 _ALL = (*_LOOSE, _HELD)
 
@@ -40,8 +52,8 @@ class Holder(Protocol):
         ...
 
 
-class GamePieceManager(MovingPieces):
-    """Owns all pieces of a world; arguments as `MovingPieces`.
+class GamePieceManager:
+    """Owns all pieces of a world.
 
     Which call takes a piece from which status, and to which; any other is refused:
 
@@ -54,10 +66,54 @@ class GamePieceManager(MovingPieces):
     | `launch` | HELD | IN_FLIGHT, AWAKE |
     | `score` | on the field | SCORED |
     | `set_aside` | SCORED | STAGED |
+
+    Args:
+        world: Where the bodies live.
+        types: Each type with the most pieces of it that there can be.
+        field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
+        never_sleep: Pieces stay awake: for measurements.
+        places: Where pieces stay and count.
+        variation: By which factors pieces differ from their kind; None: not at all.
     """
 
     holders: Sequence[Holder] = ()
     """The robots by number, which are told when a piece is taken from them."""
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        types: Sequence[tuple[GamePieceConfig, int]],
+        *,
+        field_size: tuple[float, float],
+        never_sleep: bool = False,
+        places: Sequence[RestingPlace] = (),
+        variation: PieceVariation | None = None,
+    ) -> None:
+        self._world = world
+        self._field_size = field_size
+        self._sleepy = math.inf if never_sleep else _SLEEPY
+        self._kinds = {config.name: kind for kind, (config, _) in enumerate(types)}
+        self._pool = PiecePool(world, list(types), variation)
+        self.state = self._pool.state
+        self._balls = self._pool.balls
+        self._is_ball = self._pool.is_ball
+        self._others = (~self._is_ball).nonzero()[0]
+        self._slot_of = {self._pool.rows[slot]: slot for slot in self._others.tolist()}
+        self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
+        self.places = RestingPlaces(places, self._pool)
+        """Where pieces stay and count."""
+        self.shown = ShownPieces(self._pool, self.attitudes)
+        """What the pieces on the field look like."""
+        self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
+        self._robots: list[Footprint] = []
+        self.out_of_field: Callable[[int], bool] | None = None
+        """Told of each piece that has left the field; False: it is put back at once. True: it has taken the piece."""
+        self.total = 0
+        """How many pieces have come into the match."""
+        self.recovered = 0
+        """How many times a piece was brought back from outside the field."""
+        self.fastest = 0.0
+        """Speed of the fastest piece as the tick began, with what gravity can add [m/s]."""
 
     # --- life -----------------------------------------------------------------------------------------------------
 
@@ -94,7 +150,8 @@ class GamePieceManager(MovingPieces):
         Raises:
             UnknownNameError: No such type.
             CapacityError: The pool is too small.
-            ConfigError: An attitude is no unit quaternion, nothing is there to rest on, or the force is not above 0.
+            ConfigError: An attitude is no unit quaternion, nothing is there to rest on, or the force is not above 0, or
+                they are no balls.
             NonFiniteError: A place is not finite. In each case nothing is spawned.
         """
         positions = np.asarray(positions, dtype=float).reshape(-1, 3)
@@ -103,13 +160,14 @@ class GamePieceManager(MovingPieces):
         quats = _quaternions(name, attitudes, len(positions))
         if lodged is not None:
             require(name, "force that lodged pieces come free at", lodged, FORCE)
+            if not isinstance(self._pool.types[self._kind(name)].shape, Sphere):
+                raise ConfigError(f"{name}: only balls can be lodged")
         if resting:
             self._require_support(name, positions)
         slots = self.stage(name, len(positions))
         self._release(slots, positions, quats, resting=resting or lodged is not None)
         if lodged is not None:
-            for slot in slots.tolist():
-                self._wedged.wedge(slot, lodged)
+            self._balls.hold[slots] = lodged
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
@@ -140,14 +198,11 @@ class GamePieceManager(MovingPieces):
         self._require("hold", slots, _LOOSE)
         if holder < 0 or (self.holders and holder >= len(self.holders)):
             raise ConfigError(f"hold: there are robots 0 to {len(self.holders) - 1}, got {holder}")
-        self._wedged.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flying.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _HELD
             self.state.holder[slot] = holder
-        self._awake_stale = True
 
     def launch(
         self,
@@ -186,16 +241,23 @@ class GamePieceManager(MovingPieces):
             raise NonFiniteError(
                 f"launch: position, velocity and spin must be three finite numbers each, got {pos}, {vel}, {spin}"
             )
-        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True, quat=quat)
-        self._world.set_velocity(self._pool.rows[slot], vel, spin)
-        self.state.vel[slot] = vel
-        self.state.status[slot] = _AWAKE
+        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), quat)
+        self._set_velocity(slot, vel, spin)
+        self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
         self.state.holder[slot] = -1
-        self._sleeping.disturb(slot)
-        if flying:
-            self._flying.start(slot, _vector(vel), _vector(spin), untouched=True)
-        self._awake_stale = True
+        self._is_shot[slot] = flying
         return slot
+
+    def fly(self, slot: int, h: float) -> None:
+        """Let a ball that was launched just now fly on for h [s], as far as the field lets it."""
+        if self._is_ball[slot]:
+            self._world.balls.fly(self._balls.only(slice(slot, slot + 1)), h)
+
+    def _set_velocity(self, slot: int, vel: Sequence[float], spin: Sequence[float]) -> None:
+        self.state.vel[slot] = vel
+        self._balls.spin[slot] = spin
+        if not self._is_ball[slot]:
+            self._world.set_velocity(self._pool.rows[slot], vel, spin)
 
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
         """How deep a held piece would be in what stands on the field [m].
@@ -205,14 +267,16 @@ class GamePieceManager(MovingPieces):
             pos: Center, field frame [m].
             quat: Attitude.
         """
-        self._pool.place(slot, pos, touchable=True, quat=quat)
+        if self._is_ball[slot]:
+            return self._world.balls.depth(pos, float(self._pool.radius[slot]))
+        self._pool.place(slot, pos, quat)
         depth: float = self._world.engine.depth(self._pool.rows[slot])
         self._pool.park(slot)
         return depth
 
     def is_free(self, slot: int, depth: float) -> bool:
         """Whether a piece that is so deep in what stands on the field [m] can be let go there."""
-        return depth < (_SOFT * float(self._pool.radius[slot]) if self._pool.is_ball[slot] else _HARD)
+        return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
 
     def score(self, slots: IntArray) -> None:
         """Take scored pieces off the field; what leaned on them wakes.
@@ -221,13 +285,10 @@ class GamePieceManager(MovingPieces):
             ConfigError: A piece is not on the field; nothing has changed.
         """
         self._require("score", slots, ON_FIELD)
-        self._wedged.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flying.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
-        self._awake_stale = True
 
     def set_aside(self, slots: IntArray) -> None:
         """Let people keep scored pieces, who will put them on the field again.
@@ -253,23 +314,21 @@ class GamePieceManager(MovingPieces):
         self._require("push", slots, ON_FIELD, velocities)
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             self._wake(slot)
-            self.state.vel[slot] = velocity
-            if flying or self._flying.is_flying[slot]:
-                self._flying.push(slot, _vector(velocity), untouched=flying)
-            else:
-                self._flying.forget(slot)
-                self._world.set_velocity(self._pool.rows[slot], velocity)
+            self._balls.hold[slot] = 0.0
+            self._set_velocity(slot, velocity, (0.0, 0.0, 0.0))
+            if flying:
+                self._balls.is_touched[slot] = 0
+                self._is_shot[slot] = True
+                self.state.status[slot] = _IN_FLIGHT
 
     def clear(self) -> None:
         """Take all pieces out of the match; none is counted any more."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         for slot in slots.tolist():
-            self._flying.forget(slot)
             self._pool.park(slot)
         self.state.status[slots] = _FREE
         self.state.holder[slots] = -1
         self.total = 0
-        self._awake_stale = True
 
     def spare(self, name: str, count: int) -> IntArray:
         """Pieces that could be put on the field; returns their slots.
@@ -312,7 +371,7 @@ class GamePieceManager(MovingPieces):
         Args:
             robots: All of them, where they are now.
         """
-        self._robots, self._still = list(robots), 0
+        self._robots = list(robots)
         here = self.on_field()
         here = here[self.state.pos[here, 2] < _ROBOT_HEIGHT]
         inside = [robot.gap(self.state.pos[here]) < self._pool.radius[here] for robot in robots]
@@ -325,7 +384,8 @@ class GamePieceManager(MovingPieces):
     @property
     def is_untouched(self) -> BoolArray:
         """Which slots were shot and have touched nothing since, shape (n,)."""
-        return self._flying.is_untouched
+        untouched: BoolArray = self._is_shot & (self._balls.is_touched == 0)
+        return untouched
 
     @property
     def types(self) -> list[GamePieceConfig]:
@@ -337,8 +397,49 @@ class GamePieceManager(MovingPieces):
         return str(self._pool.types[self.state.kind[slot]].name)
 
     def row(self, slot: int) -> int:
-        """Engine row of a slot's body."""
+        """Engine row of a slot's body, -1 of a ball."""
         return self._pool.rows[slot]
+
+    def robots_touching(self, slot: int) -> list[int]:
+        """Engine rows of the robots that a piece has touched: a ball in this tick, others in the last step."""
+        if self._is_ball[slot]:
+            return self._world.balls.robots_touching(slot)
+        return [row for row in self._world.engine.touching(self._pool.rows[slot]) if row in self._world.robot_rows]
+
+    @property
+    def awake(self) -> IntArray:
+        """Slots of the pieces that move."""
+        status = self.state.status
+        slots: IntArray = ((status == _AWAKE) | (status == _IN_FLIGHT)).nonzero()[0]
+        return slots
+
+    @property
+    def in_contact(self) -> IntArray:
+        """Slots of the pieces that move and touch something."""
+        slots: IntArray = (self.state.status == _AWAKE).nonzero()[0]
+        return slots
+
+    @property
+    def is_on_field(self) -> BoolArray:
+        """Whether each slot is on the field or in the air, shape (n,)."""
+        return self._pool.is_on_field
+
+    def on_field(self, name: str | None = None) -> IntArray:
+        """Slots on the field or in the air, of one type or all."""
+        here = self.is_on_field
+        if name is not None:
+            here &= self.state.kind == self._kind(name)
+        return np.nonzero(here)[0]
+
+    def attitudes(self, slots: IntArray) -> FloatArray:
+        """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
+        quat = self._balls.quat
+        if len(self._others):
+            moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
+            for slot in slots[moving & ~self._is_ball[slots]].tolist():
+                quat[slot] = self._world.engine.pose(self._pool.rows[slot])[1]
+        rows: FloatArray = quat[slots][:, [3, 0, 1, 2]]
+        return rows
 
     @property
     def radius(self) -> FloatArray:
@@ -370,7 +471,205 @@ class GamePieceManager(MovingPieces):
             mask &= self.state.kind == self._kind(name)
         return int(mask.sum())
 
+    # --- one tick -------------------------------------------------------------------------------------------------
+
+    def begin_tick(self, robots: Sequence[Footprint], dt: float) -> float:
+        """Before the engine moves: wake what can be reached within dt [s]; returns its longest step for the pieces [s].
+
+        Args:
+            robots: All that moves and is no piece.
+            dt: Length of the tick [s].
+        """
+        state, self._robots = self.state, list(robots)
+        state.before[:] = state.pos
+        awake = self.awake
+        self.fastest = float(np.sqrt(_squares(state.vel[awake]).max(initial=0.0))) + self._world.gravity * dt
+        if not len(self._others):
+            self._world.balls.begin_tick([row for row, _, _ in self._world.hanging], [])
+            return math.inf
+        self._wake_reached(awake, dt)
+        slots, rows = self._beside_balls(dt)
+        fixed = slots[self._pool.is_frozen[slots]]
+        self._world.balls.begin_tick([*rows, *self._pool.rows_of(slots)], self._pool.rows_of(fixed))
+        return self._longest_step()
+
+    def before_step(self, h: float) -> None:
+        """Move the balls by h [s], and let air act on others, before the engine's step of the same length."""
+        self._world.balls.advance(h)
+        slots = self._moving_others()
+        if len(slots):
+            slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
+            rows = self._pool.rows_of(slots)
+            drag = drag_acceleration(self._world.engine.velocities(rows)[:, :3], self._pool.drag[slots])
+            self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
+
+    def gather(self, dt: float) -> None:
+        """After the engine moved: read where the awake pieces are, once."""
+        state, balls = self.state, self._balls
+        others = self._moving_others()
+        if len(others):
+            state.pos[others] = self._world.engine.centers(self._pool.rows_of(others))
+            state.vel[others] = (state.pos[others] - state.before[others]) / dt
+            for slot in others[state.status[others] == _IN_FLIGHT].tolist():
+                if self._world.engine.touching(self._pool.rows[slot]) or balls.is_touched[slot]:
+                    balls.is_touched[slot] = 1
+                    state.status[slot] = _AWAKE
+        awake = self.awake
+        if not len(awake):
+            return
+        self._pool.changes += 1
+        moving = awake[self._is_ball[awake]]
+        state.status[moving] = np.where(balls.contacts[moving] > 0, _AWAKE, _IN_FLIGHT)
+        within = (state.pos[awake] > self._outer[0]) & (state.pos[awake] < self._outer[1])  # False for NaN
+        if not within.all():
+            self._put_back(awake[~within.all(axis=1)])
+
+    def settle(self, dt: float) -> None:
+        """Put to sleep what has been slow for long enough, after a tick of dt [s]."""
+        state, still = self.state, self._balls.still
+        others = self._moving_others()
+        if len(others):
+            spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
+            is_slow = (_squares(state.vel[others]) < _ROCKING**2) & (_squares(spin) < _TURNING**2)
+            still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
+        ready = self.awake
+        ready = ready[still[ready] > self._sleepy - 1e-9]
+        if len(ready):
+            x, y = state.pos[ready, 0], state.pos[ready, 1]
+            out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
+            if out.any():  # behind a wall, or on top of it
+                self._put_back(ready[out])
+                ready = ready[~out]
+            self._fall_asleep(ready)
+
+    def _moving_others(self) -> IntArray:
+        """Slots of the pieces that the engine moves."""
+        status = self.state.status[self._others]
+        moving: IntArray = self._others[(status == _AWAKE) | (status == _IN_FLIGHT)]
+        return moving
+
+    def _wake_reached(self, awake: IntArray, dt: float) -> None:
+        """Wake the sleepers that are no balls and that something which moves may reach within dt [s]."""
+        state, radius = self.state, self._pool.radius
+        status = state.status[self._others]
+        asleep = self._others[(status == _ASLEEP) | (status == _PLACED)]
+        if not len(asleep):
+            return
+        pos, own = state.pos[asleep], radius[asleep] + _MARGIN
+        reached: BoolArray = np.zeros(len(asleep), dtype=bool)
+        for robot in self._robots:
+            if robot.speed > max(_WAKES[0], robot.waking_speed):
+                grow, (low, high) = own + robot.speed * dt, robot.heights
+                reached |= (robot.gap(pos) < grow) & (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
+        speed = np.sqrt(_squares(state.vel[awake]))
+        fast = speed > _WAKES[1]
+        for slot, way in zip(awake[fast].tolist(), (speed[fast] * dt).tolist(), strict=True):
+            grow = own + float(radius[slot]) + way
+            reached |= _squares(pos - state.pos[slot]) < grow * grow
+        for slot in asleep[reached].tolist():
+            self._wake(slot)
+
+    def _beside_balls(self, dt: float) -> tuple[IntArray, list[int]]:
+        """What a ball may touch within dt [s]: slots of pieces that are no balls, and engine rows of what hangs."""
+        state, radius = self.state, self._pool.radius
+        here = self.is_on_field
+        balls, others = (here & self._is_ball).nonzero()[0], self._others[here[self._others]]
+        if not (len(balls) and len(others) + len(self._world.hanging)):
+            return others[:0], []
+        speed = np.sqrt(_squares(state.vel[balls])) * dt
+        reach = radius[balls] + speed + _MARGIN
+        rows = [
+            row
+            for row, pivot, far in self._world.hanging
+            if (_squares(state.pos[balls] - pivot) < (reach + far) ** 2).any()
+        ]
+        near: BoolArray = np.zeros(0, dtype=bool)
+        if len(others):
+            way = np.sqrt(_squares(state.vel[others])) * dt
+            away = _squares(state.pos[others][:, None] - state.pos[balls][None])
+            near = (away < (reach[None] + (radius[others] + way)[:, None]) ** 2).any(axis=1)
+        return others[near], rows
+
+    def _longest_step(self) -> float:
+        """Longest step of the engine that its pieces allow [s]."""
+        slots = self._moving_others()
+        if not len(slots):
+            return math.inf
+        twist = self._world.engine.velocities(self._pool.rows_of(slots))
+        rim = np.sqrt(_squares(twist[:, :3])) + self._pool.radius[slots] * np.sqrt(_squares(twist[:, 3:]))
+        return min(_LONGEST, max(_SHORTEST, _MOVE / max(float(rim.max()), 1e-6)))
+
     # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _kind(self, name: str) -> int:
+        if name not in self._kinds:
+            raise UnknownNameError("game piece type", name, self._kinds)
+        return self._kinds[name]
+
+    def _wake(self, slot: int) -> None:
+        if self.state.status[slot] in (_ASLEEP, _PLACED):
+            self.state.status[slot] = _AWAKE
+        self._balls.still[slot] = 0.0
+        if not self._is_ball[slot]:
+            self._world.engine.wake(self._pool.rows[slot])
+
+    def _wake_leaning(self, slot: int) -> None:
+        """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
+        state = self.state
+        if state.status[slot] not in ON_FIELD:
+            return
+        asleep = np.nonzero(self._pool.is_frozen & (self._balls.hold == 0.0))[0]
+        reach = self._pool.radius[asleep] + 1.5 * self._pool.radius[slot]
+        for other in asleep[_squares(state.pos[asleep] - state.pos[slot]) < reach * reach].tolist():
+            if other != slot:
+                self._wake(other)
+
+    def _fall_asleep(self, slots: IntArray) -> None:
+        self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
+        self.state.status[slots] = _ASLEEP
+        self.state.vel[slots] = self._balls.spin[slots] = 0.0
+        for slot in slots.tolist():
+            if not self._is_ball[slot]:
+                self._world.engine.fix(self._pool.rows[slot])
+            if self.places.places:
+                x, y, z, w = self._balls.quat[slot].tolist()
+                self.places.judge(slot, (x, y, z, w), bool(self.robots_touching(slot)))
+
+    def _release(
+        self, slots: IntArray, positions: FloatArray, quats: list[Quaternion], *, resting: bool = False
+    ) -> None:
+        for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
+            config = self._pool.types[self.state.kind[slot]]
+            height = config.rest_height if quat == IDENTITY else config.rest_height_at(quat)
+            standing = abs(pos[2] - height) < 0.002 and (self._is_ball[slot] or config.stands_at(quat))
+            self._wake_leaning(slot)
+            self._pool.place(slot, (pos[0], pos[1], pos[2]), quat)
+            self.state.status[slot] = _AWAKE
+            self.state.holder[slot] = -1
+            self._is_shot[slot] = False
+            if resting or standing:
+                self._fall_asleep(np.array([slot]))
+
+    def _put_back(self, slots: IntArray) -> None:
+        """Put pieces on the carpet inside the field, nearest to where each left it, at rest."""
+        for slot in slots.tolist():
+            if self.out_of_field is not None and self.out_of_field(slot):
+                continue
+            x, y, _ = (0.0 if math.isnan(c) else c for c in self.state.pos[slot].tolist())
+            self._move_to_free_place(slot, (x, y))
+            self.recovered += 1
+
+    def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
+        others = self.on_field()
+        place = free_place(
+            self._world,
+            self._pool.types[self.state.kind[slot]],
+            near,
+            self.state.pos[others[others != slot]],
+            robots=self._robots,
+            field_size=self._field_size,
+        )
+        self._release(np.array([slot]), np.array([place]), [IDENTITY])
 
     def _require(self, what: str, slots: IntArray, allowed: Sequence[int], rows: FloatArray | None = None) -> None:
         """Check a whole request before the first change."""
@@ -401,8 +700,10 @@ class GamePieceManager(MovingPieces):
                 )
 
 
-def _vector(row: Sequence[float]) -> Vector:
-    return float(row[0]), float(row[1]), float(row[2])
+def _squares(rows: FloatArray) -> FloatArray:
+    """Squares of the lengths of vectors (..., 3), shape (...,)."""
+    squares: FloatArray = np.einsum("...i,...i->...", rows, rows)
+    return squares
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:

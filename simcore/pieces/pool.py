@@ -1,4 +1,8 @@
-"""The bodies of all pieces, made once: a piece that is held, scored or not yet on the field is parked."""
+"""The state of all pieces, made once, and the bodies of those that are no balls.
+
+Balls live in the arrays of the loop (`simcore.loop.balls`), others are bodies of the engine. A piece that is held,
+scored or not yet on the field is parked: nothing moves it.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion
-from simcore.physics.contact_law import TerrainSurface
+from simcore.physics.ball_dynamics import make_balls
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
@@ -33,11 +37,11 @@ class PieceStatus(IntEnum):
     ASLEEP = 2
     """On the field, at rest and frozen."""
     AWAKE = 3
-    """On the field, in contact with something or about to be: moved by the engine."""
+    """On the field, moving or about to."""
     HELD = 4
     """In a robot."""
     IN_FLIGHT = 5
-    """In the air, moved by `flying_pieces`."""
+    """In the air: it touches nothing."""
     SCORED = 6
     """Scored and taken off the field."""
     PLACED = 7
@@ -59,15 +63,13 @@ class PieceState:
     pos: FloatArray
     """Center, field frame [m], shape (n, 3); where it last was for pieces that are parked."""
     before: FloatArray
-    """Center at the start of the tick [m], shape (n, 3); of use for pieces that are awake."""
+    """Center at the start of the tick [m], shape (n, 3)."""
     vel: FloatArray
-    """Mean velocity over the last tick, field frame [m/s], shape (n, 3)."""
+    """Velocity, field frame [m/s], shape (n, 3); of those that are no balls the mean over the last tick."""
     status: npt.NDArray[np.uint8]
     """A `PieceStatus` per slot, shape (n,)."""
     kind: npt.NDArray[np.uint8]
     """Index of the piece's type, shape (n,)."""
-    touchable: BoolArray
-    """Whether the engine sees the body, shape (n,)."""
     holder: IntArray
     """Which robot holds the piece, -1 for none, shape (n,)."""
 
@@ -97,11 +99,10 @@ class PiecePool:
             vel=np.zeros((n, 3)),
             status=np.zeros(n, dtype=np.uint8),
             kind=np.zeros(n, dtype=np.uint8),
-            touchable=np.zeros(n, dtype=bool),
             holder=np.full(n, -1, dtype=np.int64),
         )
         self.rows: list[int] = []
-        """Engine row of each slot."""
+        """Engine row of each slot, -1 of a ball."""
         self.changes = 0
         """Grows whenever a piece may have come, gone or moved."""
         self.radius = np.zeros(n)
@@ -114,40 +115,53 @@ class PiecePool:
         """See `AirFactors`; of each slot's piece [1/m], shape (n,)."""
         self.lift_share = np.ones(n) if variation is None else variation.diameter**3 / variation.mass
         """Spin lift of each slot's piece over that of its kind [-], shape (n,)."""
-        self.surfaces: list[TerrainSurface] = []
-        """Material of each slot's piece."""
         self.air = [config.air for config in self.types]
         """What the air does to pieces of each kind; `drag` and `lift_share` have what single ones differ by."""
+        self.balls = make_balls(self.state.status, self.state.pos, self.state.vel)
+        """The arrays of the loop; rows of pieces that are no balls are of no use there."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             mine = slice(slot, slot + count)
-            self.mass[mine] = config.mass
-            self.drag[mine] = self.air[kind].drag
-            surfaces = [config.surface] * count
+            self.state.kind[mine], self.radius[mine] = kind, config.bounding_radius
+            self.mass[mine], self.drag[mine] = config.mass, self.air[kind].drag
+            restitution = np.full(count, config.restitution)
             if variation is not None:
                 self.mass[mine] *= variation.mass[mine]
                 self.drag[mine] *= variation.drag[mine] * variation.diameter[mine] ** 2 / variation.mass[mine]
-                surfaces = [
-                    replace(surface, restitution=min(1.0, surface.restitution * factor))
-                    for surface, factor in zip(surfaces, variation.restitution[mine].tolist(), strict=True)
-                ]
-            self.surfaces += surfaces
-            for mass, surface in zip(self.mass[mine].tolist(), surfaces, strict=True):
-                if isinstance(
-                    config.shape, Sphere
-                ):  # its impacts are ours (`impact_events`): in the engine none bounces
-                    surface = replace(surface, restitution=0.0)
-                row = world.add_piece_body(
-                    config.name, config.shape, mass=mass, surface=surface, pos=self._parking(slot)
-                )
-                world.set_piece_touchable(row, False)
-                world.engine.fix(row)
-                self.rows.append(row)
-                slot += 1
-            self.state.kind[slot - count : slot] = kind
-            self.radius[slot - count : slot] = config.bounding_radius
-        self.is_ball = np.array([isinstance(kind.shape, Sphere) for kind in self.types], dtype=bool)[self.state.kind]
+                restitution = np.minimum(1.0, restitution * variation.restitution[mine])
+            if isinstance(config.shape, Sphere):
+                self._describe_balls(mine, config, restitution)
+                self.rows += [-1] * count
+            else:
+                self._make_bodies(slot, config, restitution)
+            slot += count
+        self.is_ball = self.balls.is_ball.astype(bool)
         """Which slots are balls, shape (n,)."""
+        world.balls.set_balls(self.balls)
+
+    def _describe_balls(self, mine: slice, config: GamePieceConfig, restitution: FloatArray) -> None:
+        balls, air = self.balls, config.air
+        balls.is_ball[mine] = 1
+        balls.radius[mine], balls.mass[mine] = self.radius[mine], self.mass[mine]
+        balls.foam[mine] = config.foam
+        balls.surface[mine, 0], balls.surface[mine, 1], balls.surface[mine, 2] = (
+            config.friction, restitution, config.rolling,
+        )  # fmt: skip
+        balls.air[mine, 0], balls.air[mine, 1] = self.drag[mine], air.lift * self.lift_share[mine]
+        balls.air[mine, 2], balls.air[mine, 3] = air.lift_saturation, air.spin_drag
+
+    def _make_bodies(self, slot: int, config: GamePieceConfig, restitution: FloatArray) -> None:
+        for number, bounce in enumerate(restitution.tolist()):
+            row = self._world.add_piece_body(
+                config.name,
+                config.shape,
+                mass=float(self.mass[slot + number]),
+                surface=replace(config.surface, restitution=bounce),
+                pos=self._parking(slot + number),
+            )
+            self._world.set_piece_touchable(row, False)
+            self._world.engine.fix(row)
+            self.rows.append(row)
 
     @property
     def is_on_field(self) -> BoolArray:
@@ -185,32 +199,30 @@ class PiecePool:
             )
         return free[:count]
 
-    def place(
-        self, slot: int, pos: tuple[float, float, float], *, touchable: bool, quat: Quaternion = IDENTITY
-    ) -> None:
-        """Take a body out of parking and put it on the field, at rest and awake."""
-        world, row = self._world, self.rows[slot]
+    def place(self, slot: int, pos: tuple[float, float, float], quat: Quaternion = IDENTITY) -> None:
+        """Take a piece out of parking and put it on the field, at rest and awake."""
         self.changes += 1
-        world.set_pose(row, pos, quat)
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
-        self.set_touchable(slot, touchable)
+        balls, row = self.balls, self.rows[slot]
+        balls.quat[slot] = quat
+        if row < 0:
+            balls.spin[slot] = 0.0
+            balls.still[slot] = balls.load[slot] = balls.press[slot] = balls.hold[slot] = 0.0
+            balls.is_touched[slot] = 0
+        else:
+            self._world.set_pose(row, pos, quat)
+            self._world.set_piece_touchable(row, True)
 
     def park(self, slot: int) -> None:
-        """Take a body off the field. Its `pos` stays as the place where it was last seen."""
-        world, row = self._world, self.rows[slot]
+        """Take a piece off the field. Its `pos` stays as the place where it was last seen."""
         self.changes += 1
-        self.state.touchable[slot] = False
-        world.set_piece_touchable(row, False)
-        world.engine.set_pose(row, self._parking(slot), IDENTITY)
-        world.engine.fix(row)
         self.state.vel[slot] = 0.0
-
-    def set_touchable(self, slot: int, touchable: bool) -> None:
-        """Show a body to the engine, or hide it where it is."""
-        if bool(self.state.touchable[slot]) != touchable:
-            self.state.touchable[slot] = touchable
-            self._world.set_piece_touchable(self.rows[slot], touchable)
+        row = self.rows[slot]
+        if row >= 0:
+            self._world.set_piece_touchable(row, False)
+            self._world.engine.set_pose(row, self._parking(slot), IDENTITY)
+            self._world.engine.fix(row)
 
     def rows_of(self, slots: IntArray) -> list[int]:
         """Engine rows of some slots."""

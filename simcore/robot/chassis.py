@@ -153,7 +153,7 @@ class ChassisSimulation:
         self.distribution, self.vel, self.rate = mass, vel, rate
         self._body.set_mass(mass)
         self._engine.set_mass(self.row, mass.mass, mass.center, mass.inertia)
-        self._world.hit_bodies[self.row].set_mass(mass.mass, mass.center, mass.inertia)
+        self._world.balls.set_mass(self.row, mass.mass, mass.center, mass.inertia)
         self._engine.set_velocity(self.row, vel, rate)
         if self._drivetrain is not None and self._transfer is not None:
             self._drivetrain.set_mass_properties(mass.mass, mass.inertia[2], mass.center)

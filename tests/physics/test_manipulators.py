@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simcore.pieces.reach import Footprint
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
@@ -24,7 +25,6 @@ from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import Footprint
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
+from simcore.pieces.reach import Footprint
 
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
@@ -17,7 +18,6 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import Footprint
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 

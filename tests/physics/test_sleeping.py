@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from simcore.pieces.reach import Footprint
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
@@ -17,7 +18,6 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import Footprint
 
 DT = 0.02
 RADIUS = 0.075

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from simcore.pieces.reach import Footprint
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreError, UnknownNameError
 from simcore.match.motion import Motion
@@ -16,7 +17,6 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import Footprint
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)
 CAPACITY = 30

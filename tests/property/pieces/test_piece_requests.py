@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError, NonFiniteError
@@ -13,7 +14,6 @@ from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.reach import WakeSettings
 
 
 def test_requests_for_pieces_are_checked_before_the_first_change():

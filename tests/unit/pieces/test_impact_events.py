@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from simcore.pieces.ball_rows import Arc
+from simcore.pieces.impact_events import _Body, _near_boxes
 
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.ball_rows import Arc
-from simcore.pieces.impact_events import _Body, _near_boxes
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from simcore.pieces.reach import ChunkGrid
 
 from simcore.errors import ConfigError
-from simcore.pieces.reach import ChunkGrid
 
 LOW, HIGH = (-1.0, -1.0), (17.5, 9.1)
 place = st.tuples(st.floats(-3.0, 20.0), st.floats(-3.0, 12.0))

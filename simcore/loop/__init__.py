@@ -1,0 +1,1 @@
+"""What moves thousands of times a second: plain loops over arrays, compiled by Numba."""

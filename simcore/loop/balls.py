@@ -1,0 +1,873 @@
+"""Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
+
+`advance` moves the balls of a world for a few milliseconds. It lists who may touch whom, then takes steps of 1 ms: all
+drift for half a step, every contact gives its force, forces change velocities, all drift for the other half (leapfrog).
+Contacts of balls with each other are looked at once a step. A ball whose contacts with solids are too stiff for it, or
+that is fast, goes through the step in shorter ones of its own; nobody else notices.
+
+Robots and other bodies of the engine move on with the velocity that they have, and what balls do to them changes it at
+once. The engine gets the same impulse afterwards.
+
+A sleeping ball stands still and costs nothing. It wakes when what touches it moves, or pushes otherwise than when it
+fell asleep.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from simcore.loop.compiled import compiled, inlined
+from simcore.loop.contact import (
+    air_acceleration,
+    foam_force,
+    foam_slope,
+    friction_stiffness,
+    normal_force,
+    steps_for,
+)
+from simcore.loop.solids import Solids, nearest_point
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["ASLEEP", "AWAKE", "IN_FLIGHT", "PLACED", "Balls", "Bodies", "Floor", "Memory", "advance", "depth_at"]
+
+ASLEEP, AWAKE, IN_FLIGHT, PLACED = 2, 3, 5, 7
+"""Statuses of balls that are on the field (`simcore.pieces.pool.PieceStatus`); of all others the loop knows nothing."""
+
+_LISTED = 0.005  # [s], longest time for which one list of neighbours is used
+_STEP = 0.001  # [s]
+_MARGIN = 0.02  # [m], of those lists, for what is set in motion within that time
+_MOST_CONTACTS = 16  # of a ball, that are remembered
+_MOST_SURFACES = 12  # of a ball with solids at one instant
+_HOPS = 2  # so many sleepers behind one that may be touched are listed as well: they may wake within the same list
+_NOBODY = -1
+_FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
+_PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
+_COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
+_QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
+_WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
+_BESIDE = 0.003  # [m]; balls so near may lean on each other
+_LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
+_TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
+_FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
+
+
+class Balls(NamedTuple):
+    """All balls of a world, one row each."""
+
+    is_ball: npt.NDArray[np.uint8]
+    """Rows that are no balls are left alone, shape (n,)."""
+    status: npt.NDArray[np.uint8]
+    """A `PieceStatus`, shape (n,)."""
+    pos: FloatArray
+    """Center, field frame [m], shape (n, 3)."""
+    vel: FloatArray
+    """[m/s], shape (n, 3)."""
+    spin: FloatArray
+    """Angular velocity, field frame [rad/s], shape (n, 3)."""
+    quat: FloatArray
+    """Attitude x, y, z, w, shape (n, 4)."""
+    radius: FloatArray
+    """[m], shape (n,)."""
+    mass: FloatArray
+    """[kg], shape (n,)."""
+    foam: FloatArray
+    """k1 [N/m], k3 [N/m^3], and from where [m] and how [N/m^2] it is dense, shape (n, 4); see `foam_force`."""
+    surface: FloatArray
+    """Friction [-], restitution [-] and rolling lever [m], shape (n, 3)."""
+    air: FloatArray
+    """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
+    still: FloatArray
+    """How long each has been supported and slow [s], shape (n,)."""
+    load: FloatArray
+    """Force of bodies of the engine on it, in its last step awake [N], shape (n,)."""
+    press: FloatArray
+    """Largest force of another ball on it, in its last step awake [N], shape (n,)."""
+    hold: FloatArray
+    """Force that a ball is wedged in with [N], 0: it is not, shape (n,)."""
+    contacts: IntArray
+    """Contacts in the last step, shape (n,)."""
+    is_touched: npt.NDArray[np.uint8]
+    """Whether it has touched anything since somebody cleared this, shape (n,)."""
+    bodies: IntArray
+    """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
+
+    def only(self, rows: slice) -> Balls:
+        """Some of them, in the same arrays."""
+        columns: list[Any] = [column[rows] for column in self]
+        return Balls(*columns)
+
+
+class Memory(NamedTuple):
+    """Friction springs of contacts, by the ball that remembers each."""
+
+    key: IntArray
+    """What is touched, shape (n, 16)."""
+    stamp: IntArray
+    """Step in which it was touched last, shape (n, 16)."""
+    spring: FloatArray
+    """Stretch of the spring, field frame [m], shape (n, 16, 3)."""
+    clock: IntArray
+    """Number of the step, shape (1,)."""
+
+
+class Bodies(NamedTuple):
+    """Robots and other bodies of the engine, one row each: what it says of them, and how they move on in the loop."""
+
+    is_active: npt.NDArray[np.uint8]
+    """Whether a ball may touch it now, shape (n,)."""
+    pose: FloatArray
+    """Origin, field frame [m], and attitude x, y, z, w, shape (n, 7)."""
+    twist: FloatArray
+    """Velocity of its center of mass [m/s] and angular velocity [rad/s], field frame, shape (n, 6)."""
+    yielding: FloatArray
+    """Inverse mass along x and y [1/kg], and inverse moment of inertia about z [1/(kg m^2)], shape (n, 2); 0 of what
+    keeps its velocity until the engine's next step: carpet holds robots up, and steps with other bodies are short."""
+    middle: FloatArray
+    """Center of mass in its frame, or pivot in that of the field [m], shape (n, 3)."""
+    swings: npt.NDArray[np.uint8]
+    """Whether it swings about a pivot, shape (n,)."""
+    reach: FloatArray
+    """Of the ball around its origin that holds it [m], shape (n,)."""
+    solids: IntArray
+    """Its first solid, and the one behind its last, shape (n, 2)."""
+    mark: IntArray
+    """Bit that it leaves in `Balls.bodies`, shape (n,)."""
+    pos: FloatArray
+    """Origin, field frame [m], shape (n, 3)."""
+    axes: FloatArray
+    """Its axes as columns, shape (n, 3, 3)."""
+    center: FloatArray
+    """Center of mass, or pivot, field frame [m], shape (n, 3)."""
+    vel: FloatArray
+    """Of the center [m/s], shape (n, 3)."""
+    rate: FloatArray
+    """Angular velocity, field frame [rad/s], shape (n, 3)."""
+    impulse: FloatArray
+    """What balls gave it: impulse [N s] and angular impulse about the center [N m s], shape (n, 6)."""
+
+
+class Floor(NamedTuple):
+    """What is the same everywhere."""
+
+    gravity: float
+    """[m/s^2]"""
+    is_there: bool
+    """Whether there is a floor at z = 0."""
+    friction: float
+    restitution: float
+    rolling: float
+    """Lever [m]."""
+    with_pairs: bool
+    """Whether balls touch each other."""
+
+
+@inlined
+def _speed(v, i):
+    return math.sqrt(v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
+
+
+@inlined
+def _sleeps(status, i):
+    return status[i] == ASLEEP or status[i] == PLACED
+
+
+@compiled
+def _slot(key, stamp, i, touched):
+    """Place in the memory of ball i for a contact: its own, else the one whose contact is over for the longest."""
+    oldest = 0
+    for s in range(_MOST_CONTACTS):
+        if key[i, s] == touched:
+            return s
+        if stamp[i, s] < stamp[i, oldest]:
+            oldest = s
+    key[i, oldest] = touched
+    stamp[i, oldest] = -2
+    return oldest
+
+
+@inlined
+def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h):
+    """Force of friction with memory [N].
+
+    Args:
+        spring: Stretch of all contacts' springs [m].
+        i: The ball that remembers this contact.
+        s: Where in its memory.
+        is_new: Whether it did not touch in the last step.
+        nx: Unit normal towards the ball.
+        ny: The same.
+        nz: The same.
+        ux: Velocity of the ball there, relative to what it touches [m/s].
+        uy: The same.
+        uz: The same.
+        push: Normal force [N].
+        slope: Normal stiffness [N/m].
+        friction: Of the pair [-].
+        mass: Reduced mass [kg].
+        h: Step [s].
+    """
+    x, y, z = spring[i, s, 0], spring[i, s, 1], spring[i, s, 2]
+    if is_new:
+        x = y = z = 0.0
+    away = ux * nx + uy * ny + uz * nz
+    tx, ty, tz = ux - away * nx, uy - away * ny, uz - away * nz
+    x, y, z = x + tx * h, y + ty * h, z + tz * h
+    out = x * nx + y * ny + z * nz  # the surface may have turned
+    x, y, z = x - out * nx, y - out * ny, z - out * nz
+    stiffness, damping = friction_stiffness(slope, mass, h)
+    fx, fy, fz = -stiffness * x - damping * tx, -stiffness * y - damping * ty, -stiffness * z - damping * tz
+    size, most = math.sqrt(fx * fx + fy * fy + fz * fz), friction * push
+    if size > most:  # it slips
+        share = most / size
+        fx, fy, fz = share * fx, share * fy, share * fz
+        x, y, z = -(fx + damping * tx) / stiffness, -(fy + damping * ty) / stiffness, -(fz + damping * tz) / stiffness
+    spring[i, s, 0], spring[i, s, 1], spring[i, s, 2] = x, y, z
+    return fx, fy, fz
+
+
+# --- lists of neighbours --------------------------------------------------------------------------------------------
+
+
+@inlined
+def _is_here(is_ball, status, i):
+    return is_ball[i] and (_sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
+
+
+@compiled
+def _grid(balls):
+    """Balls on the field by square cells: first of each cell, next of each ball, lowest corner, edge and numbers."""
+    is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
+    n = pos.shape[0]
+    largest, low_x, low_y, high_x, high_y = 0.0, 1e30, 1e30, -1e30, -1e30
+    for i in range(n):
+        if _is_here(is_ball, states, i):
+            largest = max(largest, radius[i])
+            low_x, high_x = min(low_x, pos[i, 0]), max(high_x, pos[i, 0])
+            low_y, high_y = min(low_y, pos[i, 1]), max(high_y, pos[i, 1])
+    edge = max(0.2, 2.2 * largest)
+    nx = min(400, int((high_x - low_x) / edge) + 1) if high_x >= low_x else 1
+    ny = min(400, int((high_y - low_y) / edge) + 1) if high_y >= low_y else 1
+    head, after = np.full(nx * ny, _NOBODY, np.int64), np.full(n, _NOBODY, np.int64)
+    for i in range(n - 1, -1, -1):
+        if _is_here(is_ball, states, i):
+            cell = min(int((pos[i, 0] - low_x) / edge), nx - 1) * ny
+            cell += min(int((pos[i, 1] - low_y) / edge), ny - 1)
+            after[i] = head[cell]
+            head[cell] = i
+    return head, after, low_x, low_y, edge, nx, ny
+
+
+@inlined
+def _cell_range(low, high, origin, edge, count):
+    """Numbers of the cells from low to high [m]."""
+    return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
+
+
+@compiled
+def _listed(balls, bodies, grid, h):
+    """Balls that move, or may be touched within h [s]: the awake, and sleepers beside a body; the others follow."""
+    head, after, low_x, low_y, edge, nx, ny = grid
+    is_ball, status, n = balls.is_ball, balls.status, balls.pos.shape[0]
+    queue, depth, count = np.empty(n, np.int64), np.full(n, _NOBODY, np.int64), 0
+    for i in range(n):
+        if is_ball[i] and (status[i] == AWAKE or status[i] == IN_FLIGHT):
+            queue[count], depth[i], count = i, 0, count + 1
+    for b in range(bodies.pos.shape[0]):
+        if not bodies.is_active[b]:
+            continue
+        reach = (
+            bodies.reach[b] + (_speed(bodies.vel, b) + _speed(bodies.rate, b) * bodies.reach[b]) * h + _MARGIN + edge
+        )
+        x0, x1 = _cell_range(bodies.pos[b, 0] - reach, bodies.pos[b, 0] + reach, low_x, edge, nx)
+        y0, y1 = _cell_range(bodies.pos[b, 1] - reach, bodies.pos[b, 1] + reach, low_y, edge, ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                i = head[cx * ny + cy]
+                while i >= 0:
+                    if depth[i] < 0:
+                        queue[count], depth[i], count = i, 0, count + 1
+                    i = after[i]
+    return queue, depth, count
+
+
+@compiled
+def _pairs(balls, grid, queue, depth, count, h):
+    """Pairs of balls that may touch within h [s], and the list of balls with the sleepers behind them."""
+    status, pos, vel, radius = balls.status, balls.pos, balls.vel, balls.radius
+    head, after, low_x, low_y, edge, nx, ny = grid
+    first, second, pairs = np.empty(8 * count + 64, np.int64), np.empty(8 * count + 64, np.int64), 0
+    done = np.zeros(balls.pos.shape[0], np.uint8)
+    k = 0
+    while k < count:
+        i = queue[k]
+        k += 1
+        done[i] = 1
+        own = radius[i] + _speed(vel, i) * h + _MARGIN
+        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        x0, x1 = _cell_range(x - own - 0.5 * edge, x + own + 0.5 * edge, low_x, edge, nx)
+        y0, y1 = _cell_range(y - own - 0.5 * edge, y + own + 0.5 * edge, low_y, edge, ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                j = head[cx * ny + cy]
+                while j >= 0:
+                    if done[j] == 0 and (depth[i] < _HOPS or not _sleeps(status, j)):
+                        dx, dy, dz = x - pos[j, 0], y - pos[j, 1], z - pos[j, 2]
+                        reach = own + radius[j] + _speed(vel, j) * h
+                        if dx * dx + dy * dy + dz * dz < reach * reach:
+                            if pairs == len(first):
+                                first = np.concatenate((first, np.empty_like(first)))
+                                second = np.concatenate((second, np.empty_like(second)))
+                            first[pairs], second[pairs], pairs = i, j, pairs + 1
+                            if depth[j] < 0:
+                                queue[count], depth[j], count = j, depth[i] + 1, count + 1
+                    j = after[j]
+    return first, second, pairs, count
+
+
+@inlined
+def _is_outside(box, s, x, y, z, reach):
+    """Whether a ball is outside of the bounding box of a solid."""
+    return (
+        x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
+        or z + reach < box[s, 2] or z - reach > box[s, 5]
+    )  # fmt: skip
+
+
+@inlined
+def _to_body(axes, b, x, y, z):
+    """A vector of the field in the axes of a body."""
+    return (
+        axes[b, 0, 0] * x + axes[b, 1, 0] * y + axes[b, 2, 0] * z,
+        axes[b, 0, 1] * x + axes[b, 1, 1] * y + axes[b, 2, 1] * z,
+        axes[b, 0, 2] * x + axes[b, 1, 2] * y + axes[b, 2, 2] * z,
+    )
+
+
+@inlined
+def _to_field(axes, b, x, y, z):
+    """A vector of a body in the axes of the field."""
+    return (
+        axes[b, 0, 0] * x + axes[b, 0, 1] * y + axes[b, 0, 2] * z,
+        axes[b, 1, 0] * x + axes[b, 1, 1] * y + axes[b, 1, 2] * z,
+        axes[b, 2, 0] * x + axes[b, 2, 1] * y + axes[b, 2, 2] * z,
+    )
+
+
+@inlined
+def _grown(near, size):
+    return near if size < len(near) else np.concatenate((near, np.empty_like(near)))
+
+
+@compiled
+def _near_solids(balls, bodies, solids, queue, count, h):
+    """Solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
+    pos, vel, radius, boxes = balls.pos, balls.vel, balls.radius, solids.box
+    cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
+    origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
+    is_active, extent, own_solids = bodies.is_active, bodies.reach, bodies.solids
+    start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
+    nx, ny = solids.cell_count[0], solids.cell_count[1]
+    for k in range(count):
+        i = queue[k]
+        start[k] = size
+        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        reach = radius[i] + _speed(vel, i) * h + _MARGIN
+        x0, x1 = _cell_range(x - reach, x + reach, cell_low[0], cell_low[2], nx)
+        y0, y1 = _cell_range(y - reach, y + reach, cell_low[1], cell_low[2], ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                cell = cx * ny + cy
+                for entry in range(cell_first[cell], cell_first[cell + 1]):
+                    s = cell_solid[entry]
+                    if _is_outside(boxes, s, x, y, z, reach):
+                        continue
+                    known = False
+                    if x0 < x1 or y0 < y1:  # it may be in several cells
+                        for e in range(start[k], size):
+                            if near[e] == s:
+                                known = True
+                    if not known:
+                        near = _grown(near, size)
+                        near[size], size = s, size + 1
+        for b in range(origin.shape[0]):
+            if not is_active[b]:
+                continue
+            dx, dy, dz = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
+            moved = (_speed(moving, b) + _speed(turning, b) * extent[b]) * h
+            far = reach + moved + extent[b]
+            if dx * dx + dy * dy + dz * dz > far * far:
+                continue
+            lx, ly, lz = _to_body(frame, b, dx, dy, dz)
+            far = reach + moved
+            for s in range(own_solids[b, 0], own_solids[b, 1]):
+                if _is_outside(boxes, s, lx, ly, lz, far):
+                    continue
+                near = _grown(near, size)
+                near[size], size = s, size + 1
+    start[count] = size
+    return start, near
+
+
+# --- contacts of one ball with solids -------------------------------------------------------------------------------
+
+
+@compiled
+def _add_contact(found, which, count, solid, distance, radius, nx, ny, nz, is_face):
+    """Sort a contact into the list of a ball, the deepest first; returns their number.
+
+    Args:
+        found: Of each contact normal, depth and place on the surface relative to the center of the ball, shape (12, 7).
+        which: Of each the solid, and whether its face is touched, shape (12, 2).
+        count: Of the contacts so far; the shallowest of more than 12 is dropped.
+        solid: Which one.
+        distance: Of the center from it [m].
+        radius: Of the ball [m].
+        nx: Unit normal towards the ball.
+        ny: The same.
+        nz: The same.
+        is_face: Whether its face is touched.
+    """
+    k = min(count, _MOST_SURFACES - 1)
+    while k > 0 and found[k - 1, 3] < radius - distance:
+        for c in range(7):
+            found[k, c] = found[k - 1, c]
+        which[k, 0], which[k, 1] = which[k - 1, 0], which[k - 1, 1]
+        k -= 1
+    found[k, 0], found[k, 1], found[k, 2], found[k, 3] = nx, ny, nz, radius - distance
+    found[k, 4], found[k, 5], found[k, 6] = -distance * nx, -distance * ny, -distance * nz
+    which[k, 0], which[k, 1] = solid, 1 if is_face else 0
+    return min(count + 1, _MOST_SURFACES)
+
+
+@compiled
+def _without_edges(found, which, count):
+    """Leave out edges and corners within a surface whose face is touched more deeply; returns how many are left.
+
+    A floor of two plates has an edge where they meet, which a ball that rolls over it does not feel.
+    """
+    kept = 0
+    for k in range(count):
+        is_hidden = False
+        for m in range(kept):
+            if which[m, 1] == 1:
+                over = (
+                    (found[k, 4] - found[m, 4]) * found[m, 0]
+                    + (found[k, 5] - found[m, 5]) * found[m, 1]
+                    + (found[k, 6] - found[m, 6]) * found[m, 2]
+                )
+                is_hidden = is_hidden or over < _COPLANAR
+        if not is_hidden:
+            if kept < k:
+                for c in range(7):
+                    found[kept, c] = found[k, c]
+                which[kept, 0], which[kept, 1] = which[k, 0], which[k, 1]
+            kept += 1
+    return kept
+
+
+@inlined
+def _give(b, jx, jy, jz, ax, ay, az, vel, rate, yielding, impulse):
+    """Give a body an impulse [N s] at a place about its center [m]."""
+    turn = ax * jy - ay * jx
+    impulse[b, 0] += jx
+    impulse[b, 1] += jy
+    impulse[b, 2] += jz
+    impulse[b, 3] += ay * jz - az * jy
+    impulse[b, 4] += az * jx - ax * jz
+    impulse[b, 5] += turn
+    vel[b, 0] += yielding[b, 0] * jx
+    vel[b, 1] += yielding[b, 0] * jy
+    rate[b, 2] += yielding[b, 1] * turn
+
+
+# --- contacts of balls with each other ------------------------------------------------------------------------------
+
+
+@inlined
+def _wake(status, still, hold, i):
+    """Let a sleeping ball move."""
+    status[i] = AWAKE
+    still[i] = 0.0
+    hold[i] = 0.0
+
+
+@compiled
+def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
+    """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it."""
+    status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
+    foam, surface, still, hold, contacts = balls.foam, balls.surface, balls.still, balls.hold, balls.contacts
+    press = balls.press
+    key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
+    steps = 1
+    for p in range(pairs):
+        a, b = first[p], second[p]
+        sleeper = a if _sleeps(status, a) else b if _sleeps(status, b) else _NOBODY
+        if sleeper == a and _sleeps(status, b):
+            continue
+        nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
+        reach, square = radii[a] + radii[b], nx * nx + ny * ny + nz * nz
+        if sleeper >= 0 and hold[sleeper] == 0.0 and square < (reach + _BESIDE) * (reach + _BESIDE):
+            if _speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # what leaned on it is not left standing
+                _wake(status, still, hold, sleeper)
+                sleeper = _NOBODY
+        if square >= reach * reach:
+            continue
+        distance = math.sqrt(square)
+        if distance > 1e-9:
+            nx, ny, nz = nx / distance, ny / distance, nz / distance
+        else:
+            nx, ny, nz = 0.0, 0.0, 1.0
+        depth = reach - distance
+        ra, rb = radii[a] * distance / reach, radii[b] * distance / reach
+        wx, wy, wz = (
+            ra * spin[a, 0] + rb * spin[b, 0], ra * spin[a, 1] + rb * spin[b, 1], ra * spin[a, 2] + rb * spin[b, 2],
+        )  # fmt: skip
+        ux = vel[a, 0] - vel[b, 0] - (wy * nz - wz * ny)
+        uy = vel[a, 1] - vel[b, 1] - (wz * nx - wx * nz)
+        uz = vel[a, 2] - vel[b, 2] - (wx * ny - wy * nx)
+        closing = -(ux * nx + uy * ny + uz * nz)
+        # two springs in a row: each is squeezed by a part
+        linear, cubic = foam[a, 0] * foam[b, 0] / (foam[a, 0] + foam[b, 0]), 0.0625 * (foam[a, 1] + foam[b, 1])
+        hard_from, hard = foam[a, 2] + foam[b, 2], 0.125 * (foam[a, 3] + foam[b, 3])
+        mass = masses[a] * masses[b] / (masses[a] + masses[b])
+        later = foam_slope(depth + max(0.0, closing) * h, linear, cubic, hard_from, hard)
+        steps = max(steps, steps_for(later, _PAIR_ROOM * mass, h))
+        slope = foam_slope(depth, linear, cubic, hard_from, hard)
+        push = normal_force(
+            foam_force(depth, linear, cubic, hard_from, hard), slope, linear, closing,
+            surface[a, 1] * surface[b, 1], mass, h, table,
+        )  # fmt: skip
+        if sleeper >= 0:
+            most = hold[sleeper] if hold[sleeper] > 0.0 else press[sleeper] + _LIFTED * masses[sleeper] * gravity
+            if push > most or (closing > _QUIET_SPEED and hold[sleeper] == 0.0):
+                _wake(status, still, hold, sleeper)
+        if sleeper != a:
+            press[a] = max(press[a], push)
+        if sleeper != b:
+            press[b] = max(press[b], push)
+        i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
+        sign = 1.0 if i == a else -1.0
+        s = _slot(key, stamp, i, _PAIR - j)
+        is_new = stamp[i, s] < now - 1
+        stamp[i, s] = now
+        fx, fy, fz = _friction(
+            spring, i, s, is_new, sign * nx, sign * ny, sign * nz, sign * ux, sign * uy, sign * uz, push, slope,
+            surface[a, 0] * surface[b, 0], mass, h,
+        )  # fmt: skip
+        fx, fy, fz = push * nx + sign * fx, push * ny + sign * fy, push * nz + sign * fz
+        tx, ty, tz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
+        force[a, 0] += fx
+        force[a, 1] += fy
+        force[a, 2] += fz
+        force[a, 3] -= ra * tx
+        force[a, 4] -= ra * ty
+        force[a, 5] -= ra * tz
+        force[b, 0] -= fx
+        force[b, 1] -= fy
+        force[b, 2] -= fz
+        force[b, 3] -= rb * tx
+        force[b, 4] -= rb * ty
+        force[b, 5] -= rb * tz
+        contacts[a] += 1
+        contacts[b] += 1
+    return steps
+
+
+# --- one step -------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _drift_bodies(bodies, h):
+    """Bodies move on for h [s] with the velocity that they have."""
+    pos, axes, center, vel, rate = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
+    for b in range(pos.shape[0]):
+        if not bodies.is_active[b]:
+            continue
+        wx, wy, wz = rate[b, 0], rate[b, 1], rate[b, 2]
+        ox, oy, oz = pos[b, 0] - center[b, 0], pos[b, 1] - center[b, 1], pos[b, 2] - center[b, 2]
+        pos[b, 0] += h * (vel[b, 0] + wy * oz - wz * oy)
+        pos[b, 1] += h * (vel[b, 1] + wz * ox - wx * oz)
+        pos[b, 2] += h * (vel[b, 2] + wx * oy - wy * ox)
+        for k in range(3):
+            center[b, k] += h * vel[b, k]
+            x, y, z = axes[b, 0, k], axes[b, 1, k], axes[b, 2, k]
+            axes[b, 0, k] += h * (wy * z - wz * y)
+            axes[b, 1, k] += h * (wz * x - wx * z)
+            axes[b, 2, k] += h * (wx * y - wy * x)
+
+
+@compiled
+def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
+    """All listed balls through a step of h [s], from its middle, where they are now, back to its middle.
+
+    A ball whose contacts are too stiff for the step, or that is too fast, takes shorter steps of its own in between.
+    """
+    queue, count, start, near, has_bodies, found, which = lists
+    status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
+    foam, surface, air, still, load = balls.foam, balls.surface, balls.air, balls.still, balls.load
+    hold, contacts, seen, mark = balls.hold, balls.contacts, balls.bodies, bodies.mark
+    key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
+    owner, box, material = solids.body, solids.box, solids.surface
+    first, plane, corner = solids.first, solids.plane, solids.corner
+    origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
+    yielding, impulse = bodies.yielding, bodies.impulse
+    gravity, is_floor = floor.gravity, floor.is_there
+    floor_friction, floor_restitution, floor_rolling = floor.friction, floor.restitution, floor.rolling
+    for q in range(count):
+        i = queue[q]
+        is_asleep = _sleeps(status, i)
+        if is_asleep and not has_bodies[q]:
+            continue
+        radius, mass = radii[i], masses[i]
+        k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
+        inertia = 0.4 * mass * radius * radius
+        steps, step, part = 1, 0, h
+        while step < steps:
+            late = (step + 0.5) * part - 0.5 * h
+            x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+            # what it touches
+            n = 0
+            if is_floor and z < radius and not is_asleep:
+                n = _add_contact(found, which, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
+            for entry in range(start[q], start[q + 1]):
+                s = near[entry]
+                b = owner[s]
+                if b < 0:
+                    if is_asleep or _is_outside(box, s, x, y, z, radius):
+                        continue
+                    distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, radius, first, plane, corner)
+                else:
+                    ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
+                    wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
+                    lx, ly, lz = _to_body(
+                        axes, b,
+                        x - origin[b, 0] - late * (moving[b, 0] + wy * oz - wz * oy),
+                        y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
+                        z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
+                    )  # fmt: skip
+                    if _is_outside(box, s, lx, ly, lz, radius):
+                        continue
+                    distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, radius, first, plane, corner)
+                    nx, ny, nz = _to_field(axes, b, lx, ly, lz)
+                if distance < radius:
+                    n = _add_contact(found, which, n, s, distance, radius, nx, ny, nz, is_face)
+            if n > 1:
+                n = _without_edges(found, which, n)
+            # how finely it must go on
+            if step == 0 and not is_asleep:
+                if start[q + 1] > start[q]:
+                    steps = max(steps, math.ceil(_speed(vel, i) * h / (_FARTHEST * radius)))
+                for k in range(n):
+                    closing = -(vel[i, 0] * found[k, 0] + vel[i, 1] * found[k, 1] + vel[i, 2] * found[k, 2])
+                    depth = found[k, 3] + max(0.0, closing) * h
+                    steps = max(steps, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
+                if steps > 1 and part == h:
+                    part = h / steps
+                    back = 0.5 * part - 0.5 * h
+                    for k in range(3):
+                        pos[i, k] += back * vel[i, k]
+                    continue  # anew, from the middle of the first of them
+            # forces
+            fx, fy, fz, tx, ty, tz, rolling, by_bodies = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(n):
+                s, depth = which[k, 0], found[k, 3]
+                nx, ny, nz = found[k, 0], found[k, 1], found[k, 2]
+                lever = radius - depth
+                ux = vel[i, 0] - lever * (spin[i, 1] * nz - spin[i, 2] * ny)
+                uy = vel[i, 1] - lever * (spin[i, 2] * nx - spin[i, 0] * nz)
+                uz = vel[i, 2] - lever * (spin[i, 0] * ny - spin[i, 1] * nx)
+                b, ax, ay, az = _NOBODY, 0.0, 0.0, 0.0
+                if s == _FLOOR:
+                    friction, restitution = surface[i, 0] * floor_friction, surface[i, 1] * floor_restitution
+                    resistance = surface[i, 2] * floor_friction + floor_rolling * surface[i, 0]
+                else:
+                    friction, restitution = surface[i, 0] * material[s, 0], surface[i, 1] * material[s, 1]
+                    resistance = surface[i, 2] * material[s, 0] + material[s, 2] * surface[i, 0]
+                    b = owner[s]
+                    if b >= 0:
+                        ax = x + found[k, 4] - center[b, 0] - late * moving[b, 0]
+                        ay = y + found[k, 5] - center[b, 1] - late * moving[b, 1]
+                        az = z + found[k, 6] - center[b, 2] - late * moving[b, 2]
+                        ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
+                        uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
+                        uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
+                slope = foam_slope(depth, k1, k3, hard_from, hard)
+                push = normal_force(
+                    foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz),
+                    restitution, mass, part, table,
+                )  # fmt: skip
+                m = _slot(key, stamp, i, s)
+                is_new = stamp[i, m] < now - 1
+                stamp[i, m] = now
+                gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
+                gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz
+                fx, fy, fz = fx + gx, fy + gy, fz + gz
+                tx -= lever * (ny * gz - nz * gy)
+                ty -= lever * (nz * gx - nx * gz)
+                tz -= lever * (nx * gy - ny * gx)
+                rolling += resistance * push
+                if b >= 0:
+                    by_bodies += push
+                    seen[i] |= mark[b]
+                    _give(b, -part * gx, -part * gy, -part * gz, ax, ay, az, moving, turning, yielding, impulse)
+            contacts[i] += n
+            if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
+                most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
+                if abs(by_bodies - load[i]) > most:
+                    _wake(status, still, hold, i)
+                break
+            load[i] = by_bodies
+            # what they do to it
+            gx, gy, gz = air_acceleration(
+                vel[i, 0], vel[i, 1], vel[i, 2], spin[i, 0], spin[i, 1], spin[i, 2], air[i, 0], air[i, 1], air[i, 2]
+            )
+            vel[i, 0] += part * (gx + (force[i, 0] + fx) / mass)
+            vel[i, 1] += part * (gy + (force[i, 1] + fy) / mass)
+            vel[i, 2] += part * (gz + (force[i, 2] + fz) / mass - gravity)
+            spin[i, 0] += part * (force[i, 3] + tx) / inertia
+            spin[i, 1] += part * (force[i, 4] + ty) / inertia
+            spin[i, 2] += part * (force[i, 5] + tz) / inertia
+            size = _speed(spin, i)
+            if size > 0.0:  # rolling resistance stops a ball, it does not turn it back
+                keep = max(0.0, 1.0 - part * (rolling / (inertia * size) + air[i, 3] * size))
+                for k in range(3):
+                    spin[i, k] *= keep
+            step += 1
+            ahead = part if step < steps else 0.5 * part - 0.5 * h
+            if steps > 1:
+                for k in range(3):
+                    pos[i, k] += ahead * vel[i, k]
+    return
+
+
+@compiled
+def _advance_listed(balls, memory, solids, bodies, floor, table, h):
+    """Move everything for h [s], with one list of neighbours."""
+    grid = _grid(balls)
+    queue, depth, count = _listed(balls, bodies, grid, h)
+    if count == 0:
+        return
+    first, second, pairs = np.empty(0, np.int64), np.empty(0, np.int64), 0
+    if floor.with_pairs:
+        first, second, pairs, count = _pairs(balls, grid, queue, depth, count, h)
+    start, near = _near_solids(balls, bodies, solids, queue, count, h)
+    force = np.zeros((balls.pos.shape[0], 6))
+    has_bodies, owner = np.zeros(count, np.uint8), solids.body
+    for k in range(count):
+        for entry in range(start[k], start[k + 1]):
+            if owner[near[entry]] >= 0:
+                has_bodies[k] = 1
+    found, which = np.empty((_MOST_SURFACES, 7)), np.empty((_MOST_SURFACES, 2), np.int64)
+    lists = (queue, count, start, near, has_bodies, found, which)
+    status, pos, vel, contacts, is_touched = balls.status, balls.pos, balls.vel, balls.contacts, balls.is_touched
+    press = balls.press
+    time, step = 0.0, min(_STEP, h)
+    while time < h - 1e-9:
+        step = min(step, h - time)
+        memory.clock[0] += 1
+        for k in range(count):
+            i = queue[k]
+            contacts[i] = 0
+            if not _sleeps(status, i):
+                press[i] = 0.0
+            for c in range(6):
+                force[i, c] = 0.0
+            if not _sleeps(status, i):
+                for c in range(3):
+                    pos[i, c] += 0.5 * step * vel[i, c]
+        _drift_bodies(bodies, 0.5 * step)
+        cuts = _collide(balls, memory, floor.gravity, table, first, second, pairs, force, step)
+        _move_balls(balls, memory, solids, bodies, floor, table, lists, force, step)
+        for k in range(count):
+            i = queue[k]
+            if contacts[i] > 0:
+                is_touched[i] = 1
+            if not _sleeps(status, i):
+                for c in range(3):
+                    pos[i, c] += 0.5 * step * vel[i, c]
+        _drift_bodies(bodies, 0.5 * step)
+        time += step
+        step = min(_STEP, step / cuts if cuts > 1 else 2.0 * step)
+    spin, radius, still = balls.spin, balls.radius, balls.still
+    for k in range(count):
+        i = queue[k]
+        if not _sleeps(status, i):
+            _turn(balls.quat, spin, i, h)
+            is_quiet = contacts[i] > 0 and max(_speed(vel, i), _speed(spin, i) * radius[i]) < _QUIET_SPEED
+            still[i] = still[i] + h if is_quiet else 0.0
+
+
+@compiled
+def _turn(quat, spin, i, h):
+    """Turn the attitude of a ball by its spin for h [s]."""
+    x, y, z, s = quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3]
+    a, b, c = 0.5 * h * spin[i, 0], 0.5 * h * spin[i, 1], 0.5 * h * spin[i, 2]
+    nx, ny, nz = x + a * s + b * z - c * y, y + b * s + c * x - a * z, z + c * s + a * y - b * x
+    ns = s - a * x - b * y - c * z
+    scale = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz + ns * ns)
+    quat[i, 0], quat[i, 1], quat[i, 2], quat[i, 3] = nx * scale, ny * scale, nz * scale, ns * scale
+
+
+@compiled
+def _take_poses(bodies):
+    """Work out what the loop needs of the active bodies from what the engine says of them."""
+    pose, twist, middle = bodies.pose, bodies.twist, bodies.middle
+    pos, axes, center, vel, rate = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
+    for b in range(pos.shape[0]):
+        if not bodies.is_active[b]:
+            continue
+        x, y, z, w = pose[b, 3], pose[b, 4], pose[b, 5], pose[b, 6]
+        axes[b, 0, 0], axes[b, 0, 1], axes[b, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+        axes[b, 1, 0], axes[b, 1, 1], axes[b, 1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+        axes[b, 2, 0], axes[b, 2, 1], axes[b, 2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+        mx, my, mz = _to_field(axes, b, middle[b, 0], middle[b, 1], middle[b, 2])
+        for k in range(6):
+            bodies.impulse[b, k] = 0.0
+        for k in range(3):
+            pos[b, k] = pose[b, k]
+            vel[b, k], rate[b, k] = twist[b, k], twist[b, 3 + k]
+            center[b, k] = pos[b, k] + (mx if k == 0 else my if k == 1 else mz)
+            if bodies.swings[b]:
+                center[b, k], vel[b, k] = middle[b, k], 0.0
+
+
+@compiled
+def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
+    """How deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
+    nx, ny = solids.cell_count[0], solids.cell_count[1]
+    x0, x1 = _cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
+    y0, y1 = _cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)
+    least = radius
+    for cx in range(x0, x1 + 1):
+        for cy in range(y0, y1 + 1):
+            for entry in range(solids.cell_first[cx * ny + cy], solids.cell_first[cx * ny + cy + 1]):
+                s = solids.cell_solid[entry]
+                if not _is_outside(solids.box, s, x, y, z, radius):
+                    distance, _, _, _, _ = nearest_point(s, x, y, z, radius, solids.first, solids.plane, solids.corner)
+                    least = min(least, distance)
+    return radius - least
+
+
+@compiled
+def advance(
+    balls: Balls, memory: Memory, solids: Solids, bodies: Bodies, floor: Floor, table: FloatArray, h: float
+) -> None:
+    """Move all balls for h [s].
+
+    Args:
+        balls: All of them; those on the field move.
+        memory: Of their friction.
+        solids: What they touch.
+        bodies: Of the engine, at the start of h; left as they would be at its end if only balls touched them.
+        floor: The floor, and gravity.
+        table: `DAMPING_RATIOS`.
+        h: How long [s].
+    """
+    _take_poses(bodies)
+    parts = max(1, math.ceil(h / _LISTED - 1e-9))
+    for _ in range(parts):
+        _advance_listed(balls, memory, solids, bodies, floor, table, h / parts)

@@ -1,0 +1,231 @@
+"""The balls of a world: their arrays, what they touch, and the bodies of the engine that they push."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, cross, matrix, minus
+from simcore.loop.balls import Balls, Bodies, Floor, Memory, advance, depth_at
+from simcore.loop.compiled import announce
+from simcore.loop.contact import DAMPING_RATIOS
+from simcore.loop.solids import Solids
+from simcore.physics.contact_law import TerrainSurface
+from simcore.physics.engine import Engine
+from simcore.physics.shapes import Shape, bounding_radius
+from simcore.physics.solid_shapes import SolidsBuilder
+from simcore.typing import FloatArray
+
+__all__ = ["BallDynamics", "make_balls"]
+
+_REMEMBERED = 16  # contacts of a ball
+_ROBOTS = 62  # robots that balls tell apart
+_REACH = 0.1  # [m]; what is so near to a ball may be touched within a tick, beside its way
+_STANDING = 1e-3  # [m/s]
+
+
+def make_balls(status: np.ndarray, pos: FloatArray, vel: FloatArray) -> Balls:
+    """Arrays of n balls, of which the first three are given."""
+    n = len(status)
+    return Balls(
+        is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
+        quat=np.tile((0.0, 0.0, 0.0, 1.0), (n, 1)), radius=np.full(n, 0.1), mass=np.ones(n), foam=np.ones((n, 4)),
+        surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), load=np.zeros(n), press=np.zeros(n),
+        hold=np.zeros(n), contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8),
+        bodies=np.zeros(n, np.int64),
+    )  # fmt: skip
+
+
+def make_memory(count: int) -> Memory:
+    """Of so many balls, that remember nothing."""
+    return Memory(
+        key=np.full((count, _REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, _REMEMBERED), -2),
+        spring=np.zeros((count, _REMEMBERED, 3)), clock=np.zeros(1, np.int64),
+    )  # fmt: skip
+
+
+def factors(surface: TerrainSurface) -> Vector:
+    """What contacts of balls need to know of a surface."""
+    return surface.friction, surface.restitution, surface.rolling
+
+
+class BallDynamics:
+    """Moves all balls of a world.
+
+    Args:
+        engine: With the bodies that balls push.
+        floor: Material of the floor at z = 0; None: there is none.
+    """
+
+    def __init__(self, engine: Engine, floor: TerrainSurface | None) -> None:
+        self._engine = engine
+        self._builder = SolidsBuilder()
+        self._solids: Solids | None = None
+        friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
+        self.floor = Floor(engine.gravity, floor is not None, friction, restitution, rolling, True)
+        self.rows: list[int] = []
+        """Engine rows of the bodies."""
+        self._robots: list[int] = []  # their numbers among the bodies
+        self._axes: list[FloatArray] = []  # principal axes of each in its frame, as columns
+        self._inertness: list[tuple[float, FloatArray]] = []  # inverse mass and inverse principal moments of each
+        self._fixed: set[int] = set()  # numbers of those that sleep
+        self._number_of: dict[int, int] = {}
+        self._bodies = _make_bodies(0)
+        self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
+        """All of them."""
+        self._memory = make_memory(0)
+
+    def set_balls(self, balls: Balls) -> None:
+        """Say which balls there are."""
+        self.balls, self._memory = balls, make_memory(len(balls.status))
+
+    # --- what they touch ------------------------------------------------------------------------------------------
+
+    def add_static(self, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
+        """Add something that never moves."""
+        self._builder.add(shape, pos, quat, factors(surface))
+        self._solids = None
+
+    def add_body(
+        self,
+        row: int,
+        shape: Shape,
+        surface: TerrainSurface,
+        mass: float,
+        inertia: Vector,
+        *,
+        center: Vector = (0.0, 0.0, 0.0),
+        inertia_axes: Quaternion = IDENTITY,
+        pivot: Vector | None = None,
+        is_robot: bool = False,
+    ) -> None:
+        """Add a body of the engine.
+
+        Args:
+            row: Its engine row.
+            shape: Of it.
+            surface: Its material.
+            mass: [kg]
+            inertia: Principal moments about the center of mass, or about the pivot [kg m^2].
+            center: Center of mass in its frame [m].
+            inertia_axes: Attitude of the principal axes in its frame.
+            pivot: Place of the field that it swings about [m].
+            is_robot: Whether it is a robot, which balls can always touch; others are `activate`d.
+        """
+        number = len(self.rows)
+        self.rows.append(row)
+        self._number_of[row] = number
+        first = self._builder.add(shape, (0.0, 0.0, 0.0), IDENTITY, factors(surface), number)
+        self._solids = None
+        old, new = self._bodies, _make_bodies(number + 1)
+        for name, before in old._asdict().items():
+            getattr(new, name)[:number] = before
+        self._bodies = new
+        new.swings[number] = pivot is not None
+        new.reach[number] = bounding_radius(shape)
+        new.solids[number] = first, self._builder.count
+        if is_robot:
+            new.mark[number] = 1 << min(len(self._robots), _ROBOTS)
+            self._robots.append(number)
+        self._axes.append(matrix(inertia_axes))
+        self._inertness.append((0.0, np.zeros(3)))
+        self.set_mass(row, mass, center if pivot is None else pivot, inertia)
+
+    def set_mass(self, row: int, mass: float, center: Vector, inertia: Vector) -> None:
+        """Change mass, center of mass (or pivot) and principal moments of a body; as of `add_body`."""
+        number = self._number_of[row]
+        weight = 0.0 if self._bodies.swings[number] else 1.0 / mass
+        self._inertness[number] = weight, 1.0 / np.array(inertia)
+        self._bodies.middle[number] = center
+        if number in self._robots:
+            self._bodies.yielding[number] = weight, 1.0 / inertia[2]
+
+    @property
+    def solids(self) -> Solids:
+        """All that balls touch, but floor and each other."""
+        if self._solids is None:
+            self._solids = self._builder.build()
+        return self._solids
+
+    def depth(self, pos: Vector, radius: float) -> float:
+        """How deep a ball at a place would be in what stands on the field [m]; 0 for not at all."""
+        depth = float(depth_at(self.solids, *pos, radius))
+        return max(depth, radius - pos[2]) if self.floor.is_there else depth
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def robots_touching(self, ball: int) -> list[int]:
+        """Engine rows of the robots that a ball has touched in this tick."""
+        marks = int(self.balls.bodies[ball])
+        return [self.rows[number] for number in self._robots if marks & int(self._bodies.mark[number])]
+
+    def begin_tick(self, others: list[int], fixed: list[int]) -> None:
+        """Before a tick.
+
+        Args:
+            others: Engine rows of the bodies that are no robots and that a ball may touch in it.
+            fixed: Those of them that sleep.
+        """
+        self.balls.bodies[:] = 0
+        active = self._bodies.is_active
+        active[:] = 0
+        active[self._robots] = 1
+        for row in others:
+            active[self._number_of[row]] = 1
+        self._fixed = {self._number_of[row] for row in fixed}
+
+    def advance(self, h: float) -> None:
+        """Move all balls for h [s], and give the bodies what balls gave them, before the engine's step of as long."""
+        bodies, engine = self._bodies, self._engine
+        is_still = not self._any_awake()
+        active = np.nonzero(bodies.is_active)[0].tolist()
+        for number in active:
+            row = self.rows[number]
+            (x, y, z), (a, b, c, d) = engine.pose(row)
+            (u, v, w), (p, q, r) = engine.velocity(row)
+            bodies.pose[number] = x, y, z, a, b, c, d
+            bodies.twist[number] = u, v, w, p, q, r
+            is_still = is_still and max(abs(u), abs(v), abs(w), abs(p), abs(q), abs(r)) < _STANDING
+        if is_still:
+            return
+        announce()
+        advance(self.balls, self._memory, self.solids, bodies, self.floor, DAMPING_RATIOS, h)
+        for number in active:
+            if number not in self._fixed and bodies.impulse[number].any():
+                self._push(number)
+
+    def _any_awake(self) -> bool:
+        balls = self.balls
+        return bool((((balls.status == 3) | (balls.status == 5)) & (balls.is_ball > 0)).any())
+
+    def _push(self, number: int) -> None:
+        """Give a body of the engine the impulse that balls have given it."""
+        bodies, row, (weight, moments) = self._bodies, self.rows[number], self._inertness[number]
+        (x, y, z, *quat), twist, impulse = bodies.pose[number].tolist(), bodies.twist[number], bodies.impulse[number]
+        axes = matrix((quat[0], quat[1], quat[2], quat[3])) @ self._axes[number]
+        rate = twist[3:] + axes @ (moments * (impulse[3:] @ axes))
+        vel = twist[:3] + weight * impulse[:3]
+        if bodies.swings[number]:
+            vel = np.array(cross(rate.tolist(), minus((x, y, z), bodies.middle[number].tolist())))
+        self._engine.wake(row)
+        self._engine.set_velocity(row, vel.tolist(), rate.tolist())
+
+    def fly(self, balls: Balls, h: float) -> None:
+        """Move balls of their own for h [s], among what stands on the field, past each other and past all bodies."""
+        announce()
+        advance(
+            balls, make_memory(len(balls.status)), self.solids, _NO_BODIES, self.floor._replace(with_pairs=False),
+            DAMPING_RATIOS, h,
+        )  # fmt: skip
+
+
+def _make_bodies(n: int) -> Bodies:
+    zeros = np.zeros
+    return Bodies(
+        is_active=zeros(n, np.uint8), pose=zeros((n, 7)), twist=zeros((n, 6)), yielding=zeros((n, 2)),
+        middle=zeros((n, 3)), swings=zeros(n, np.uint8), reach=zeros(n),
+        solids=zeros((n, 2), np.int64), mark=zeros(n, np.int64), pos=zeros((n, 3)), axes=zeros((n, 3, 3)),
+        center=zeros((n, 3)), vel=zeros((n, 3)), rate=zeros((n, 3)), impulse=zeros((n, 6)),
+    )  # fmt: skip
+
+
+_NO_BODIES = _make_bodies(0)
