@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import config
 
 __all__ = ["announce", "cache_folder", "compiled", "inlined", "is_prepared"]
 
+_config: Any = numba.config  # its settings are made at run time
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _HERE = Path(__file__).resolve().parent
 
@@ -53,24 +53,24 @@ def _choose_folder() -> Path | None:
     return next((place / name for place in places if _is_writable(place / name)), None)
 
 
-cache_folder = None if config.DISABLE_JIT else _choose_folder()
+cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 """Where what was compiled is kept; None: nowhere."""
 
 
 def is_prepared() -> bool:
     """Whether the functions need not be compiled any more, on this computer."""
-    return config.DISABLE_JIT or (cache_folder is not None and any(cache_folder.rglob("*.nbi")))
+    return _config.DISABLE_JIT or (cache_folder is not None and any(cache_folder.rglob("*.nbi")))
 
 
 def compiled(function: _Function) -> _Function:
     """Compile a function when it is first called, with the results of plain Python to the last bit."""
-    before = config.CACHE_DIR
+    before = _config.CACHE_DIR
     try:
         if cache_folder is not None:
-            config.CACHE_DIR = str(cache_folder)
+            _config.CACHE_DIR = str(cache_folder)
         return cast(_Function, numba.njit(cache=cache_folder is not None, error_model="numpy")(function))
     finally:
-        config.CACHE_DIR = before
+        _config.CACHE_DIR = before
 
 
 def inlined(function: _Function) -> _Function:

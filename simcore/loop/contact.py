@@ -36,14 +36,14 @@ _TANGENTIAL_MASS = 2.0 / 7.0  # of a solid ball, seen at its surface
 _TANGENTIAL_STIFFEST = 0.5  # most of k h^2 / m of the friction spring
 
 _E_STEPS = 20  # intervals of the table below
-DAMPING_RATIOS: FloatArray = np.array(
-    [
-        (3.0, 1.9469, 1.2453, 0.9246, 0.7314, 0.5974, 0.4973, 0.4187, 0.3546, 0.3010, 0.2555)
-        + (0.2159, 0.1811, 0.1499, 0.1223, 0.0973, 0.0744, 0.0536, 0.0346, 0.0168, 0.0),
-        (3.0, 1.5891, 1.0164, 0.7551, 0.5972, 0.4880, 0.4062, 0.3420, 0.2897, 0.2459, 0.2087)
-        + (0.1761, 0.1478, 0.1226, 0.0998, 0.0795, 0.0611, 0.0440, 0.0281, 0.0139, 0.0),
-    ]
-)
+# fmt: off
+DAMPING_RATIOS: FloatArray = np.array([
+    [3.0, 1.9469, 1.2453, 0.9246, 0.7314, 0.5974, 0.4973, 0.4187, 0.3546, 0.3010, 0.2555,
+     0.2159, 0.1811, 0.1499, 0.1223, 0.0973, 0.0744, 0.0536, 0.0346, 0.0168, 0.0],
+    [3.0, 1.5891, 1.0164, 0.7551, 0.5972, 0.4880, 0.4062, 0.3420, 0.2897, 0.2459, 0.2087,
+     0.1761, 0.1478, 0.1226, 0.0998, 0.0795, 0.0611, 0.0440, 0.0281, 0.0139, 0.0],
+])
+# fmt: on
 """Ratio zeta of the damper c = 2 zeta sqrt(m F'(d)) that leaves a restitution of 0, 0.05 ... 1, shape (2, 21).
 
 Of springs F ~ d and F ~ d^3 that never pull; found by integrating one contact. With this damper the restitution does
@@ -108,7 +108,7 @@ def normal_force(force, slope, linear, approach, restitution, mass, h, table):
 
 @compiled
 def friction_stiffness(slope, mass, h):
-    """Stiffness [N/m] and damping [N s/m] of the friction spring of a contact, no stiffer than the step h [s] allows."""
+    """Stiffness [N/m] and damping [N s/m] of the friction spring of a contact, no stiffer than a step h [s] allows."""
     tangential = _TANGENTIAL_MASS * mass
     stiffness = min(_TANGENTIAL * slope, _TANGENTIAL_STIFFEST * tangential / (h * h))
     return stiffness, 0.6 * math.sqrt(stiffness * tangential)
