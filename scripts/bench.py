@@ -29,7 +29,6 @@ import ntcore
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
@@ -107,20 +106,22 @@ def _match(
     engine: TimedEngine,
     pose: tuple[float, float, float] = (6.0, 2.2, 0.0),
     script: Any = None,
-    wake: WakeSettings | None = None,
+    never_sleep: bool = False,
     cameras: tuple[CameraConfig, ...] = (),
     network: Any = None,
 ) -> Match:
     entry = RobotEntry(start=pose, preload=0, config=replace(rebuilt_robot(), cameras=cameras))
     staging = Staging(neutral=360, depot=24, chute=0, preload_per_robot=0, robots=1)
-    match = RebuiltSim(seed=1, robots=(entry,), staging=staging, wake=wake, engine=engine, network=network)
+    match = RebuiltSim(
+        seed=1, robots=(entry,), staging=staging, never_sleep=never_sleep, engine=engine, network=network
+    )
     if script is not None:
         match.set_controller(0, ScriptedRobot(script, match, "blue"))
     return match
 
 
 def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[int], None]) -> dict[str, Any]:
-    ticks, steps, awake, substeps, loaded = [], [], [], [], []
+    ticks, steps, awake, substeps = [], [], [], []
     start_pos = match.pieces.state.pos.copy()
     for number in range(round(seconds / TICK)):
         before(number)
@@ -133,7 +134,6 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
             steps.append(1e3 * engine.stepping)
             awake.append(len(match.pieces.awake))
             substeps.append(match.substeps)
-            loaded.append(math.isfinite(match.motion.plan.longest_step))
     moved = np.linalg.norm(match.pieces.state.pos - start_pos, axis=1) > 0.1
     robot = match.robots[0]
     tick, step = np.array(ticks), np.array(steps)
@@ -143,11 +143,6 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
         "ticks_ms": ticks,
         "ratio": round(float(np.median(tick) / np.median(step)), 3),
         "ratio_of_sums": round(float(tick.sum() / step.sum()), 3),
-        "loaded": {  # ticks with a heap or something pinned, which ask for shorter steps
-            "share": round(float(np.mean(loaded)), 3),
-            "tick_ms": round(float(np.median(tick[loaded])), 3) if any(loaded) else None,
-            "other_tick_ms": round(float(np.median(tick[~np.array(loaded)])), 3) if not all(loaded) else None,
-        },
         "substeps_mean": round(float(np.mean(substeps)), 2),
         "awake": {"mean": round(float(np.mean(awake)), 1), "max": max(awake)},
         "check": {
@@ -179,7 +174,7 @@ def churn(seconds: float) -> dict[str, Any]:
     """All 408 awake, each kicked with 2 m/s every second."""
     engine = TimedEngine()
     rng = np.random.default_rng(2)
-    with _match(engine, pose=(2.5, 2.5, 0.0), wake=WakeSettings(slow_ticks=10_000)) as match:  # nobody falls asleep
+    with _match(engine, pose=(2.5, 2.5, 0.0), never_sleep=True) as match:  # nobody falls asleep
 
         def kick(number: int) -> None:
             if number % 50 == 0:
@@ -393,10 +388,13 @@ def compare(
             raise SystemExit(f"no commit {commit!r} to compare with: {packed.stderr.decode().strip()}")
         with tarfile.open(fileobj=io.BytesIO(packed.stdout)) as tar:
             tar.extractall(folder, filter="data") if hasattr(tarfile, "data_filter") else tar.extractall(folder)
-        command = [sys.executable, str(Path(__file__).resolve()), "--json", "--seconds", str(seconds), *names]
         for _ in range(rounds):
             for side, root in (("before", folder), ("now", str(ROOT))):
                 environment = {**os.environ, "PYTHONPATH": root} | ({"SIMCORE_ENGINE": engine} if engine else {})
+                script = str(
+                    Path(root, "scripts", "bench.py")
+                )  # of each side its own
+                command = [sys.executable, script, "--json", "--seconds", str(seconds), *names]
                 out = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
                 if out.returncode:
                     raise SystemExit(f"the scenarios do not run {side}:\n{out.stderr[-1500:]}")

@@ -21,7 +21,6 @@ from typing import Any
 import ntcore
 import numpy as np
 import viser
-from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.fuel import FUEL
@@ -70,8 +69,8 @@ def rolling(seconds: float) -> Iterator[Snapshot]:
     """Snapshots of 504 fuel on the carpet, all kicked once a second so that none stands."""
     staging = Staging(neutral=408, depot=24, chute=24, preload_per_robot=0, robots=1)
     rng = np.random.default_rng(3)
-    entry, awake = RobotEntry(preload=0), WakeSettings(slow_ticks=10_000)
-    with RebuiltSim(seed=1, robots=(entry,), staging=staging, wake=awake) as match:
+    entry = RobotEntry(preload=0)
+    with RebuiltSim(seed=1, robots=(entry,), staging=staging, never_sleep=True) as match:
         outside = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0]  # in the chutes: out with it
         places = [(12.5 + 0.25 * (i % 8), 2.0 + 0.25 * (i // 8), FUEL.rest_height) for i in range(len(outside))]
         match.pieces.release(outside, np.array(places))

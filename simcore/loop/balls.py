@@ -537,8 +537,12 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
         later = foam_slope(depth + max(0.0, closing) * h, linear, cubic, hard_from, hard)
         steps = max(steps, steps_for(later, _PAIR_ROOM * mass, h))
         slope = foam_slope(depth, linear, cubic, hard_from, hard)
+        i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
+        s = _slot(key, stamp, i, _PAIR - j)
+        is_new = stamp[i, s] < now - 1
+        stamp[i, s] = now
         push = normal_force(
-            foam_force(depth, linear, cubic, hard_from, hard), slope, linear, closing,
+            depth, foam_force(depth, linear, cubic, hard_from, hard), slope, linear, closing, is_new,
             surface[a, 1] * surface[b, 1], mass, h, table,
         )  # fmt: skip
         if sleeper >= 0:
@@ -549,11 +553,7 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
             press[a] = max(press[a], push)
         if sleeper != b:
             press[b] = max(press[b], push)
-        i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         sign = 1.0 if i == a else -1.0
-        s = _slot(key, stamp, i, _PAIR - j)
-        is_new = stamp[i, s] < now - 1
-        stamp[i, s] = now
         fx, fy, fz = _friction(
             spring, i, s, is_new, sign * nx, sign * ny, sign * nz, sign * ux, sign * uy, sign * uz, push, slope,
             surface[a, 0] * surface[b, 0], mass, h,
@@ -696,13 +696,13 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                         uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
                         uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
                 slope = foam_slope(depth, k1, k3, hard_from, hard)
-                push = normal_force(
-                    foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz),
-                    restitution, mass, part, table,
-                )  # fmt: skip
                 m = _slot(key, stamp, i, s)
                 is_new = stamp[i, m] < now - 1
                 stamp[i, m] = now
+                push = normal_force(
+                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz), is_new,
+                    restitution, mass, part, table,
+                )  # fmt: skip
                 gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
                 gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz
                 fx, fy, fz = fx + gx, fy + gy, fz + gz

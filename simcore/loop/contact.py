@@ -31,6 +31,7 @@ __all__ = [
 STIFFEST = 0.05
 """Most of k h^2 / m of a contact in its step [-]: half a period then has ten steps."""
 
+_MOST_DAMPING = 0.5  # of c h / m: more would turn a ball with many contacts back
 _TANGENTIAL = 0.8  # stiffness of the friction spring over the normal one: Mindlin's 2 (1 - nu) / (2 - nu), nu = 0.33
 _TANGENTIAL_MASS = 2.0 / 7.0  # of a solid ball, seen at its surface
 _TANGENTIAL_STIFFEST = 0.5  # most of k h^2 / m of the friction spring
@@ -89,21 +90,25 @@ def damping_ratio(restitution, share, table):
 
 
 @compiled
-def normal_force(force, slope, linear, approach, restitution, mass, h, table):
-    """Force of spring and damper [N], never tension: F + 2 zeta sqrt(m k) v, with v at the middle of the step.
+def normal_force(depth, force, slope, linear, approach, is_new, restitution, mass, h, table):
+    """Force of spring and damper [N], never tension: F + 2 zeta sqrt(m k) v.
 
     Args:
+        depth: [m]
         force: Of the foam [N].
         slope: Its stiffness [N/m].
         linear: That of a light touch [N/m].
         approach: Speed with which the two close [m/s].
+        is_new: Whether they did not touch at the middle of the step before.
         restitution: Of the pair [-].
         mass: Reduced mass of both [kg].
         h: Step [s].
         table: `DAMPING_RATIOS`.
     """
+    if is_new and approach > 0.0:  # they have touched for half a step, and as long as it took to get so deep
+        approach *= min(1.5, 0.5 + depth / (approach * h))
     damping = 2.0 * damping_ratio(restitution, 1.0 - linear / slope, table) * math.sqrt(mass * slope)
-    return max(0.0, (force + damping * approach) / (1.0 + 0.5 * damping * h / mass))
+    return max(0.0, force + min(damping, _MOST_DAMPING * mass / h) * approach)
 
 
 @compiled

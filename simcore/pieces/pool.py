@@ -6,6 +6,7 @@ scored or not yet on the field is parked: nothing moves it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -13,7 +14,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import CapacityError, ConfigError
+from simcore.errors import CapacityError, ConfigError, NonFiniteError
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.ball_dynamics import make_balls
 from simcore.physics.shapes import Sphere
@@ -200,7 +201,14 @@ class PiecePool:
         return free[:count]
 
     def place(self, slot: int, pos: tuple[float, float, float], quat: Quaternion = IDENTITY) -> None:
-        """Take a piece out of parking and put it on the field, at rest and awake."""
+        """Take a piece out of parking and put it on the field, at rest and awake.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity; nothing is moved.
+        """
+        if not all(map(math.isfinite, (*pos, *quat))):
+            name = self.types[self.state.kind[slot]].name
+            raise NonFiniteError(f"{name}: position and attitude must be finite numbers, got {pos}, {quat}")
         self.changes += 1
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0

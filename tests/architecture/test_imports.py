@@ -27,7 +27,7 @@ TOOLS = {
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
 """Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
-INNER = BASE | {"geometry", "physics"}
+INNER = BASE | {"geometry", "loop", "physics"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
 
@@ -35,7 +35,8 @@ ALLOWED = {
     # who: whom it may import, beside itself
     **dict.fromkeys(BASE, BASE),
     "geometry": BASE,
-    "physics": BASE | {"geometry"},
+    "loop": BASE,
+    "physics": BASE | {"geometry", "loop"},
     "pieces": INNER,
     "vision": INNER,
     "robot": INNER | {"pieces", "vision"},  # a robot is composed of a body, mechanisms, manipulators and cameras

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from match_laws import require_one_owner
-from simcore.pieces.reach import Footprint
+from simcore.pieces.footprint import Footprint
 
 from simcore.errors import SimcoreError
 from simcore.match.game import RobotEntry

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simcore.pieces.reach import Footprint
+from simcore.pieces.footprint import Footprint
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
-from simcore.pieces.reach import Footprint
+from simcore.pieces.footprint import Footprint
 
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from simcore.pieces.reach import Footprint
+from simcore.pieces.footprint import Footprint
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match

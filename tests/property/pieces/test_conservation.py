@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from simcore.pieces.reach import Footprint
+from simcore.pieces.footprint import Footprint
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreError, UnknownNameError
 from simcore.match.motion import Motion

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from simcore.pieces.reach import WakeSettings
 
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError, NonFiniteError
@@ -48,12 +47,6 @@ def test_a_pushed_piece_flies_as_a_launched_one_at_any_substep():
                 Motion(world, pieces=pieces).tick(steps=(substeps, 1))
             ends.append(pieces.state.pos[0].copy())
     assert np.ptp(np.array(ends), axis=0).max() < 0.003
-
-
-@pytest.mark.parametrize("setting", [{"chunk_linger": -5}, {"chunk_linger": 1.5}, {"waking_speed": math.nan}])
-def test_proximity_settings_that_cannot_work_are_refused(setting):
-    with pytest.raises(ConfigError, match=next(iter(setting))):
-        WakeSettings(**setting)
 
 
 def test_a_world_has_the_gravity_of_its_engine():

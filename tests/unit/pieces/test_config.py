@@ -11,9 +11,7 @@ from simcore.errors import ConfigError
 from simcore.physics.mass_properties import centered
 from simcore.physics.round_shapes import tube
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere
-from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.units import GRAVITY
 
 
 def test_a_shape_gives_its_height_and_its_bounding_ball():
@@ -22,15 +20,6 @@ def test_a_shape_gives_its_height_and_its_bounding_ball():
     crate = GamePieceConfig(name="Crate", shape=Box((0.2, 0.4, 0.4)), mass=1.0)
     assert [c.rest_height for c in (ball, can, crate)] == pytest.approx([0.1, 0.4, 0.2])
     assert [c.bounding_radius for c in (ball, can, crate)] == pytest.approx([0.1, 0.5, 0.3])
-
-
-def test_the_aero_speed_is_where_drag_is_three_hundredths_of_the_weight():
-    ball = GamePieceConfig(
-        name="Ball", shape=Sphere(0.075), mass=0.215, aerodynamics=Aerodynamics(drag_coefficient=0.47)
-    )
-    drag = 0.5 * 1.2 * 0.47 * math.pi * 0.075**2 * ball.aero_speed**2
-    assert drag == pytest.approx(0.03 * 0.215 * GRAVITY, rel=0.05)  # air is 1.2 kg/m^3 within 5 %
-    assert GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=1.0).aero_speed == math.inf
 
 
 @pytest.mark.parametrize(

@@ -54,14 +54,14 @@ def pool(engine):
     return PiecePool(PhysicsWorld(engine=engine, floor=None), [(FUEL, 40), (CRATE, 3)])
 
 
-def test_a_fresh_pool_is_parked_asleep_untouchable_and_apart(engine, pool):
-    assert len(pool.rows) == 43
+def test_a_fresh_pool_has_bodies_of_those_that_are_no_balls_parked_apart(engine, pool):
+    assert pool.rows == [-1] * 40 + [0, 1, 2]
     assert all(engine.asleep) and not any(engine.masks)
     places = np.array(engine.poses)
-    apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 9.0 * np.eye(43)
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 9.0 * np.eye(3)
     assert apart.min() >= 1.0, "parked on one spot, a step takes seconds"
     assert places[:, 2].min() > 10.0
-    assert (pool.state.status == PieceStatus.FREE).all() and not pool.state.touchable.any()
+    assert (pool.state.status == PieceStatus.FREE).all() and pool.balls.is_ball.tolist() == [1] * 40 + [0] * 3
 
 
 def test_slots_of_one_kind_are_together(pool):
@@ -78,18 +78,21 @@ def test_taking_more_than_there_is_says_how_many_are_free(pool):
 
 
 def test_place_and_park(engine, pool):
-    pool.place(5, (1.0, 2.0, 3.0), touchable=True)
-    row = pool.rows[5]
+    for slot in (5, 41):
+        pool.place(slot, (1.0, 2.0, 3.0))
+        assert pool.state.pos[slot].tolist() == pool.state.before[slot].tolist() == [1.0, 2.0, 3.0]
+    row = pool.rows[41]
     assert engine.poses[row] == (1.0, 2.0, 3.0) and engine.masks[row] and not engine.asleep[row]
-    assert pool.state.pos[5].tolist() == pool.state.before[5].tolist() == [1.0, 2.0, 3.0]
-    pool.park(5)
+    for slot in (5, 41):
+        pool.park(slot)
+        assert pool.state.pos[slot].tolist() == [1.0, 2.0, 3.0], "where it was last seen"
     assert engine.masks[row] == 0 and engine.asleep[row] and engine.poses[row][2] > 10.0
-    assert pool.state.pos[5].tolist() == [1.0, 2.0, 3.0], "where it was last seen"
 
 
-def test_a_place_that_is_no_number_moves_nothing(engine, pool):
-    before = engine.poses[pool.rows[5]]
-    with pytest.raises(NonFiniteError, match="Fuel"):
-        pool.place(5, (1.0, float("nan"), 3.0), touchable=True)
-    assert engine.poses[pool.rows[5]] == before and engine.masks[pool.rows[5]] == 0
-    assert pool.state.pos[5].tolist() == [0.0, 0.0, 0.0]
+@pytest.mark.parametrize("slot", [5, 41])
+def test_a_place_that_is_no_number_moves_nothing(engine, pool, slot):
+    before = list(engine.poses)
+    with pytest.raises(NonFiniteError, match="position and attitude must be finite"):
+        pool.place(slot, (1.0, float("nan"), 3.0))
+    assert engine.poses == before and not any(engine.masks)
+    assert pool.state.pos[slot].tolist() == [0.0, 0.0, 0.0]
