@@ -391,9 +391,7 @@ def compare(
         for _ in range(rounds):
             for side, root in (("before", folder), ("now", str(ROOT))):
                 environment = {**os.environ, "PYTHONPATH": root} | ({"SIMCORE_ENGINE": engine} if engine else {})
-                script = str(
-                    Path(root, "scripts", "bench.py")
-                )  # of each side its own
+                script = str(Path(root, "scripts", "bench.py"))  # of each side its own
                 command = [sys.executable, script, "--json", "--seconds", str(seconds), *names]
                 out = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
                 if out.returncode:

@@ -700,8 +700,8 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                 is_new = stamp[i, m] < now - 1
                 stamp[i, m] = now
                 push = normal_force(
-                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz), is_new,
-                    restitution, mass, part, table,
+                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz),
+                    is_new, restitution, mass, part, table,
                 )  # fmt: skip
                 gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
                 gx, gy, gz = gx + push * nx, gy + push * ny, gz + push * nz

@@ -97,37 +97,6 @@ def laid_across(level: int, off: float) -> tuple[int, int]:
         return match.pieces.places.count(level=f"BlueL{level}"), int(stay.sum())
 
 
-def pull_force(way: np.ndarray, slot_number: int = 0) -> float:
-    """Force that pulls one of blue's algae out of the reef, raised by 25 N in a second to 40 N [N].
-
-    Args:
-        way: Unit vector in the frame of its face: outward, to the left as seen from outside, up.
-        slot_number: Which of the algae on the blue reef, 0 to 5.
-    """
-    with Match(REEFSCAPE, robots=FAR) as match:
-        state, engine = match.pieces.state, match.world.engine
-        on_reef = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] > 0.8) & (state.pos[:, 0] < dim.FIELD_CENTER[0]))
-        slot = int(on_reef[0][slot_number])
-        place = state.pos[slot].copy()
-        yaw = math.atan2(place[1] - dim.REEF_CENTER[1], place[0] - dim.REEF_CENTER[0])
-        c, s = math.cos(yaw), math.sin(yaw)
-        to_field = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]).T @ way
-        force, hold = 0.0, match.pieces.before_substep
-
-        def before_substep(h: float) -> None:
-            hold(h)
-            engine.apply_forces([match.pieces.row(slot)], force * to_field[None])
-
-        match.pieces.before_substep = before_substep
-        for _ in range(80):
-            force += 0.5
-            match.pieces._wake(slot)
-            match.tick()
-            if np.linalg.norm(state.pos[slot] - place) > 0.02:
-                return force
-        return math.inf
-
-
 def bumped(speed: float) -> tuple[list[int], list[int], float]:
     """What a robot knocks off blue's reef that drives against a face of it at a speed [m/s].
 

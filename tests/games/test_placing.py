@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 from match_laws import require_one_owner
-from simcore.pieces.footprint import Footprint
 
 from simcore.errors import SimcoreError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
+from simcore.pieces.footprint import Footprint
 
 GAMES = ("rebuilt", "reefscape")
 _DEEPEST = 0.020  # [m]

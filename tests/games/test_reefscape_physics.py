@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from reef_trials import ALGAE, CORAL, FAR, bumped, faults, laid_across, let_go, placed_share, pull_force, swept
+from reef_trials import ALGAE, CORAL, FAR, bumped, faults, laid_across, let_go, placed_share, swept
 from scipy.integrate import solve_ivp
 
 from games.reefscape import REEFSCAPE
@@ -138,15 +138,6 @@ def test_a_held_coral_does_not_go_sideways_through_a_pipe(whole):
     for level, speed in cases if whole else [(3, 2.0)]:
         knocked_out, deepest, wrong = swept(level, speed)
         assert (knocked_out, wrong) == (1, []) and 0.0 < deepest < 0.012
-
-
-@pytest.mark.engines("bullet", "mujoco")
-def test_algae_come_off_the_reef_with_15_to_30_newtons(whole):
-    """Outward and up; two branches and two risers hold it the other ways. It is wedged with 20 N, and weighs 4.4 N."""
-    for number in range(6) if whole else (0,):
-        assert 15.0 < pull_force(np.array([1.0, 0.0, 0.0]), number) < 30.0
-        if whole:
-            assert 15.0 < pull_force(np.array([math.cos(0.6), 0.0, math.sin(0.6)]), number) < 30.0
 
 
 def test_algae_stay_on_the_reef_while_a_robot_drives_round_and_bumps_it(whole):

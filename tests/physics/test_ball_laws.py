@@ -253,7 +253,9 @@ def test_robot_and_balls_keep_their_momentum():
     """A body of 55 kg in zero gravity among flying balls: both momenta to rounding."""
     rng = np.random.default_rng(5)
     with PhysicsWorld(floor=None, gravity=1e-12) as world:
-        shape = Compound((Part(Box((0.8, 0.8, 0.126)), (0.0, 0.0, -0.08)), Part(Box((0.6, 0.6, 0.5)), (0.0, 0.0, 0.15))))
+        shape = Compound(
+            (Part(Box((0.8, 0.8, 0.126)), (0.0, 0.0, -0.08)), Part(Box((0.6, 0.6, 0.5)), (0.0, 0.0, 0.15)))
+        )
         row = world.add_robot_body(
             "robot", shape, mass=55.0, surface=BUMPER, center_of_mass=(0.0, 0.0, 0.0), inertia=(3.0, 3.0, 6.0),
             pos=(8.0, 4.0, 2.0),
@@ -308,7 +310,11 @@ def test_balls_among_walls_never_gain_energy(seed):
         stored = np.concatenate(([0.0], np.cumsum([foam_force(d, *foam) for d in depths[1:]]) * (depths[1])))
 
         def energy():
-            d = [np.maximum(R - b.pos[:, 2], 0.0), np.maximum(R - b.pos[:, :2], 0.0), np.maximum(b.pos[:, :2] - 2.0 + R, 0.0)]
+            d = [
+                np.maximum(R - b.pos[:, 2], 0.0),
+                np.maximum(R - b.pos[:, :2], 0.0),
+                np.maximum(b.pos[:, :2] - 2.0 + R, 0.0),
+            ]
             walls = sum(np.interp(each, depths, stored).sum() for each in d)
             away = np.linalg.norm(b.pos[:, None] - b.pos[None], axis=2)[np.triu_indices(50, 1)]
             pairs = 2.0 * np.interp(np.maximum(2 * R - away, 0.0) / 2.0, depths, stored).sum()

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simcore.pieces.footprint import Footprint
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
@@ -19,6 +18,7 @@ from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
@@ -32,7 +32,7 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, TICK
 
 DT, RADIUS = 0.02, 0.1
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)
@@ -246,16 +246,16 @@ def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
         assert shot.points[0][2] == pytest.approx(height, abs=0.02 * up * flown + 0.002)
 
 
-def test_a_piece_near_a_moving_robot_does_not_sleep():
-    """A robot that creeps up to a piece finds it awake at every moment; one far away sleeps."""
+def test_a_sleeper_wakes_before_a_robot_reaches_it():
+    """One that creeps up to a crate finds it awake before they touch; one far away sleeps on."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(CRATE, 2)], field_size=(16.0, 8.0))
-        near, far = pieces.spawn("Crate", np.array([[5.58, 4.0, 0.11], [12.0, 4.0, 0.11]])).tolist()
-        creeping = Footprint(x=5.0, y=4.0, yaw=0.0, half_length=0.4, half_width=0.4, speed=0.01)
+        near, far = pieces.spawn("Crate", np.array([[5.60, 4.0, 0.1], [12.0, 4.0, 0.1]])).tolist()
         motion = Motion(world, pieces=pieces)
-        for _ in range(150):
-            motion.tick(others=[creeping])
-            assert pieces.state.status[near] == PieceStatus.AWAKE
+        for x in (4.90, 4.95, 4.97, 4.99, 5.0):
+            motion.tick(others=[Footprint(x=x, y=4.0, yaw=0.0, half_length=0.4, half_width=0.4, speed=1.0)])
+            gap = 5.60 - CRATE.bounding_radius - x - 0.4
+            assert (pieces.state.status[near] == PieceStatus.AWAKE) == (gap < 0.05 + 1.0 * TICK)
         assert pieces.state.status[far] == PieceStatus.ASLEEP
 
 

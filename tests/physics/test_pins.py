@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
-from simcore.pieces.footprint import Footprint
 
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
@@ -15,6 +14,7 @@ from simcore.match.motion import BareRobot, Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus

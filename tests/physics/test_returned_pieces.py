@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from simcore.pieces.footprint import Footprint
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
@@ -14,6 +13,7 @@ from simcore.match.motion import Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus

@@ -13,6 +13,7 @@ from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.pool import PieceStatus
 
 N = 12
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.3, restitution=0.8, aerodynamics=Aerodynamics())
@@ -49,20 +50,21 @@ def test_drag_falls_with_mass_and_grows_with_area_and_coefficient():
         assert match.pieces.state.pos[slots] == pytest.approx(pos, abs=2e-3)
 
 
-def test_a_force_moves_light_pieces_more():
+def test_a_hit_moves_light_pieces_more():
+    """Each is hit by a ball of the nominal mass: v' = (1 + e) v m / (m + M) of a hit that no friction turns."""
     match, factors = match_with(piece_mass=0.4)
     with match:
+        balls = match.world.balls.balls
         slots = match.pieces.on_field()
-        match.tick()
-        engine, rows = match.world.engine, match.pieces._pool.rows_of(slots)
-        for row in rows:  # the engine has them only while they touch something
-            match.world.set_piece_touchable(row, True)
-            engine.wake(row)
-        before = engine.velocities(rows)[:, 0].copy()
-        engine.apply_forces(rows, np.tile((3.0, 0.0, 0.0), (N, 1)))
-        match.world.step(0.005, substeps=1)
-        gained = engine.velocities(rows)[:, 0] - before
-        assert gained == pytest.approx(3.0 * 0.005 / (BALL.mass * factors["mass"]), rel=0.02)
+        assert balls.mass[slots] == pytest.approx(BALL.mass * factors["mass"])
+        for slot in slots[1:].tolist():
+            balls.pos[0], balls.vel[0] = balls.pos[slot] - (0.21, 0.0, 0.0), (3.0, 0.0, 0.0)
+            balls.vel[slot] = balls.spin[slot] = balls.spin[0] = 0.0
+            balls.status[[0, slot]] = PieceStatus.AWAKE
+            for _ in range(10):
+                match.world.balls.advance(0.002)
+            pair = balls.mass[0] * 3.0 / (balls.mass[0] + balls.mass[slot])
+            assert balls.vel[slot, 0] == pytest.approx((1.0 + BALL.restitution**2) * pair, rel=0.03)
 
 
 def test_bounces_differ_as_restitution_does():
@@ -77,5 +79,5 @@ def test_bounces_differ_as_restitution_does():
             has_turned |= state.vel[slots, 2] > 0.5
             highest = np.where(has_turned, np.maximum(highest, state.pos[slots, 2]), 0.0)
         e = np.minimum(1.0, BALL.restitution * factors["restitution"]) * 0.5  # of carpet
-        assert (highest - 0.1) / 1.1 == pytest.approx(e**2, rel=0.08)
+        assert (highest - 0.1) / 1.1 == pytest.approx(e**2, rel=0.08, abs=0.025)  # e within 0.03
         assert np.corrcoef(highest, e**2)[0, 1] > 0.999

@@ -189,16 +189,13 @@ def test_a_robot_before_a_thin_wall_shoots_none_through_it(exit_speed, yaw):
         assert high[0] > 8.0 - RADIUS - 0.03, "they do meet it"
 
 
-def test_a_shot_at_a_wall_starts_before_it_with_its_own_velocity():
-    """Muzzle 0.21 m from the wall, 12 m/s: it would be 3 cm in it after 20 ms; it stands before it and bounces back."""
+def test_a_shot_at_a_wall_bounces_back_within_its_first_tick():
+    """Muzzle 0.21 m from the wall, 12 m/s: it is there after 11 ms, and comes back."""
     wall = box_element("wall", (8.0, 0.0, 0.0), (8.3, 8.0, 3.0))
     with match_with(robot(elevation=0.0), (8.0 - 0.51, 4.0, 0.0), elements=(wall,), count=1) as match:
         spin_wheels(match, 12.0)
         ((pos, velocity),) = tick_and_find(match)
-        assert pos[0] == pytest.approx(8.0 - RADIUS, abs=0.002)
-        assert velocity[0] == pytest.approx(12.0, abs=0.05)
-        match.tick()
-        assert match.pieces.state.vel[0, 0] < 0.0 and match.pieces.state.pos[0, 0] < 8.0
+        assert 7.8 < pos[0] < 8.0 - 0.1 * RADIUS and -12.0 < velocity[0] < 0.0
 
 
 def test_a_robot_on_its_head_shoots_none_under_the_carpet():

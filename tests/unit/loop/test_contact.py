@@ -18,7 +18,8 @@ from simcore.loop.contact import (
     normal_force,
     steps_for,
 )
-from simcore.pieces.aerodynamics import Aerodynamics, air_acceleration as air_of_arrays, air_factors
+from simcore.pieces.aerodynamics import Aerodynamics, air_factors
+from simcore.pieces.aerodynamics import air_acceleration as air_of_arrays
 
 INCH, POUND = 0.0254, 4.4482216
 
