@@ -145,7 +145,9 @@ def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed,
         match.pieces.release(np.array([other]), (place + (dim.ALGAE_DIAMETER + 0.002) * out)[None])
         match.pieces.push(np.array([other]), (-speed * out)[None])
         match.play(0.5)
-        assert (state.status[slot] != PieceStatus.ASLEEP or np.linalg.norm(state.pos[slot] - place) > 0.001) == comes_off
+        assert (
+            state.status[slot] != PieceStatus.ASLEEP or np.linalg.norm(state.pos[slot] - place) > 0.001
+        ) == comes_off
 
 
 def test_stocks_add_up_to_126_coral_and_18_algae():

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
+from simcore.loop.contact import foam_force
 from simcore.match.motion import BareRobot, Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.footprint import Footprint
-from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
@@ -23,10 +25,16 @@ from simcore.robot.chassis_config import ChassisConfig
 
 DT = 0.02
 RADIUS = 0.075
-FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0.8, restitution=0.55)
+FUEL = replace(REBUILT.pieces[0].kind, shape=Sphere(RADIUS))
 FACE = 5.0
 FORCE = 55.0 * 9.80665 * 1.1
 """What the tires of the default chassis can push with [N]."""
+pytestmark = pytest.mark.engines("bullet")
+
+
+def depth_at(force: float) -> float:
+    """How far foam gives way on a side to a force [m]."""
+    return brentq(lambda d: foam_force(d, *FUEL.foam) - force, 0.0, RADIUS)
 
 
 def block(rows: int, columns: int, face: float = FACE) -> np.ndarray:
@@ -73,14 +81,12 @@ def room(world: PhysicsWorld, thickness: float) -> None:
 
 
 @pytest.mark.parametrize("thickness", [0.05, 0.3])
-@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 4.5])
+@pytest.mark.parametrize("speed", [1.0, 3.0, 4.5])
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 3), (6, 4)])
-def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, engine_name, whole):
-    """At 1e5 N/m a ball under 600 N gives way by 6 mm a side, a fast blow by more, but never to its middle."""
-    if columns > 1 and thickness == 0.05 and speed in (0.3, 3.0):
+def test_a_ball_pinned_by_a_robot_stays_before_the_wall(thickness, speed, rows, columns):
+    """No center comes to the face; what is not squeezed to it does not leave under bumpers of 57 mm clearance."""
+    if columns > 1 and thickness == 0.05 and speed == 3.0:
         pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
-    if engine_name == "mujoco" and not whole and (rows == 6 or thickness == 0.05 or speed in (0.3, 3.0)):
-        pytest.skip("0.03 to 0.1 s a tick on MuJoCo: with --whole")
     places = block(rows, columns)
     with PhysicsWorld() as world:
         room(world, thickness)
@@ -95,9 +101,8 @@ def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, 
         assert farthest[0] < FACE - 0.005, "no center comes to the face"
         assert farthest[0] > FACE - RADIUS - 0.01, "but it was pressed against it"
         if rows * columns == 1:
-            squeeze = 2 * RADIUS - held_off
-            stiffness = 0.5 * FUEL.stiffness  # two springs in series
-            assert 0.3 * FORCE / stiffness < squeeze < 2.0 * FORCE / stiffness, "the robot is held off by a ball"
+            assert 2 * RADIUS - held_off == pytest.approx(2.0 * depth_at(FORCE), rel=0.1), "a ball holds the robot off"
+            assert pin.fuel[0, 0] > FACE - held_off, "it has not been let out under the bumper"
         else:
             corners = np.array([(0.4, 0.4, 0.05), (0.4, -0.4, 0.05), (0.4, 0.4, 0.25), (0.4, -0.4, 0.25)])
             front = (corners @ matrix(pin.robot.quat).T + pin.robot.pos)[:, 0]
@@ -132,9 +137,9 @@ def test_a_robot_that_comes_down_on_a_ball_is_carried_by_it(ahead):
         if ahead > 0.0:
             load *= (weight_at - axle) / (ball_at - axle)
         assert body.touching.count(True) == (0 if ahead == 0.0 else 2)
-        assert FUEL.stiffness * (RADIUS - pin.fuel[0, 2]) == pytest.approx(load, rel=0.1)
+        assert foam_force(RADIUS - pin.fuel[0, 2], *FUEL.foam) == pytest.approx(load, rel=0.1)
         in_frame = ((pin.fuel[0] - body.pos) @ attitude)[2] + RADIUS - config.clearance
-        assert in_frame < 3.0 * load / FUEL.stiffness, "and the frame stays on it"
+        assert in_frame < 1.5 * depth_at(load), "and the frame stays on it"
 
 
 # --- on the real field ----------------------------------------------------------------------------------------------
@@ -178,12 +183,12 @@ def field():
     return REBUILT.field.load()
 
 
-def test_random_pins_on_the_field_lose_no_fuel(field, engine_name, whole):
+def test_random_pins_on_the_field_lose_no_fuel(field, whole):
     """1, 6 or 24 fuel before guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
     is_inside = inside_of(field.elements)
     assert len(is_inside) > 40
     reached = 0
-    for seed in range(200 if whole else 8 if engine_name == "bullet" else 1):
+    for seed in range(200 if whole else 8):
         rng = np.random.default_rng(seed)
         x, y, yaw = spot(rng)
         count, speed = int(rng.choice([1, 6, 24])), float(rng.choice([0.3, 1.0, 3.0, 4.5]))
@@ -242,29 +247,3 @@ def test_a_robot_that_drives_through_loose_fuel_hits_it_as_in_sixteen_steps(spee
             assert pin.robot.pos[0] > 5.0, "the robot went through"
     assert deepest[0] < 0.065
     assert np.mean(ways[1]) == pytest.approx(np.mean(ways[16]), rel=0.075)
-
-
-@pytest.mark.parametrize("speed", [1.0, 3.0])
-def test_held_fuel_holds_a_robot_off_as_the_curve_of_its_foam_says(speed):
-    """600 N = k1 d + k3 d^3 on each side: d = 32 mm; a blow gives 6 mm. 15 % for what the robot sways."""
-    foam = REBUILT.pieces[0].kind.stiffness
-    depth = float(
-        np.real(next(root for root in np.roots([foam.stiffening, 0.0, foam.static, -FORCE]) if abs(root.imag) < 1e-9))
-    )
-    assert 0.03 < depth < 0.033
-    with PhysicsWorld() as world:
-        room(world, 0.3)
-        places = block(1, 1)
-        pin = Pin(
-            world,
-            places,
-            (float(places[0, 0]) - RADIUS - 0.9, 4.0, 0.0),
-            field=(FACE, 8.0),
-            kind=REBUILT.pieces[0].kind,
-        )
-        pin.drive(speed, 4.0)
-        held_off = FACE - pin.robot.pos[0] - 0.4
-        assert 2.0 * RADIUS - held_off == pytest.approx(2.0 * depth, rel=0.15)
-        assert pin.fuel[0, 0] == pytest.approx(FACE - RADIUS + depth, abs=0.005)
-        pin.drive(-1.0, 1.0)
-        assert pin.fuel[0, 0] < FACE - RADIUS + 0.001, "and it is round again"
