@@ -34,6 +34,14 @@ if find_spec("wpimath") is None or find_spec("wpimath.geometry") is None:  # the
     ]
 
 
+def pytest_configure(config):
+    """Compile the physics before the tests part into workers, each of which would do it."""
+    if not hasattr(config, "workerinput"):
+        from simcore.physics.ball_dynamics import prepare
+
+        prepare()
+
+
 def pytest_addoption(parser):
     """The flag of tests that are sampled otherwise."""
     parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")

@@ -15,7 +15,7 @@ from simcore.physics.shapes import Shape, bounding_radius
 from simcore.physics.solid_shapes import SolidsBuilder
 from simcore.typing import FloatArray
 
-__all__ = ["BallDynamics", "make_balls"]
+__all__ = ["BallDynamics", "make_balls", "prepare"]
 
 _REMEMBERED = 16  # contacts of a ball
 _ROBOTS = 62  # robots that balls tell apart
@@ -41,6 +41,15 @@ def make_memory(count: int) -> Memory:
         key=np.full((count, _REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, _REMEMBERED), -2),
         spring=np.zeros((count, _REMEMBERED, 3)), clock=np.zeros(1, np.int64),
     )  # fmt: skip
+
+
+def prepare() -> None:
+    """Compile the loop for this computer, or load what was compiled before."""
+    announce()
+    still = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3)))
+    floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
+    advance(still, make_memory(1), SolidsBuilder().build(), _NO_BODIES, floor, DAMPING_RATIOS, 1e-3)
+    depth_at(SolidsBuilder().build(), 0.0, 0.0, 0.0, 0.1)
 
 
 def factors(surface: TerrainSurface) -> Vector:

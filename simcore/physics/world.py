@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 
+_STEP = 0.005  # [s], of a world in which nothing is driven
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 _INSET = (
@@ -459,36 +460,24 @@ class PhysicsWorld:
         """Name of a body, as it was added."""
         return self._bodies[row][0]
 
-    def step(self, dt: float, *, substeps: int | None = None) -> int:
+    def step(self, dt: float, *, substeps: int | None = None) -> None:
         """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.
 
         Args:
             dt: Time to advance [s].
-            substeps: How many steps of the engine; None: from `substepping` and the speed of the fastest body.
-
-        Returns:
-            The number of steps of the engine.
+            substeps: How many steps of the engine; None: of 5 ms or less.
 
         Raises:
-            ConfigError: dt is not a positive finite number, or there are no sub-steps.
+            ConfigError: dt is not a positive finite number, or there are no steps.
         """
         if not (math.isfinite(dt) and dt > 0.0):
             raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
-        n = substeps
-        if n is None:
-            piece, robot = (
-                float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max(initial=0.0))
-                for rows in (self._pieces, self.robot_rows)
-            )
-            n = self.substepping.count(dt, piece + self.gravity * dt, robot, Surroundings.WALL)
+        n = math.ceil(dt / _STEP - 1e-9) if substeps is None else substeps
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         for _ in range(n):
+            self.balls.advance(dt / n)
             self.engine.step(dt / n)
-        return n
-
-    def _is_static(self, row: int) -> bool:
-        return not (row in self._pieces or row in self.robot_rows or row in self._hanging)
 
 
 def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:

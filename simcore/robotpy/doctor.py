@@ -60,6 +60,7 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     yield install_checks.check_engine(installed, _load_engine, install_checks.engine_of(system, machine, version[:2]))
     yield from install_checks.check_requirements(installed, _requirements())
     yield install_checks.check_year(installed)
+    yield install_checks.check_loop(_prepare_loop)
     yield computer_checks.check_ports(computer_checks.is_taken, computer_checks.owner_of)
     yield computer_checks.check_screen(platform.system(), os.environ, installed)
     yield project_checks.check_writable(folder)
@@ -110,6 +111,14 @@ def _load_engine() -> None:
     from simcore.physics.world import PhysicsWorld
 
     PhysicsWorld().close()
+
+
+def _prepare_loop() -> Path | None:
+    from simcore.loop.compiled import cache_folder
+    from simcore.physics.ball_dynamics import prepare
+
+    prepare()
+    return cache_folder
 
 
 def _requirements() -> list[str] | None:

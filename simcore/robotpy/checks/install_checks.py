@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
@@ -185,6 +186,25 @@ def _of_extra(extra: str, purpose: str, wrong: list[tuple[str, bool]], good: lis
     if extra and not good and all(is_missing for _, is_missing in wrong):
         return warn(check, f"not installed ({purpose})", f"{install_command(*extras)}, if you want those")
     return fail(check, said, install_command(*extras, upgrade=True))
+
+
+def check_loop(prepare: Callable[[], Path | None]) -> Finding:
+    """Whether the physics' loop is compiled, and where that is kept.
+
+    Args:
+        prepare: Compiles it or loads it; returns the folder that keeps it, None for none.
+    """
+    try:
+        folder = prepare()
+    except Exception as error:  # Numba's own errors are many
+        return fail("loop", f"the physics cannot be compiled: {error}", "python -m pip install --upgrade numba")
+    if folder is None:
+        return warn(
+            "loop",
+            "the physics is compiled anew in every run, which takes 15 s: no folder to keep it in can be written",
+            "let your user write the folder .cache in its home, or set XDG_CACHE_HOME to one that it can",
+        )
+    return ok("loop", f"the physics is compiled, and kept in {folder}")
 
 
 def check_year(installed: Mapping[str, str]) -> Finding:
