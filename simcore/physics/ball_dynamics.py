@@ -70,7 +70,9 @@ class BallDynamics:
         self._builder = SolidsBuilder()
         self._solids: Solids | None = None
         friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
-        self.floor = Floor(engine.gravity, floor is not None, friction, restitution, rolling, True)
+        self.floor = Floor(
+            float(engine.gravity), floor is not None, float(friction), float(restitution), float(rolling), True
+        )
         self.rows: list[int] = []
         """Engine rows of the bodies."""
         self._robots: list[int] = []  # their numbers among the bodies
