@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
-from simcore.physics.contact_law import CARPET, POLYCARBONATE, WALL, hit_surface
+from simcore.physics.contact_law import CARPET, POLYCARBONATE, WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.pieces.kinds import GamePieceConfig
@@ -101,10 +101,8 @@ def bounces(engine: str) -> Figures:
                         break
                 match.tick()
                 vel = match.pieces.state.vel[0]
-                (vx, _, _), _ = hit_surface(
-                    (along, 0.0, down), (0.0, spin, 0.0), (0.0, 0.0, 1.0), radius=RADIUS,
-                    restitution=0.9 * CARPET.restitution, friction=0.8 * CARPET.friction,
-                )  # fmt: skip
+                slip, grip = along - RADIUS * spin, 0.8 * CARPET.friction * (1.0 + 0.9 * CARPET.restitution) * -down
+                vx = along - math.copysign(min(grip, 2.0 / 7.0 * abs(slip)), slip)  # it slides, or leaves rolling
                 name = f"({along:.0f}, {down:.0f}) m/s, {spin:.0f} rad/s, phase {phase}"
                 found[f"{name}, along [m/s]"] = (float(vel[0]), vx)
     return found
