@@ -94,8 +94,8 @@ def check_in_match(table: ShotTable, shots: int, *, seed: int, engine: str | Non
     for number, (row, found) in enumerate(zip(rows, scored, strict=True)):
         draws = _draws(scatter, (seed, number), _STATED_SHOTS)
         stands = [row.stand._replace(bearing=bearing) for bearing, _ in row.bearings]
-        flown = [table.task.hits(one, *row.aim, draws) for one in stands]
-        stated = wilson_share(sum(int(hits.sum()) for hits in flown), sum(hits.size for hits in flown))
+        hits = np.array([table.task.hits(one, *row.aim, draws) for one in stands])
+        stated = wilson_share(int(hits.sum()), hits.size)
         (low, high), count = stated_interval(stated, len(found)), found.count(True)
         text = f"{len(found)} shots in a match, {count} scored, {low} to {high} should ({stated.value:.1%} of flights)"
         checks.append(_check(row, wilson_share(count, max(1, len(found))), low <= count <= high, text))
