@@ -80,7 +80,7 @@ def cells(
                                 turn=float(draws.azimuth[one]),
                             )
                             if shot is not None:
-                                left, scored = left + 1, scored + shot.scored
+                                left, scored = left + 1, scored + shot
                 found.append(Cell(stand, share, *stated_interval(share, left), scored, left))
                 print(found[-1], flush=True)
     return found

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 from games.rebuilt import dimensions as dim
 from games.shipped import shipped
-from simcore.geometry.rotation import Vector
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.contact_law import POLYCARBONATE, RUBBER, WALL
-from simcore.pieces.shot_opening import Panel, ShotOpening
+from simcore.pieces.shot_opening import ShotOpening
 from simcore.robot.climber import Rung
 
 __all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "scoring_zones"]
@@ -82,24 +81,9 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
 
 
 def _hub_opening(alliance: Alliance) -> ShotOpening:
-    """The hexagon over the funnel, with the net behind it and the funnel's walls."""
-
-    def hexagon(circumradius: float, z: float) -> tuple[Vector, ...]:
-        (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
-        corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]
-        return _SYMMETRY.points_of(alliance, *((cx + circumradius * c, cy + circumradius * s, z) for c, s in corners))
-
-    rim = hexagon(dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT)
-    throat = hexagon(dim.HUB_THROAT_CIRCUMRADIUS, dim.HUB_THROAT_HEIGHT)
-    x = dim.HUB_CENTER[0] + dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
-    right, left = (dim.HUB_CENTER[1] + side * dim.HUB_SIZE / 2.0 for side in (-1.0, 1.0))
-    low, high = dim.HUB_BOX_TOP, dim.HUB_BACKBOARD_TOP
-    net = _SYMMETRY.points_of(alliance, (x, right, low), (x, left, low), (x, left, high), (x, right, high))
-    return ShotOpening(
-        corners=rim,
-        approach=0.0 if alliance == "blue" else math.pi,
-        boards=(Panel(corners=net, surface=_NET),),
-        walls=tuple(
-            Panel(corners=(rim[k - 1], rim[k], throat[k], throat[k - 1]), surface=POLYCARBONATE) for k in range(6)
-        ),
-    )
+    """The hexagon over the funnel."""
+    (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
+    reach, height = dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT
+    corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]
+    rim = _SYMMETRY.points_of(alliance, *((cx + reach * c, cy + reach * s, height) for c, s in corners))
+    return ShotOpening(corners=rim, approach=0.0 if alliance == "blue" else math.pi)

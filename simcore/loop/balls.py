@@ -95,8 +95,8 @@ class Balls(NamedTuple):
     bodies: IntArray
     """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
 
-    def only(self, rows: slice) -> Balls:
-        """Some of them, in the same arrays."""
+    def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
+        """Some of them: of a slice in the same arrays, of a mask in arrays of their own."""
         columns: list[Any] = [column[rows] for column in self]
         return Balls(*columns)
 
@@ -112,6 +112,10 @@ class Memory(NamedTuple):
     """Stretch of the spring, field frame [m], shape (n, 16, 3)."""
     clock: IntArray
     """Number of the step, shape (1,)."""
+
+    def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
+        """Of some of the balls, in arrays of their own."""
+        return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
 class Bodies(NamedTuple):

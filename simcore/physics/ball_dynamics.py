@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, cross, matrix, minus
@@ -14,8 +17,12 @@ from simcore.physics.engine import Engine
 from simcore.physics.shapes import Shape, bounding_radius
 from simcore.physics.solid_shapes import SolidsBuilder
 from simcore.typing import FloatArray
+from simcore.units import GRAVITY
 
-__all__ = ["BallDynamics", "make_balls", "prepare"]
+if TYPE_CHECKING:
+    from simcore.physics.field import FieldElement
+
+__all__ = ["BallDynamics", "StandingField", "make_balls", "make_memory", "prepare"]
 
 _REMEMBERED = 16  # contacts of a ball
 _ROBOTS = 62  # robots that balls tell apart
@@ -55,6 +62,26 @@ def prepare() -> None:
 def factors(surface: TerrainSurface) -> Vector:
     """What contacts of balls need to know of a surface."""
     return surface.friction, surface.restitution, surface.rolling
+
+
+class StandingField(NamedTuple):
+    """What stands on a field, as balls meet that fly past each other and past all that moves."""
+
+    solids: Solids
+    floor: Floor
+
+    @classmethod
+    def of(cls, elements: Iterable[FieldElement], floor: TerrainSurface) -> StandingField:
+        """Of elements, and of the material of the floor at z = 0."""
+        builder = SolidsBuilder()
+        for element in elements:
+            builder.add(element.shape, element.position, IDENTITY, factors(element.surface))
+        return cls(builder.build(), Floor(GRAVITY, True, *factors(floor), False))
+
+    def fly(self, balls: Balls, memory: Memory, h: float) -> None:
+        """Move balls of their own, which remember their friction, for h [s]."""
+        announce()
+        advance(balls, memory, self.solids, _NO_BODIES, self.floor, DAMPING_RATIOS, h)
 
 
 class BallDynamics:
@@ -220,13 +247,14 @@ class BallDynamics:
         self._engine.wake(row)
         self._engine.set_velocity(row, vel.tolist(), rate.tolist())
 
+    @property
+    def standing(self) -> StandingField:
+        """What stands on the field, for balls that are in nobody's way."""
+        return StandingField(self.solids, self.floor._replace(with_pairs=False))
+
     def fly(self, balls: Balls, h: float) -> None:
         """Move balls of their own for h [s], among what stands on the field, past each other and past all bodies."""
-        announce()
-        advance(
-            balls, make_memory(len(balls.status)), self.solids, _NO_BODIES, self.floor._replace(with_pairs=False),
-            DAMPING_RATIOS, h,
-        )  # fmt: skip
+        self.standing.fly(balls, make_memory(len(balls.status)), h)
 
 
 def _make_bodies(n: int) -> Bodies:

@@ -58,7 +58,6 @@ __all__ = [
     "TerrainSurface",
     "contact_damping",
     "hit_ball",
-    "hit_surface",
     "normal_rows",
     "pair_friction",
     "pair_restitution",
@@ -233,50 +232,6 @@ def normal_rows(
 
 
 # --- impacts ---------------------------------------------------------------------------------------------------------
-
-
-def hit_surface(
-    velocity: Vector,
-    spin: Vector,
-    normal: Vector,
-    *,
-    radius: float,
-    restitution: float,
-    friction: float,
-    surface_velocity: Vector = (0.0, 0.0, 0.0),
-    mass_ratio: float = 0.0,
-) -> tuple[Vector, Vector]:
-    """Velocity and spin of a ball after it hit something that is fixed, or moves and gives way.
-
-    Args:
-        velocity: Of its center before [m/s].
-        spin: Angular velocity before [rad/s].
-        normal: Unit normal of the surface, toward the ball.
-        radius: Of the ball [m].
-        restitution: Of the pair [-].
-        friction: Of the pair [-].
-        surface_velocity: Of the other body where it is touched, before [m/s].
-        mass_ratio: Mass of the ball over the effective mass of the other body there; 0: it is fixed [-].
-
-    Example:
-        >>> hit_surface((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), radius=0.1, restitution=0.5, friction=1.0)
-        ((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
-    """
-    nx, ny, nz = normal
-    vx, vy, vz = velocity
-    relative = (vx - surface_velocity[0], vy - surface_velocity[1], vz - surface_velocity[2])
-    approach = -dot(relative, normal)
-    slip = _slip(relative, spin, normal, radius, approach)
-    size = math.sqrt(dot(slip, slip))
-    out = (1.0 + restitution) * approach / (1.0 + mass_ratio)
-    share = min(friction * out / size, 1.0 / (3.5 + mass_ratio)) if size > 0.0 else 0.0
-    jx, jy, jz = -share * slip[0], -share * slip[1], -share * slip[2]  # friction impulse over the mass
-    turn = -2.5 / radius  # 1 / (2/5 r), and the lever is -normal r
-    sx, sy, sz = spin
-    return (
-        (vx + out * nx + jx, vy + out * ny + jy, vz + out * nz + jz),
-        (sx + turn * (ny * jz - nz * jy), sy + turn * (nz * jx - nx * jz), sz + turn * (nx * jy - ny * jx)),
-    )
 
 
 def hit_ball(

@@ -1,4 +1,4 @@
-"""What air does to a flying piece: quadratic drag and the lift of spin, as accelerations on arrays."""
+"""What air does to a flying piece: quadratic drag and the lift of spin, as factors of `simcore.loop.contact`."""
 
 from __future__ import annotations
 
@@ -8,18 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.quantities import FACTOR, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
 __all__ = [
     "Aerodynamics",
     "AirFactors",
-    "air_acceleration",
     "air_factors",
-    "ball_acceleration",
     "drag_acceleration",
-    "lift_acceleration",
 ]
 
 
@@ -105,47 +101,6 @@ def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatAr
     """
     result: FloatArray = velocity * (-drag * _lengths(velocity))[:, None]
     return result
-
-
-def lift_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors) -> FloatArray:
-    """Acceleration by the Magnus effect [m/s^2], shape (n, 3), along omega x v: backspin lifts, sidespin bends.
-
-    |a| = rho A Cl v^2 / (2 m), with Cl from the spin ratio of the part of the spin that is across the flight.
-
-    Args:
-        velocity: Through the air [m/s], shape (n, 3).
-        spin: Angular velocity, same axes [rad/s], shape (n, 3).
-        factors: Of all pieces, or of each.
-    """
-    # Written out: np.cross takes 20 us for 30 pieces, this 8.
-    across = spin[:, [1, 2, 0]] * velocity[:, [2, 0, 1]] - spin[:, [2, 0, 1]] * velocity[:, [1, 2, 0]]
-    speed_squared = np.einsum("ij,ij->i", velocity, velocity)
-    # The spin ratio is r |omega x v| / v^2; multiplied out, so that a piece at rest needs no special case.
-    share = speed_squared / np.maximum(speed_squared + factors.lift_saturation * _lengths(across), 1e-300)
-    result: FloatArray = across * (factors.lift * share)[:, None]
-    return result
-
-
-def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors) -> FloatArray:
-    """Drag and lift together [m/s^2], shape (n, 3); arguments as `lift_acceleration`."""
-    total = drag_acceleration(velocity, factors.drag)
-    if np.any(factors.lift):
-        total += lift_acceleration(velocity, spin, factors)
-    return total
-
-
-def ball_acceleration(velocity: Vector, spin: Vector, factors: AirFactors) -> Vector:
-    """The same for one piece; without lift in a tenth of the time.
-
-    >>> ball_acceleration((3.0, 0.0, 4.0), (0.0, 0.0, 0.0), AirFactors(drag=0.1))
-    (-1.5, -0.0, -2.0)
-    """
-    if factors.lift:
-        x, y, z = air_acceleration(np.array([velocity]), np.array([spin]), factors)[0].tolist()
-        return x, y, z
-    x, y, z = velocity
-    pull = -float(factors.drag) * math.sqrt(x * x + z * z + y * y)  # in the order of `lengths`, to the last bit
-    return x * pull, y * pull, z * pull
 
 
 def _lengths(rows: FloatArray) -> FloatArray:

@@ -1,113 +1,156 @@
-"""Flights of pieces through the air, outside of the engine, and what is in their way.
+"""Flights of balls, many at once, by the loop that moves the balls of a match (`simcore.loop.balls`).
 
-The equation of motion of a ball, with k and the lift's share from `simcore.pieces.aerodynamics`; its spin stays:
-
-    dx/dt = v,   dv/dt = -g e_z - k |v| v + c (omega x v)
-
-One step is the midpoint rule: second order, exact without air, and within 0.01 mm after 20 ms at k v^2 = 20 m/s^2
-(0.5 mm after 3 s at 15 m/s, against `scipy.integrate.solve_ivp`). So a tick is step enough. A piece that leaves a
-muzzle is in the match at the end of the tick, where it has flown to by then; what is in its way until then is asked
-here, with rays that stand for the piece: a wall, the carpet under a robot that lies on its head, another robot.
+Each flies among what stands on the field, past all others and all that moves. `fly_shots` follows shots until it is
+clear whether they score. A ball that leaves a muzzle in a match must be free there, which `muzzle_obstacle` says.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from simcore.geometry.rotation import Vector
+from simcore.geometry.zones import Zone
+from simcore.loop.balls import IN_FLIGHT, Balls
+from simcore.physics.ball_dynamics import StandingField, make_balls, make_memory
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import AirFactors, air_acceleration
-from simcore.typing import BoolArray, FloatArray, IntArray
-from simcore.units import GRAVITY, TICK
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.shot_opening import ShotOpening
+from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["SQUEEZE", "FlightState", "advance", "crossing", "free_shares", "muzzle_obstacle", "path"]
+__all__ = [
+    "FLIGHT_STEP",
+    "LONGEST",
+    "SQUEEZE",
+    "ShotOutcomes",
+    "cannot_rise",
+    "fly_shots",
+    "flying_balls",
+    "muzzle_obstacle",
+]
 
+FLIGHT_STEP = 0.005
+"""How finely flights are looked at [s]; the loop's own steps are shorter."""
+PER_TICK = 4
+"""Such steps in a tick, at whose end it is seen what has scored."""
+LONGEST = 1200
+"""Such steps after which a shot has missed: 6 s, as long as one to a height of 40 m."""
 SQUEEZE = 0.9
 """Of a piece's radius that must be free where it leaves: a foam piece gives by the rest."""
+_LEFT = 0.75  # of the balls still in flight, below which the others are left out of the arrays
 
 
-def advance(
-    pos: FloatArray, vel: FloatArray, spin: FloatArray, air: AirFactors, dt: float | FloatArray, *,
-    gravity: float = GRAVITY,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Positions [m] and velocities [m/s] of pieces after one step of the midpoint rule, shape (n, 3) each.
+def flying_balls(
+    kind: GamePieceConfig, pos: FloatArray, vel: FloatArray, spin: FloatArray, *, mass: float | FloatArray = 1.0,
+    diameter: float | FloatArray = 1.0, drag: float | FloatArray = 1.0,
+) -> Balls:  # fmt: skip
+    """Balls of a kind as they leave; what is no ball flies as the largest ball in it.
+
+    As in a match the diameter changes what air does to a ball, and not its body.
 
     Args:
-        pos: Of the centers [m], shape (n, 3).
-        vel: Through the air, field frame [m/s], shape (n, 3).
-        spin: Angular velocities, which stay [rad/s], shape (n, 3).
-        air: Of all pieces, or of each.
-        dt: How long [s], for all or, as shape (n, 1), for each.
-        gravity: Along -z [m/s^2].
+        kind: Of all.
+        pos: Centers, field frame [m], shape (n, 3).
+        vel: [m/s], shape (n, 3).
+        spin: Angular velocities, field frame [rad/s], shape (n, 3).
+        mass: Over that of the kind [-], of all or shape (n,).
+        diameter: The same.
+        drag: The same, of the drag coefficient.
     """
-    acc = air_acceleration(vel, spin, air)
-    acc[:, 2] -= gravity
-    middle = vel + 0.5 * dt * acc
-    acc = air_acceleration(middle, spin, air)
-    acc[:, 2] -= gravity
-    return pos + dt * middle, vel + dt * acc
+    balls, air = make_balls(np.full(len(pos), IN_FLIGHT, np.uint8), pos.copy(), vel.copy()), kind.air
+    balls.is_ball[:], balls.spin[:], balls.radius[:], balls.foam[:] = 1, spin, kind.inner_radius, kind.foam
+    balls.surface[:] = kind.friction, kind.restitution, kind.rolling
+    balls.mass[:] = kind.mass * mass
+    balls.air[:] = air
+    balls.air[:, 0] *= drag * diameter**2 / mass
+    balls.air[:, 1] *= diameter**3 / mass
+    return balls
+
+
+def cannot_rise(balls: Balls, height: float, gravity: float) -> BoolArray:
+    """Which balls, squeezed by nothing, have not the energy to come to a height [m] any more, shape (n,)."""
+    vel, rim = balls.vel, balls.radius[:, None] * balls.spin
+    energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + 0.2 * np.einsum("ij,ij->i", rim, rim)  # of a solid ball
+    spent: BoolArray = (energy + gravity * (balls.pos[:, 2] - height) < 0.0) & (balls.contacts == 0)
+    return spent
 
 
 @dataclass(slots=True, kw_only=True)
-class FlightState:
-    """Balls in the air at one instant, one a row, field frame."""
+class ShotOutcomes:
+    """What became of n shots, one a row."""
 
-    pos: FloatArray
-    """Centers [m], shape (n, 3)."""
+    goes_in: BoolArray
+    """Which of them scored."""
+    by_board: BoolArray
+    """Which touched something behind and above the opening before they came through it."""
+    by_rim: BoolArray
+    """Which touched anything else before: the rim, or what is in the way."""
+    time: FloatArray
+    """From the muzzle to the opening [s], NaN for those that do not come through it."""
+    place: FloatArray
+    """Where they come through the plane of the opening [m], NaN for the others, shape (n, 3)."""
     vel: FloatArray
-    """[m/s], shape (n, 3)."""
-    spin: FloatArray
-    """Angular velocity [rad/s], shape (n, 3)."""
-    radius: FloatArray
-    """[m], shape (n,)."""
-    air: AirFactors
-    """Of each."""
-
-    def __len__(self) -> int:
-        return len(self.pos)
-
-    def only(self, rows: IntArray | BoolArray) -> FlightState:
-        """Some of them, as arrays of their own."""
-        return FlightState(
-            pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows],
-            air=AirFactors(*(np.asarray(one)[rows] for one in self.air)),
-        )  # fmt: skip
-
-    def advanced(self, dt: float | FloatArray, *, gravity: float = GRAVITY) -> FlightState:
-        """The same balls after a time [s], one for all or shape (n, 1)."""
-        pos, vel = advance(self.pos, self.vel, self.spin, self.air, dt, gravity=gravity)
-        return replace(self, pos=pos, vel=vel)
+    """Velocity there [m/s], shape (n, 3)."""
 
 
-def path(flights: FlightState, steps: int, *, dt: float = TICK, gravity: float = GRAVITY) -> FloatArray:
-    """Centers after 0, 1 ... steps of dt [s] if nothing is in the way [m], shape (steps + 1, n, 3)."""
-    points = np.empty((steps + 1, len(flights), 3))
-    points[0] = flights.pos
-    for step in range(steps):
-        flights = flights.advanced(dt, gravity=gravity)
-        points[step + 1] = flights.pos
-    return points
-
-
-def crossing(start: FloatArray, end: FloatArray, point: FloatArray, normal: FloatArray) -> FloatArray:
-    """Share of straight ways at which they pass a plane in the direction of its normal, infinite where they do not.
+def fly_shots(
+    field: StandingField, balls: Balls, opening: ShotOpening, zone: Zone, *, downward: bool = True, clean: bool = False
+) -> ShotOutcomes:
+    """Fly shots until they score, or cannot any more.
 
     Args:
-        start: Where they begin [m], shape (n, 3).
-        end: Where they end [m], shape (n, 3).
-        point: Of the plane [m], shape (3,).
-        normal: Of the plane, shape (3,).
+        field: Among what.
+        balls: From their muzzles on; they are moved.
+        opening: What they are to come through.
+        zone: Where they score.
+        downward: Whether only falling pieces score.
+        clean: Whether what misses the opening, or touches the rim or something in the way, need not be followed on.
     """
-    before, after = (start - point) @ normal, (end - point) @ normal
-    passes = (before < 0.0) & (after >= 0.0)
-    share: FloatArray = np.where(passes, before / np.where(passes, before - after, 1.0), np.inf)
-    return share
+    n = len(balls.status)
+    found = ShotOutcomes(
+        goes_in=np.zeros(n, dtype=bool), by_board=np.zeros(n, dtype=bool), by_rim=np.zeros(n, dtype=bool),
+        time=np.full(n, np.nan), place=np.full((n, 3), np.nan), vel=np.full((n, 3), np.nan),
+    )  # fmt: skip
+    middle, inward = opening.middle, opening.inward
+    ahead = np.array([math.cos(opening.approach), math.sin(opening.approach), 0.0])
+    row, memory = np.arange(n), make_memory(n)
+    for number in range(LONGEST):
+        if number % PER_TICK == 0:
+            as_it_began, is_over = balls.pos.copy(), np.zeros(len(row), dtype=bool)
+        before, depth_before = balls.pos.copy(), (balls.pos - middle) @ inward
+        field.fly(balls, memory, FLIGHT_STEP)
+        depth = (balls.pos - middle) @ inward
+        is_early = (balls.is_touched > 0) & np.isnan(found.time[row])
+        balls.is_touched[:] = 0
+        is_behind = (depth < -balls.radius) & ((balls.pos - middle) @ ahead > 0.0)
+        found.by_board[row[is_early & is_behind]] = True
+        found.by_rim[row[is_early & ~is_behind]] = True
+        passes = np.nonzero((depth_before < 0.0) & (depth >= 0.0))[0]
+        if len(passes):
+            share = depth_before[passes] / (depth_before - depth)[passes]
+            place = before[passes] + share[:, None] * (balls.pos - before)[passes]
+            within = opening.holds(place)
+            there = row[passes[within]]
+            found.place[there], found.vel[there] = place[within], balls.vel[passes[within]]
+            found.time[there] = FLIGHT_STEP * (number + share[within])
+            is_over[passes[~within]] = clean
+        if (number + 1) % PER_TICK == 0:
+            falls = balls.pos[:, 2] < as_it_began[:, 2]
+            scores = zone.crossed(as_it_began, balls.pos) & (falls | (not downward)) & (balls.status > 0)
+            found.goes_in[row[scores]] = True
+            is_over |= scores | (found.by_rim[row] & clean) | cannot_rise(balls, zone.bottom, field.floor.gravity)
+            balls.status[is_over] = 0
+            left = balls.status > 0
+            if not left.any():
+                break
+            if np.count_nonzero(left) < _LEFT * len(row):
+                balls, memory, row = balls.only(left), memory.only(left), row[left]
+    return found
 
 
-# --- what is in the way ---------------------------------------------------------------------------------------------
+# --- what is in the way of a muzzle -----------------------------------------------------------------------------------
 
 
 def _ball() -> FloatArray:
@@ -116,16 +159,7 @@ def _ball() -> FloatArray:
     return np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3), corners])
 
 
-def _disk() -> FloatArray:
-    """Center of a unit disk and points on three rings of it, shape (49, 2): a bar of a third of its radius is met."""
-    rings = [np.zeros((1, 2))]
-    for number in (1, 2, 3):
-        turn = np.arange(8 * number) * math.tau / (8 * number)
-        rings.append(np.column_stack([np.cos(turn), np.sin(turn)]) * number / 3.0)
-    return np.vstack(rings)
-
-
-_BALL, _DISK = _ball(), _disk()
+_BALL = _ball()
 
 
 def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius: float, *, robot: int) -> int:
@@ -144,31 +178,3 @@ def muzzle_obstacle(world: PhysicsWorld, inside: Vector, muzzle: Vector, radius:
     ends = np.array(muzzle) + SQUEEZE * radius * _BALL
     _, rows = world.first_obstacles(np.repeat(np.array([inside]), len(ends), axis=0), ends, ignore=robot)
     return int(rows.max())
-
-
-def free_shares(world: PhysicsWorld, start: FloatArray, end: FloatArray, radius: float, *, robot: int) -> FloatArray:
-    """Share of each of n straight ways that a piece can go before it touches something, 0 to 1, shape (n,).
-
-    Args:
-        world: What may be in the way.
-        start: Centers of the piece, field frame [m], shape (n, 3); the piece is free there.
-        end: Where it goes [m], shape (n, 3).
-        radius: Of the largest ball in the piece [m].
-        robot: Row of the robot that shot it, which it does not touch.
-    """
-    way = end - start
-    length = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-    ahead = way / length[:, None]
-    across = np.cross(ahead, np.eye(3)[np.argmin(np.abs(ahead), axis=1)])
-    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-9)[:, None]
-    disk = _DISK @ np.stack([across, np.cross(ahead, across)], axis=1)  # (n, 49, 3)
-    rays = start[:, None, :] + SQUEEZE * radius * disk
-    # the ball's front, ahead of each of the points on its disk
-    front = radius * np.sqrt(1.0 - (SQUEEZE**2) * np.einsum("ij,ij->i", _DISK, _DISK))
-    reach = length[:, None] + front
-    ends = rays + reach[:, :, None] * ahead[:, None, :]
-    fraction, rows = world.first_obstacles(rays.reshape(-1, 3), ends.reshape(-1, 3), ignore=robot)
-    met = rows.reshape(reach.shape) >= 0
-    free = np.where(met, fraction.reshape(reach.shape) * reach - front, length[:, None]).min(axis=1)
-    shares: FloatArray = np.clip(free / length, 0.0, 1.0)
-    return shares

@@ -1,44 +1,28 @@
-"""A field with one robot and no pieces but those it shoots: where it can stand, and real shots of the engine."""
+"""A field with one robot and no pieces but those it shoots: where it can stand, and shots in a match."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
-from simcore.pieces.flight import free_shares, path
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
-from simcore.typing import FloatArray
-from simcore.units import GRAVITY, TICK, degrees
+from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.units import TICK, degrees
 
-__all__ = ["PracticeField", "RealShot"]
+__all__ = ["PracticeField"]
 
 _TURN = degrees(5.0)
 _FARTHEST_TURN = degrees(90.0)
-_DEVIATIONS = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)])
-"""Of the shots whose way must be free: up and aside, in standard deviations."""
-_ROOM = 0.02
-"""Added to a piece's radius where its way must be free [m]: one that grazes a bar by 5 mm goes elsewhere."""
 _LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots otherwise
 _LONGEST = 300  # ticks of a shot
 _MOST_WAITS = 20  # ticks until a shot must have left
-
-
-class RealShot(NamedTuple):
-    """A shot that the engine played: its places from the end of the tick in which it left [m], its velocity there."""
-
-    points: FloatArray
-    vel: FloatArray
-    scored: bool
 
 
 class PracticeField:
@@ -106,42 +90,10 @@ class PracticeField:
         drive.reset(vx=along, vy=across)
         drive.set_chassis_speeds(along, across, 0.0)
 
-    def is_way_free(self, stand: Stand, elevation: float, speed: float, scatter: Scatter) -> bool:
-        """Whether nothing is in the way of shots from any barrel, until they are over the opening.
-
-        Those as meant, by elevation [rad] and speed [m/s], must come there; those that are off to either side, up or
-        down by two standard deviations must come half of the way.
-        """
-        task, opening = self.task, self.task.opening
-        barrel = np.repeat(np.arange(len(task.barrels)), len(_DEVIATIONS))
-        up, aside = np.tile(_DEVIATIONS, (len(task.barrels), 1)).T
-        n = len(barrel)
-        draws = ShotDraws.none(n)._replace(
-            exit_speed=np.exp(scatter.exit_speed * up),
-            elevation=scatter.elevation * up,
-            azimuth=scatter.azimuth * aside,
-        )
-        meant = np.full(n, elevation), np.full(n, speed)
-        rows = task.rows(stand, *meant, task.lead(stand, *meant), barrel, draws)
-        points = path(rows, math.ceil(2.0 * speed / (GRAVITY * TICK)))  # back at the muzzle's height at the latest
-        start, end = points[:-1], points[1:]
-        depth = (end - opening.middle) @ opening.inward
-        is_over = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(end.reshape(-1, 3)).reshape(depth.shape)
-        is_meant = up == 0.0
-        if not is_over[:, is_meant].any(axis=0).all():
-            return False
-        is_near = np.hypot(*np.moveaxis(end - rows.pos, -1, 0)[:2]) < 0.5 * stand.distance
-        flies = (is_meant | np.logical_and.accumulate(is_near)) & ~np.logical_or.accumulate(is_over)
-        start, end, wide = start[flies], end[flies], task.kind.bounding_radius + _ROOM
-        world = self._match.world
-        close = world.near_field(start, np.linalg.norm(end - start, axis=1) + wide)  # no other robot is there
-        shares = free_shares(world, start[close], end[close], wide, robot=self._robot.chassis.row)
-        return bool((shares >= 1.0).all())
-
     # --- real shots -------------------------------------------------------------------------------------------------
 
-    def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> RealShot | None:
-        """Let the robot shoot once from a stand, turned beyond the aim [rad]; None if the piece has not left.
+    def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> bool | None:
+        """Whether a shot of the robot scores, from a stand, turned beyond the aim [rad]; None if none has left.
 
         Wheels and hood are where elevation [rad] and speed [m/s] have them as the gate opens; the rest is the match's.
         """
@@ -165,14 +117,13 @@ class PracticeField:
             return None
         for name in task.shooter.gate:
             mechanisms[name].velocity = 0.0
-        vel = match.pieces.state.vel[slot].copy()
         for _ in range(_LONGEST):
             match.tick()
-            has_scored = match.record.shots[-1].scored
             is_down = match.pieces.state.pos[slot, 2] < 2.0 * task.kind.bounding_radius
-            if has_scored or (is_down and not match.pieces.is_untouched[slot]):
+            if match.record.shots[-1].scored or (is_down and not match.pieces.is_untouched[slot]):
                 break
-        return RealShot(np.array(match.record.shots[-1].points), vel, has_scored)
+        scored: bool = match.record.shots[-1].scored
+        return scored
 
     def _set(self, elevation: float, speed: float) -> None:
         """Wheels, hood and gate as a shot needs them, this tick."""

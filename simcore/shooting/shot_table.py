@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -27,18 +28,20 @@ __all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 _ELEVATION_STEP = degrees(0.5)
 _SPEED_STEP = 0.0075  # of the speed
 _SPARE_ELEVATION, _SPARE_SPEED = degrees(3.0), 0.05  # beyond the shooter's limits: scatter does not stop there
-_SLOWER, _FASTER = 0.8, 1.5  # times the speed that meets the middle: from the rim in front to the top of a board
+_SLOWER, _FASTER, _TO_BOARD = 0.8, 1.3, 1.5  # times the speed that meets the middle: rim, rim behind, top of a board
 _ENOUGH = 6.0  # standard deviations; more is worth nothing: one shot in 10^9 is farther off
 _LITTLE = 0.01  # what more than enough is worth
 _DEAR = degrees(20.0)
-_FINE_SPEED, _FINE_ELEVATION, _FINE_REACH = 0.001, degrees(0.05), degrees(25.0)
+_FINE_SPEED, _FINE_ELEVATION, _FINE_REACH = 0.0025, degrees(0.1), degrees(25.0)
 _CLAIM_SHOTS, _BETWEEN_SHOTS = 1024, 512
 """Of a row's shares, from each bearing: powers of 2, as Sobol's sequence wants."""
 _APART = degrees(14.9)  # at least, bearings for which a row's share is worked out
-_CHOICE_SHOTS = 256  # of each elevation, among which a row's shot is chosen
+_CHOICE_SHOTS = 128  # of each elevation, among which a row's shot is chosen
 _KEPT = 0.9  # half way between two rows at least this part of the worse of their shares goes in; else there is a gap
 _LEAST = 0.1  # standard deviations that count for a shot that goes in at all
-_MOST_PLACES = 6  # that are tried before a row is given up
+_MOST_PLACES = 6  # that are tried for a row
+_PLACE_SHOTS, _PLACE_EVERY = 8, 4  # shots from each, of every fourth elevation
+_AS_GOOD = 0.95  # of what goes in from the best place, that takes the one that is most straight on
 _NONE: FloatArray = np.zeros(0)
 
 
@@ -58,21 +61,16 @@ class ShotBand:
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
         """Fly the shots of a grid around those that meet the target's middle."""
-        low, high = task.elevations
-        spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
-        count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
-        grid = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
-        elevations: FloatArray = np.array(grid[(grid > 0.0) & (grid < 0.5 * math.pi)], dtype=np.float64)
-        middles = np.array([_speed_to_middle(task, stand, elevation) for elevation in elevations.tolist()])
-        most = task.max_speed * (1.0 + _SPARE_SPEED)
+        elevations, middles = _to_middle(task, stand)
+        most, fastest = task.max_speed * (1.0 + _SPARE_SPEED), _TO_BOARD if task.boards else _FASTER
         reachable = middles[middles < most]
         speeds: FloatArray = np.zeros(0)
         if len(reachable):
             least = max(_SLOWER * float(reachable.min()), task.min_speed)
-            most = min(_FASTER * float(reachable.max()), most)
+            most = min(fastest * float(reachable.max()), most)
             speeds = least * np.exp(_SPEED_STEP * np.arange(max(1, math.ceil(math.log(most / least) / _SPEED_STEP))))
         ratio = speeds[None, :] / middles[:, None]
-        row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
+        row, column = np.nonzero((ratio > _SLOWER) & (ratio < fastest))
         inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
         inside[row, column] = task.hits(stand, elevations[row], speeds[column]).all(axis=1)
         return cls(task, stand, elevations, speeds, inside)
@@ -102,7 +100,7 @@ class ShotBand:
 
     def limits(self, elevation: float, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """Slowest and fastest shot at an elevation [m/s], flattest and steepest at a speed [rad], that still go in."""
-        speeds = speed * np.exp(np.arange(math.log(_SLOWER), math.log(_FASTER), _FINE_SPEED))
+        speeds = speed * np.exp(np.arange(math.log(_SLOWER), math.log(_TO_BOARD), _FINE_SPEED))
         elevations: FloatArray = np.arange(_FINE_ELEVATION, 0.5 * math.pi, _FINE_ELEVATION)
         elevations = elevations[np.abs(elevations - elevation) < _FINE_REACH]
         fast: BoolArray = np.asarray(self.task.hits(self.stand, np.full(len(speeds), elevation), speeds).all(axis=1))
@@ -123,16 +121,29 @@ def _around(values: FloatArray, inside: BoolArray, middle: float) -> tuple[float
     return float(values[first]), float(values[last])
 
 
-def _speed_to_middle(task: ShotTask, stand: Stand, elevation: float) -> float:
-    """Speed of the shot of an elevation that meets the middle of the opening [m/s]; infinite where none does."""
-    muzzle, drag = task.muzzle(stand, np.array([stand.bearing]))[0], task.kind.air.drag
-    try:
-        return solve_shot(
-            muzzle, task.opening.middle, elevation=elevation, drag=drag, robot_velocity=stand.velocity,
-            rising=not task.zone.downward,
-        ).speed  # fmt: skip
-    except NoShotError:
-        return math.inf
+def _to_middle(task: ShotTask, stand: Stand) -> tuple[FloatArray, FloatArray]:
+    """Elevations of the grid [rad], and the speed that meets the middle of the opening [m/s], infinite for none."""
+    low, high = task.elevations
+    spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
+    count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
+    grid = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
+    elevations: FloatArray = np.array(grid[(grid > 0.0) & (grid < 0.5 * math.pi)], dtype=np.float64)
+    speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, np.array([stand.bearing]))[0]
+    for number, elevation in enumerate(elevations.tolist()):
+        with contextlib.suppress(NoShotError):
+            speeds[number] = solve_shot(
+                muzzle, task.opening.middle, elevation=elevation, drag=task.kind.air.drag,
+                robot_velocity=stand.velocity, rising=not task.zone.downward,
+            ).speed  # fmt: skip
+    return elevations, speeds
+
+
+def _hits_by_place(task: ShotTask, stand: Stand, scatter: Scatter) -> int:
+    """How many of some shots of all elevations at the middle go in: fewer where something is in the way."""
+    elevations, speeds = _to_middle(task, stand)
+    usable = np.nonzero(speeds < task.max_speed)[0][::_PLACE_EVERY]
+    hits = task.hits(stand, elevations[usable], speeds[usable], _draws(scatter, 0, _PLACE_SHOTS))
+    return int(hits.sum())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,6 +187,11 @@ class ShotTableRow:
     """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
     is_gap: bool = False
     """Whether clearly fewer go in there than from both ends."""
+
+    @property
+    def aim(self) -> tuple[FloatArray, FloatArray]:
+        """Elevation [rad] and speed [m/s], as `ShotTask` takes them, shape (1,) each."""
+        return np.array([self.elevation]), np.array([self.speed])
 
     @property
     def worst_stand(self) -> Stand:
@@ -252,37 +268,27 @@ class _Place(NamedTuple):
     margins: FloatArray = _NONE
     """Of these shots, in standard deviations, shape (n,)."""
     widths: FloatArray = _NONE
-    """The same, but no more than their shares say, and zero where something is in the way, shape (n,)."""
+    """The same, but no more than their shares say, shape (n,)."""
 
 
 def _place(task: ShotTask, practice: PracticeField, wanted: Stand, scatter: Scatter) -> _Place:
-    """Where shots are widest: where the widest is in something's way, the best of the next places to the side."""
-    found, widest = _Place(wanted, "the robot has no place on the field there", None), 0.0
-    for stand in practice.stands(wanted)[:_MOST_PLACES]:
-        band = ShotBand.of(task, stand)
-        if found.band is None:
-            found = _Place(wanted, "no elevation and speed of this shooter go in", band)
-        speeds, margins = band.widest(scatter)
-        shots = np.nonzero(margins)[0]
-        if not len(shots):
-            continue
-        hits = task.hits(stand, band.elevations[shots], speeds[shots], _draws(scatter, 0, _CHOICE_SHOTS))
-        # A wide shot that misses does so by its direction, spin or piece: it is no safer than its share says.
-        safe = np.where(hits.all(axis=1), np.inf, ndtri((hits.sum(axis=1) + 0.5) / (_CHOICE_SHOTS + 1.0)))
-        widths = np.zeros(len(margins))
-        widths[shots] = np.clip(margins[shots], 0.0, np.maximum(safe, _LEAST))
-        without_field = float(widths.max())
-        for number in shots.tolist():
-            if not practice.is_way_free(stand, float(band.elevations[number]), float(speeds[number]), scatter):
-                widths[number] = 0.0
-        free = min(float(widths.max()), _ENOUGH)
-        if free > widest:
-            found, widest = _Place(stand, "", band, speeds, margins, widths), free
-        elif not widest:
-            found = _Place(wanted, "something on the field is in the way of every shot", band)
-        if free >= min(without_field, _ENOUGH):
-            break
-    return found
+    """Where shots are widest, of the places next to where they come straight."""
+    stands = practice.stands(wanted)[:_MOST_PLACES]
+    if not stands:
+        return _Place(wanted, "the robot has no place on the field there", None)
+    found = [_hits_by_place(task, stand, scatter) for stand in stands]
+    stand = next(one for one, hits in zip(stands, found, strict=True) if hits >= _AS_GOOD * max(found))
+    band = ShotBand.of(task, stand)
+    speeds, margins = band.widest(scatter)
+    shots = np.nonzero(margins)[0]
+    if not len(shots):
+        return _Place(wanted, "no elevation and speed of this shooter go in", band)
+    hits = task.hits(stand, band.elevations[shots], speeds[shots], _draws(scatter, 0, _CHOICE_SHOTS))
+    # A wide shot that misses does so by its direction, spin or piece: it is no safer than its share says.
+    safe = np.where(hits.all(axis=1), np.inf, ndtri((hits.sum(axis=1) + 0.5) / (_CHOICE_SHOTS + 1.0)))
+    widths = np.zeros(len(margins))
+    widths[shots] = np.clip(margins[shots], 0.0, np.maximum(safe, _LEAST))
+    return _Place(stand, "", band, speeds, margins, widths)
 
 
 def _smoothest(rows: Sequence[FloatArray]) -> list[int]:
@@ -337,7 +343,7 @@ def _row(
     some = [stand]
     for one in [] if task.boards else practice.stands(stand):
         is_apart = all(abs(wrap_angle(one.bearing - other.bearing)) > _APART for other in some)
-        if is_apart and practice.is_way_free(one, elevation, speed, scatter):
+        if is_apart and task.hits(one, *aim).all():
             some.append(one)
     bearings = tuple((one.bearing, task.share(one, elevation, speed, draws)) for one in some)
     return ShotTableRow(

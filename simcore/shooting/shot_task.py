@@ -8,21 +8,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.loop.balls import Balls
 from simcore.match.game import Game
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
+from simcore.physics.ball_dynamics import StandingField
+from simcore.physics.contact_law import CARPET
 from simcore.physics.shapes import Sphere
-from simcore.pieces.aerodynamics import AirFactors
-from simcore.pieces.flight import FlightState
+from simcore.pieces.flight import ShotOutcomes, fly_shots, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Aim, muzzle_offset, to_field
-from simcore.pieces.shot_opening import ShotOpening, ShotOutcomes, fly_to_opening
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -139,7 +141,6 @@ class ShotTask:
         assert opening is not None
         self.opening = opening
         self.boards = boards
-        self._meant = opening if boards else replace(opening, boards=())
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -233,31 +234,25 @@ class ShotTask:
     def rows(
         self, stand: Stand, elevation: FloatArray, speed: FloatArray, yaw: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
-    ) -> FlightState:  # fmt: skip
+    ) -> Balls:  # fmt: skip
         """Shots in directions [rad] as they leave a barrel or each its own, with what they differ by; None: nothing."""
         d = draws or ShotDraws.none(len(speed))
-        shape, air = self.kind.shape, self.kind.air
-        assert isinstance(shape, Sphere)
-        radius = shape.radius * d.diameter
         pos, vel, spin = self.shooter.launched(
             Aim(elevation + d.elevation, speed * d.exit_speed, d.azimuth),
             (*self.robot_pose(stand, yaw), stand.velocity, np.zeros(3)),
-            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels), radius=radius, barrel=barrel,
-            spin=d.spin,
+            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels),
+            radius=self.kind.bounding_radius * d.diameter, barrel=barrel, spin=d.spin,
         )  # fmt: skip
-        factors = AirFactors(
-            drag=air.drag * d.drag * d.diameter**2 / d.mass,
-            lift=air.lift * d.diameter**3 / d.mass,
-            lift_saturation=air.lift_saturation * d.diameter,
-        )
-        return FlightState(pos=pos, vel=vel, spin=spin, radius=radius, air=factors)
+        return flying_balls(self.kind, pos, vel, spin, mass=d.mass, diameter=d.diameter, drag=d.drag)
 
-    def fly(self, rows: FlightState) -> ShotOutcomes:
-        """What becomes of shots, by rim, boards and walls."""
-        return self._fly(rows, self.opening)
+    @cached_property
+    def field(self) -> StandingField:
+        """What stands on the game's field."""
+        return StandingField.of(self.game.field.load().elements, CARPET)
 
-    def _fly(self, rows: FlightState, opening: ShotOpening) -> ShotOutcomes:
-        return fly_to_opening(rows, opening, self.zone.zone, self.kind.surface, downward=self.zone.downward)
+    def fly(self, balls: Balls, *, clean: bool = False) -> ShotOutcomes:
+        """What becomes of shots; see `fly_shots`."""
+        return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
         """Whether shots go in: of each of m that are meant n, as many from each barrel, shape (m, n).
@@ -267,7 +262,7 @@ class ShotTask:
             elevation: [rad], shape (m,).
             speed: Relative to the muzzle [m/s], shape (m,).
             draws: How n shots of each differ from what was meant, whatever they touch on their way; None: one from
-                every barrel, as meant, which must stay clear of the rim, and of the boards unless these are meant.
+                every barrel, as meant, which must stay clear of all but the inside, and boards if these are meant.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
@@ -277,11 +272,10 @@ class ShotTask:
         each = ShotDraws(*(np.tile(part, len(good)) for part in d))
         result: BoolArray = np.zeros((len(yaw), n), dtype=bool)
         shots = self.rows(stand, up, fast, aside, np.tile(barrel, len(good)), each)
+        found = self.fly(shots, clean=draws is None)
+        goes_in = found.goes_in
         if draws is None:
-            found = self._fly(shots, self._meant)
-            goes_in = found.goes_in & ~found.by_rim
-        else:
-            goes_in = self.fly(shots).goes_in
+            goes_in &= ~found.by_rim & (self.boards | ~found.by_board)
         result[good] = goes_in.reshape(len(good), n)
         return result
 

@@ -16,7 +16,7 @@ from simcore.match.registry import find_game
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, text_flag
-from simcore.shooting.shot_check import check_by_engine, check_by_flights
+from simcore.shooting.shot_check import check_by_flights, check_in_match
 from simcore.shooting.shot_files import draw_bands, table_csv, table_json, table_python
 from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
 from simcore.shooting.shot_task import ShotTask
@@ -112,8 +112,8 @@ def run(options: argparse.Namespace) -> int:
     _print(table)
     found = [("check", check) for check in checks.values()]
     if options.real_shots:
-        real = check_by_engine(table, options.real_shots, seed=options.seed + 1, engine=options.engine)
-        found += [("engine", check) for check in real]
+        real = check_in_match(table, options.real_shots, seed=options.seed + 1, engine=options.engine)
+        found += [("match", check) for check in real]
     for name, check in found:
         print(f"{name:7} {check.text}")
     holds = bool(table.feasible) and all(check.holds for _, check in found)

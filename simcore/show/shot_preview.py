@@ -1,12 +1,12 @@
 """Where a shot would land if a piece left a shooter now, and whether it would score.
 
-The piece flies by the equations that the match's flights follow, until it is in a zone or something is in its way. At a
-zone with an opening it goes on by `fly_to_opening`, off boards and the walls of a funnel. Pieces that lie on the field
-are in nobody's way.
+The piece flies by the loop that moves the balls of the match, off all that stands on the field, until it scores or
+cannot any more. Robots and other pieces are not in its way.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter
@@ -14,21 +14,18 @@ from time import perf_counter
 import numpy as np
 
 from simcore.match.match import Match
-from simcore.match.scoring import ScoringZone
-from simcore.pieces.aerodynamics import AirFactors
-from simcore.pieces.flight import FlightState, free_shares, path
+from simcore.physics.ball_dynamics import make_memory
+from simcore.pieces.flight import FLIGHT_STEP, LONGEST, PER_TICK, cannot_rise, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
 from simcore.pieces.shooter import Shooter
-from simcore.pieces.shot_opening import fly_to_opening
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
 __all__ = ["ShotPath", "ShotPreview"]
 
-_LONGEST = 200  # ticks
-_AT_ONCE = 10  # ticks of a flight whose surroundings are asked for in one step of work
+_AT_ONCE = 40  # steps of a flight that are done in one step of work
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,50 +97,34 @@ class ShotPreview:
                 else:
                     yield from self._one(robot, number, shooter)
 
-    def _one(self, robot: Robot, number: int, shooter: Shooter) -> Iterator[None]:
+    def _one(self, robot: Robot, shooter_number: int, shooter: Shooter) -> Iterator[None]:
         kind = self._kind_of_next(robot, shooter)
         now = Launch(barrel=0, delay=TICK, aim=shooter.aim)
         piece = shooter.released(now, radius=kind.bounding_radius, robot=robot.motion_at(1.0))
         pos, vel, spin = (np.array([one]) for one in (piece.pos, piece.vel, piece.rate))
-        air = AirFactors(*(np.array([one]) for one in kind.air))
-        shot = FlightState(pos=pos, vel=vel, spin=spin, radius=np.array([kind.bounding_radius]), air=air)
-        points = path(shot, _LONGEST, gravity=self._match.world.gravity)[:, 0]
-        start, end, share = points[:-1], points[1:].copy(), np.ones(_LONGEST)
-        for first in range(0, _LONGEST, _AT_ONCE):
-            legs = slice(first, first + _AT_ONCE)
-            share[legs] = free_shares(
-                self._match.world, start[legs], end[legs], kind.inner_radius, robot=robot.chassis.row
-            )
-            if (share[legs] < 1.0).any():
+        ball, memory, points = flying_balls(kind, pos, vel, spin), make_memory(1), [pos[0]]
+        field, scored = self._match.world.balls.standing, None
+        zones = [one for one in self._match.game.zones if not one.kinds or kind.name in one.kinds]
+        lowest = min((one.zone.bottom for one in zones), default=math.inf)
+        for number in range(1, LONGEST + 1):
+            before, was_touched = ball.pos.copy(), bool(ball.is_touched[0])
+            field.fly(ball, memory, FLIGHT_STEP)
+            falls = ball.pos[0, 2] < before[0, 2]
+            hit = [one for one in zones if (falls or not one.downward) and one.zone.crossed(before, ball.pos)[0]]
+            scored = hit[0] if hit else None
+            if not was_touched and (scored or ball.is_touched[0] or number % PER_TICK == 0):
+                points.append(ball.pos[0].copy())
+            if scored or (ball.is_touched[0] and cannot_rise(ball, lowest, field.floor.gravity)[0]):
                 break
-            yield
-        last = int(np.argmax(share < 1.0)) if (share < 1.0).any() else _LONGEST - 1
-        end[last] = start[last] + share[last] * (end[last] - start[last])
-        zone = None
-        for one in self._match.game.zones:
-            if one.kinds and kind.name not in one.kinds:
-                continue
-            a, b = start[: last + 1], end[: last + 1]
-            crossed = np.nonzero(one.zone.crossed(a, b) & ((b[:, 2] < a[:, 2]) | (not one.downward)))[0]
-            if len(crossed):
-                zone, last = one, int(crossed[0])
-            elif zone is None and self._drops_in(shot, kind, one, end[last]):
-                zone = one
-        self._found[robot.number, number] = ShotPath(
+            if number % _AT_ONCE == 0:
+                yield
+        self._found[robot.number, shooter_number] = ShotPath(
             robot=robot.number,
-            points=np.vstack([start[: last + 1], end[last]]),
-            landing=end[last],
-            zone="" if zone is None else zone.name,
-            worth=0 if zone is None else self._match.rules.worth(zone),
+            points=np.array(points),
+            landing=points[-1],
+            zone="" if scored is None else scored.name,
+            worth=0 if scored is None else self._match.rules.worth(scored),
         )
-
-    def _drops_in(self, shot: FlightState, kind: GamePieceConfig, zone: ScoringZone, touch: FloatArray) -> bool:
-        """Whether a shot that first touches something at an opening goes into it."""
-        if zone.opening is None or np.linalg.norm(touch - zone.opening.middle) > zone.opening.reach:
-            return False
-        gravity, downward = self._match.world.gravity, zone.downward
-        flown = fly_to_opening(shot, zone.opening, zone.zone, kind.surface, downward=downward, gravity=gravity)
-        return bool(flown.goes_in[0])
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
         """The kind of piece that the shooter has next, or would have."""

@@ -23,14 +23,13 @@ from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.clock import Phase
 from simcore.match.human_actions import HumanAction
 from simcore.match.registry import installed_games
-from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
 from simcore.pieces.hopper_config import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import RestingPlace
-from simcore.pieces.shot_opening import Panel, ShotOpening
+from simcore.pieces.shot_opening import ShotOpening
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.cots import MODULES
@@ -58,7 +57,6 @@ JOINT = Joint(mechanism="arm", axis=(0.0, 0.0, 1.0), origin=(0.1, 0.0, 0.2))
 ZONE = IntakeZone(x_min=-0.5, x_max=-0.3, y_min=-0.2, y_max=0.2, z_max=0.2)
 SQUARE = ((0.0, 0.0, 2.0), (1.0, 0.0, 2.0), (1.0, 1.0, 2.0), (0.0, 1.0, 2.0))
 EXAMPLES = (
-    Panel(corners=SQUARE, surface=WALL),
     ShotOpening(corners=SQUARE, approach=0.0),
     BOX,
     ARM,

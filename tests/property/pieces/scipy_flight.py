@@ -8,7 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from simcore.errors import NonFiniteError
-from simcore.pieces.aerodynamics import AirFactors, air_acceleration
+from simcore.loop.contact import air_acceleration
+from simcore.pieces.aerodynamics import AirFactors
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -66,7 +67,7 @@ def fly(
     require("fly", "sample_period", sample_period, DURATION)
 
     def law(_: float, state: FloatArray) -> FloatArray:
-        acceleration = air_acceleration(state[None, 3:], omega, air)[0]
+        acceleration = np.array(air_acceleration(*state[3:], *omega[0], *map(float, air[:3])))
         acceleration[2] -= gravity
         return np.concatenate([state[3:], acceleration])
 

@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.pieces.aerodynamics import (
-    Aerodynamics,
-    AirFactors,
-    air_acceleration,
-    air_factors,
-    drag_acceleration,
-    lift_acceleration,
-)
+from simcore.loop.contact import air_acceleration
+from simcore.pieces.aerodynamics import Aerodynamics, air_factors, drag_acceleration
 
 BASEBALL = Aerodynamics(lift_slope=1.92)
+
+
+def lift_acceleration(velocity, spin, factors):
+    return air_acceleration(*velocity, *spin, 0.0, factors.lift, factors.lift_saturation)
 
 
 def test_drag_over_weight_of_fuel_is_as_published():
@@ -37,21 +35,19 @@ def test_drag_factor_may_differ_from_piece_to_piece():
 
 def test_backspin_lifts_and_sidespin_bends():
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
-    forward = np.array([[10.0, 0.0, 0.0]])
-    up = lift_acceleration(forward, np.array([[0.0, -30.0, 0.0]]), factors)[0]
+    forward = (10.0, 0.0, 0.0)
+    up = lift_acceleration(forward, (0.0, -30.0, 0.0), factors)
     assert up[2] > 0.0
     assert up[:2] == pytest.approx([0.0, 0.0])
-    assert lift_acceleration(forward, np.array([[0.0, 0.0, 30.0]]), factors)[0][1] > 0.0
-    assert lift_acceleration(forward, np.array([[30.0, 0.0, 0.0]]), factors)[0] == pytest.approx(
-        [0, 0, 0]
-    )  # rifle spin
+    assert lift_acceleration(forward, (0.0, 0.0, 30.0), factors)[1] > 0.0
+    assert lift_acceleration(forward, (30.0, 0.0, 0.0), factors) == pytest.approx((0, 0, 0))  # rifle spin
 
 
 @pytest.mark.parametrize("rate", [5.0, 60.0, 1000.0])
 def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
     """With Cl = slope S / (1 + slope S / limit) at a spin ratio S = r omega / v."""
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
-    lift = lift_acceleration(np.array([[10.0, 0.0, 0.0]]), np.array([[0.0, -rate, 0.0]]), factors)[0]
+    lift = lift_acceleration((10.0, 0.0, 0.0), (0.0, -rate, 0.0), factors)
     spin_ratio = 0.075 * rate / 10.0
     coefficient = 1.92 * spin_ratio / (1.0 + 1.92 * spin_ratio / 0.48)
     assert lift[2] == pytest.approx(0.5 * 1.2 * math.pi * 0.075**2 * coefficient * 100.0 / 0.215)
@@ -61,21 +57,17 @@ def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
 def test_lift_coefficient_of_a_baseball(spin_ratio):
     """Cl = 1.120 S / (0.583 + 2.333 S), within the rounding of its three numbers."""
     radius, mass, speed = 0.037, 0.145, 40.0
-    spin = np.array([[0.0, -spin_ratio * speed / radius, 0.0]])
+    spin = (0.0, -spin_ratio * speed / radius, 0.0)
     factors = air_factors(BASEBALL, radius=radius, mass=mass)
-    lift = lift_acceleration(np.array([[speed, 0.0, 0.0]]), spin, factors)[0, 2]
+    lift = lift_acceleration((speed, 0.0, 0.0), spin, factors)[2]
     coefficient = lift * mass / (0.5 * 1.2 * math.pi * radius**2 * speed**2)
     assert coefficient == pytest.approx(1.120 * spin_ratio / (0.583 + 2.333 * spin_ratio), rel=0.002)
 
 
 def test_a_piece_at_rest_feels_nothing():
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
-    both = air_acceleration(np.zeros((2, 3)), np.array([[0.0, 50.0, 0.0], [0.0, 0.0, 0.0]]), factors)
-    assert np.array_equal(both, np.zeros((2, 3)))
-
-
-def test_no_pieces_is_no_problem():
-    assert air_acceleration(np.zeros((0, 3)), np.zeros((0, 3)), AirFactors(drag=0.1, lift=0.1)).shape == (0, 3)
+    for spin in ((0.0, 50.0, 0.0), (0.0, 0.0, 0.0)):
+        assert air_acceleration(0.0, 0.0, 0.0, *spin, *factors[:3]) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("change", [{"drag_coefficient": -0.1}, {"lift_slope": math.nan}, {"lift_limit": 0.0}])

@@ -1,46 +1,71 @@
-"""Flights: one step against many small ones, the parabola, paths and crossings."""
+"""Flights in the loop: the equation of motion, the parabola, and that each flies alone."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
-from simcore.pieces.flight import FlightState, advance, crossing, path
+from games.rebuilt.fuel import FUEL
+from simcore.physics.ball_dynamics import StandingField, make_memory
+from simcore.physics.contact_law import CARPET
+from simcore.pieces.aerodynamics import Aerodynamics
+from simcore.pieces.flight import FLIGHT_STEP, cannot_rise, flying_balls
 from simcore.units import GRAVITY
 
-POS, VEL, SPIN = (np.array([row]) for row in ((1.0, 2.0, 0.5), (15.0, -2.0, 12.0), (0.0, -150.0, 20.0)))
-AIR = air_factors(Aerodynamics(lift_slope=1.92), radius=0.075, mass=0.215)
+POS, VEL, SPIN = (np.array([row]) for row in ((1.0, 2.0, 0.5), (8.0, -2.0, 9.0), (0.0, -150.0, 20.0)))
+CURVED = replace(FUEL, aerodynamics=Aerodynamics(lift_slope=1.92))
+HEAVY = replace(FUEL, aerodynamics=None)
+OPEN = StandingField.of((), CARPET)
 
 
-def test_a_step_is_of_second_order():
-    """20 ms with drag and lift, against steps of a hundredth; half the step, a quarter of the error."""
-    exact, faster = POS, VEL
-    for _ in range(100):
-        exact, faster = advance(exact, faster, SPIN, AIR, 0.0002)
-    there, after = advance(POS, VEL, SPIN, AIR, 0.02)
-    assert there == pytest.approx(exact, abs=5e-5) and after == pytest.approx(faster, abs=5e-3)
-    half = advance(*advance(POS, VEL, SPIN, AIR, 0.01), SPIN, AIR, 0.01)
-    assert np.linalg.norm(half[1] - faster) < 0.3 * np.linalg.norm(after - faster)
+def flown(balls, seconds):
+    memory = make_memory(len(balls.pos))
+    for _ in range(round(seconds / FLIGHT_STEP)):
+        OPEN.fly(balls, memory, FLIGHT_STEP)
+    return balls
 
 
-def test_without_air_it_is_the_parabola_at_any_step():
-    pos, vel = advance(POS, VEL, SPIN, AirFactors(), 0.7)
-    assert pos == pytest.approx(POS + 0.7 * VEL - (0.0, 0.0, 0.5 * GRAVITY * 0.7**2))
-    assert vel == pytest.approx(VEL - (0.0, 0.0, GRAVITY * 0.7))
+def test_drag_and_lift_are_those_of_the_equation_of_motion():
+    """dv/dt = -g - k |v| v + c (omega x v) / (1 + s |omega x v| / v^2), dw/dt = -f w^2: within 2 mm after 1.5 s."""
+    air = CURVED.air
+
+    def law(_, state):
+        v, w = state[3:6], state[6:]
+        across, speed = np.cross(w, v), np.linalg.norm(v)
+        lift = air.lift * across / (1.0 + air.lift_saturation * np.linalg.norm(across) / speed**2)
+        return [*v, *(lift - air.drag * speed * v - (0.0, 0.0, GRAVITY)), *(-air.spin_drag * np.linalg.norm(w) * w)]
+
+    start = np.concatenate([POS[0], VEL[0], SPIN[0]])
+    exact = solve_ivp(law, (0.0, 1.5), start, rtol=1e-10, atol=1e-12).y[:, -1]
+    ball = flown(flying_balls(CURVED, POS, VEL, SPIN), 1.5)
+    assert np.linalg.norm(exact[:3] - POS[0] - 1.5 * VEL[0]) > 3.0, "gravity, drag and lift bend it"
+    assert np.linalg.norm(ball.pos[0] - exact[:3]) < 0.002
+    assert np.linalg.norm(ball.vel[0] - exact[3:6]) < 0.004
 
 
-def test_a_path_has_a_row_a_step_and_what_is_left_out_changes_no_other():
-    rows = AirFactors(drag=np.array([0.0, 0.03]), lift=np.zeros(2), lift_saturation=np.zeros(2))
-    both = FlightState(pos=POS.repeat(2, 0), vel=VEL.repeat(2, 0), spin=SPIN.repeat(2, 0), radius=np.ones(2), air=rows)
-    points = path(both, 50)
-    t = 0.02 * np.arange(51)[:, None]
-    assert points[:, 0] == pytest.approx(POS + t * VEL - 0.5 * GRAVITY * t * t * (0.0, 0.0, 1.0))
-    assert np.array_equal(path(both.only(np.array([1])), 50)[:, 0], points[:, 1])
+def test_without_air_it_is_the_parabola():
+    ball = flown(flying_balls(HEAVY, POS, VEL, SPIN), 0.7)
+    assert ball.pos == pytest.approx(POS + 0.7 * VEL - (0.0, 0.0, 0.5 * GRAVITY * 0.7**2))
+    assert ball.vel == pytest.approx(VEL - (0.0, 0.0, GRAVITY * 0.7))
 
 
-def test_a_plane_is_crossed_in_the_direction_of_its_normal_alone():
-    start, end = np.array([(0.0, 0.0, 2.0), (0.0, 0.0, -1.0), (0.0, 0.0, 3.0)]), np.array([(4.0, 0.0, -2.0)] * 3)
-    end[1, 2] = 1.0
-    down = crossing(start, end, np.zeros(3), np.array([0.0, 0.0, -1.0]))
-    assert down == pytest.approx([0.5, np.inf, 0.6])
+def test_balls_fly_alone_with_factors_of_their_own():
+    """Two from one place pass each other; a heavier one has less drag, to the last bit as if it were alone."""
+    mass = np.array([1.0, 1.1])
+    both = flown(flying_balls(FUEL, POS.repeat(2, 0), VEL.repeat(2, 0), SPIN.repeat(2, 0), mass=mass), 1.0)
+    one = flown(flying_balls(FUEL, POS, VEL, SPIN, mass=mass[1:]), 1.0)
+    assert np.array_equal(both.pos[1], one.pos[0]) and both.pos[1, 0] > both.pos[0, 0]
+    assert both.air[:, 0] * both.mass == pytest.approx(FUEL.air.drag * FUEL.mass)
+
+
+@pytest.mark.parametrize(("factor", "spent"), [(0.99, True), (1.01, False)])
+def test_a_ball_rises_by_its_energy_and_that_of_its_spin(factor, spent):
+    """v^2 / 2 + (2/5) r^2 omega^2 / 2 = g h of a solid ball."""
+    rim = 3.0
+    up = math.sqrt(2.0 * (GRAVITY * 1.5 * factor - 0.2 * rim**2))
+    ball = flying_balls(FUEL, POS, np.array([[0.0, 0.0, up]]), np.array([[rim / FUEL.bounding_radius, 0.0, 0.0]]))
+    assert cannot_rise(ball, 2.0, GRAVITY).tolist() == [spent]
