@@ -88,6 +88,8 @@ class Balls(NamedTuple):
     """Largest force of another ball on it, in its last step awake [N], shape (n,)."""
     hold: FloatArray
     """Force that a ball is wedged in with [N], 0: it is not, shape (n,)."""
+    leaves: IntArray
+    """Body that it was launched from and that it does not touch before it is out of it, -1: none, shape (n,)."""
     contacts: IntArray
     """Contacts in the last step, shape (n,)."""
     is_touched: npt.NDArray[np.uint8]
@@ -613,7 +615,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
     queue, count, start, near, has_bodies, found, which = lists
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, air, still, load = balls.foam, balls.surface, balls.air, balls.still, balls.load
-    hold, contacts, seen, mark = balls.hold, balls.contacts, balls.bodies, bodies.mark
+    hold, contacts, seen, mark, leaves = balls.hold, balls.contacts, balls.bodies, bodies.mark, balls.leaves
     key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
     owner, box, material = solids.body, solids.box, solids.surface
     first, plane, corner = solids.first, solids.plane, solids.corner
@@ -634,7 +636,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
             late = (step + 0.5) * part - 0.5 * h
             x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
             # what it touches
-            n = 0
+            n, is_leaving = 0, False
             if is_floor and z < radius and not is_asleep:
                 n = _add_contact(found, which, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
             for entry in range(start[q], start[q + 1]):
@@ -657,10 +659,14 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                         continue
                     distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, radius, first, plane, corner)
                     nx, ny, nz = _to_field(axes, b, lx, ly, lz)
-                if distance < radius:
+                if distance < radius and b >= 0 and b == leaves[i]:
+                    is_leaving = True
+                elif distance < radius:
                     n = _add_contact(found, which, n, s, distance, radius, nx, ny, nz, is_face)
             if n > 1:
                 n = _without_edges(found, which, n)
+            if not is_leaving and len(origin) > 0:
+                leaves[i] = _NOBODY
             # how finely it must go on
             if step == 0 and not is_asleep:
                 if start[q + 1] > start[q]:

@@ -37,7 +37,7 @@ def make_balls(status: np.ndarray, pos: FloatArray, vel: FloatArray) -> Balls:
         is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
         quat=np.tile((0.0, 0.0, 0.0, 1.0), (n, 1)), radius=np.full(n, 0.1), mass=np.ones(n), foam=np.ones((n, 4)),
         surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), load=np.zeros(n), press=np.zeros(n),
-        hold=np.zeros(n), contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8),
+        hold=np.zeros(n), leaves=np.full(n, -1), contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8),
         bodies=np.zeros(n, np.int64),
     )  # fmt: skip
 
@@ -190,6 +190,14 @@ class BallDynamics:
         return max(depth, radius - pos[2]) if self.floor.is_there else depth
 
     # --- motion ---------------------------------------------------------------------------------------------------
+
+    def reach(self, row: int) -> float:
+        """How far a body of an engine row reaches from its origin [m]."""
+        return float(self._bodies.reach[self._number_of[row]])
+
+    def leave(self, ball: int, row: int) -> None:
+        """Let a ball touch a body of an engine row only after it has come out of it."""
+        self.balls.leaves[ball] = self._number_of[row]
 
     def robots_touching(self, ball: int) -> list[int]:
         """Engine rows of the robots that a ball has touched in this tick."""

@@ -297,9 +297,10 @@ class PhysicsWorld:
         self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
         return row
 
-    def set_piece_touchable(self, row: int, touchable: bool) -> None:
-        """Put a piece into the world of contacts, or take it out of it."""
-        self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, _PIECE_MASK if touchable else 0)
+    def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
+        """Put a piece into the world of contacts, with robots or without, or take it out of it."""
+        mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
+        self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def surface(self, row: int) -> TerrainSurface:
         """Material of a body."""

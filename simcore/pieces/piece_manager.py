@@ -115,6 +115,7 @@ class GamePieceManager:
         self.recovered = 0
         """How many times a piece was brought back from outside the field."""
         self._start = self.state.pos.copy()  # of the tick
+        self._leaving: dict[int, int] = {}  # slots of pieces that are no balls, and the robots that they come out of
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
         """Speed of the fastest piece as the tick began, with what gravity can add [m/s]."""
@@ -250,12 +251,42 @@ class GamePieceManager:
         self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
         self.state.holder[slot] = -1
         self._is_shot[slot] = flying
+        if flying and holder < len(self._world.robot_rows):
+            self._leave(slot, self._world.robot_rows[holder])
         return slot
 
+    def _leave(self, slot: int, robot: int) -> None:
+        """Let a piece that was shot come out of the robot of an engine row before it can touch it."""
+        if self._is_ball[slot]:
+            self._world.balls.leave(slot, robot)
+        else:
+            self._leaving[slot] = robot
+            self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
+
+    def _let_touch_robots(self) -> None:
+        """See which pieces that are no balls have come out of the robots that shot them."""
+        for slot, robot in list(self._leaving.items()):
+            away = math.dist(self.state.pos[slot], self._world.engine.pose(robot)[0])
+            is_here = self.state.status[slot] in ON_FIELD
+            if not is_here or away > self._pool.radius[slot] + self._world.balls.reach(robot):
+                del self._leaving[slot]
+                if is_here:
+                    self._world.set_piece_touchable(self._pool.rows[slot], True)
+
     def fly(self, slot: int, h: float) -> None:
-        """Let a ball that was launched just now fly on for h [s], as far as the field lets it."""
+        """Let a piece that was launched just now fly on for h [s]; one that is no ball stays if something is there."""
         if self._is_ball[slot]:
             self._world.balls.fly(self._balls.only(slice(slot, slot + 1)), h)
+            return
+        pos, vel, reach = self.state.pos[slot], self.state.vel[slot], self._pool.radius[slot]
+        drop = np.array((0.0, 0.0, self._world.gravity * h))
+        end = pos + h * (vel - 0.5 * drop)
+        low, high = np.minimum(pos, end) - reach, np.maximum(pos, end) + reach
+        if low[2] > 0.0 and self._world.is_free(low.tolist(), high.tolist()):
+            row, quat = self._pool.rows[slot], self._balls.quat[slot].tolist()
+            self.state.pos[slot], self.state.vel[slot] = end, vel - drop
+            self._world.set_pose(row, end.tolist(), (quat[0], quat[1], quat[2], quat[3]))
+            self._world.set_velocity(row, self.state.vel[slot].tolist(), self._balls.spin[slot].tolist())
 
     def _set_velocity(self, slot: int, vel: Sequence[float], spin: Sequence[float]) -> None:
         self.state.vel[slot] = vel
@@ -496,6 +527,7 @@ class GamePieceManager:
         if not len(self._others):
             self._world.balls.begin_tick([row for row, _, _ in self._world.hanging], [])
             return math.inf
+        self._let_touch_robots()
         self._wake_reached(awake, dt)
         slots, rows = self._beside_balls(dt)
         fixed = slots[self._pool.is_frozen[slots]]

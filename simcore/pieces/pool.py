@@ -213,12 +213,10 @@ class PiecePool:
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
         balls, row = self.balls, self.rows[slot]
-        balls.quat[slot] = quat
-        if row < 0:
-            balls.spin[slot] = 0.0
-            balls.still[slot] = balls.load[slot] = balls.press[slot] = balls.hold[slot] = 0.0
-            balls.is_touched[slot] = 0
-        else:
+        balls.quat[slot], balls.spin[slot] = quat, 0.0
+        balls.still[slot] = balls.load[slot] = balls.press[slot] = balls.hold[slot] = 0.0
+        balls.is_touched[slot], balls.leaves[slot] = 0, -1
+        if row >= 0:
             self._world.set_pose(row, pos, quat)
             self._world.set_piece_touchable(row, True)
 

@@ -60,7 +60,8 @@ def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings
 
     seen.run = play_auto(GAMES[game], auto, alliance=alliance, seed=seed, on_tick=look, **settings)
     match = seen.run.match
-    asleep = np.nonzero(match.pieces.state.status == PieceStatus.ASLEEP)[0]
+    rows = np.array(match.pieces._pool.rows)  # of an engine; balls have none
+    asleep = np.nonzero((match.pieces.state.status == PieceStatus.ASLEEP) & (rows >= 0))[0]
     bodies = match.world.engine.centers(match.pieces._pool.rows_of(asleep))
-    seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max())
+    seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max(initial=0.0))
     return seen

@@ -113,7 +113,7 @@ def test_a_player_gets_off_the_fuel_under_its_robot(under):
         slots = np.nonzero(pieces.on_field())[0][: len(under)]
         pieces.push(slots, np.zeros((len(slots), 3)))
         for slot, (x, y) in zip(slots.tolist(), under, strict=True):
-            match.world.set_pose(pieces.row(slot), (8.3 + x, 0.9 + y, 0.075), (0.0, 0.0, 0.0, 1.0))
+            pieces.state.pos[slot] = 8.3 + x, 0.9 + y, 0.075
         match.world.set_pose(robot.chassis.row, (8.3, 0.9, 0.3), (0.0, 0.0, 0.0, 1.0))
         player = Player(lambda player: player.shake_off(), match, "blue", SKILLS[2], SETTINGS)
         match.play(0.6)
