@@ -22,7 +22,7 @@ an engine and have their law in `tire_solver`."""
 
 RULE = re.compile(
     r"friction|restitution|bounc|stiff|damping|compliance|rolling(?!_r)|relaxation|slip|hardness|rigid|erp$|push_out|"
-    r"(rest|hit|landing|engine)_speed",
+    r"hit_speed",
     re.IGNORECASE,
 )
 FACTOR = re.compile(r"(?:^|_)(friction|restitution)(?:_|$)", re.IGNORECASE)
@@ -31,9 +31,6 @@ NEUTRAL = {0.0, 1.0}
 
 NO_CONTACTS = {
     ("simcore/physics/hanging.py", "damping"): "of a pendulum: the chain and the air take it, no surface",
-    ("simcore/physics/rolling.py", "_SLIP"): "tells which balls roll; what that takes of them is in the law",
-    ("simcore/physics/rolling.py", "slip"): "likewise, of tubes",
-    ("simcore/pieces/flying_pieces.py", "ENGINE_SPEED"): "half of it: of two balls that meet so fast, one is faster",
     ("simcore/match/scatter.py", "restitution"): "by how much pieces differ, in parts of what the law says",
     ("simcore/match/scatter.py", "tread_friction"): "of tires",
 }
@@ -150,17 +147,14 @@ def test_what_only_uses_a_rule_is_none(line):
 
 
 def test_the_law_itself_has_them_and_nothing_else_is_let_off_in_vain():
-    assert len(rules_in(LAW.read_text(encoding="utf-8"))) > 20
+    assert len(rules_in(LAW.read_text(encoding="utf-8"))) > 15
     for name, what in NO_CONTACTS:
         assert what in [rule for _, rule in rules_in((ROOT / name).read_text(encoding="utf-8"))]
 
 
-def test_nothing_asks_which_engine_it_is_but_who_makes_one_and_the_law():
-    """What differs between engines stands in them, or side by side in the law."""
-    engines = {
-        f"simcore/physics/{name}.py"
-        for name in ("bullet", "mujoco_contacts", "mujoco_engine", "engine_choice", "contact_law")
-    }
+def test_nothing_asks_which_engine_it_is_but_who_makes_one():
+    """What differs between engines stands in them."""
+    engines = {f"simcore/physics/{name}.py" for name in ("bullet", "mujoco_engine", "engine_choice")}
     folders = (*FOLDERS, "robot", "geometry", "vision")
     found = {
         path.relative_to(ROOT).as_posix()
