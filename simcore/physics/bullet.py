@@ -5,8 +5,8 @@ How it is set up, and why (each was measured; ratios in docs/measurements.md):
 - Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
   a third faster than its multibodies.
 - Every contact of a piece is the piece's own stiffness with a damper, written as Bullet's contact stiffness and
-  damping; they carry load only without split impulses. Solving starts from the forces of the step before: with
-  PyBullet's own setting, 32 iterations leave a ball that a robot presses against a wall (mass ratio 256) 7 mm off.
+  damping; they carry load only without split impulses. Solving starts from the forces of the step before: what a robot
+  presses against a wall needs more iterations otherwise.
 - Contacts start within 1 mm; the default of 20 mm eats slow bounces. Continuous collision detection is off: it takes
   the bounce away, and sub-steps are cheaper while few pieces are fast.
 - Sleeping is ours: the thresholds are 0, so Bullet itself never freezes a body, but it wakes those that are touched.
@@ -37,7 +37,7 @@ from simcore.geometry.rotation import (
 )
 from simcore.physics.bullet_shapes import BulletShapes
 from simcore.physics.contact_law import OVERLAP_TIME, contact_damping
-from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
+from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.mass_properties import free_spin
 from simcore.physics.shapes import Compound, Hull, Sphere, bounding_radius
 from simcore.typing import FloatArray
@@ -46,13 +46,12 @@ from simcore.units import GRAVITY
 __all__ = ["BulletEngine"]
 
 _SOLVER_ITERATIONS = 32
-"""At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
+"""At most."""
 _RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _WARM_START = 0.95
-"""Share of the forces of the step before that iterations start from; with all of it, heaps rest later."""
+"""Share of the forces of the step before that iterations start from."""
 _CONTACT_DISTANCE = 0.001  # [m]
-_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a foam ball
 _SLIGHT_SPIN = 1e-4  # [rad/s], of what the gyroscopic torque changes in a step
 _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 _flat = chain.from_iterable
@@ -127,7 +126,7 @@ class BulletEngine(Engine):
             contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
-            deterministicOverlappingPairs=1,  # 5-8 % of a step; without it a knock dies in a row of six balls
+            deterministicOverlappingPairs=1,  # 5-8 % of a step
             collisionFilterMode=0,  # both masks must agree
             useSplitImpulse=0,  # with it springs carry no load
             warmStartingFactor=_WARM_START,
@@ -165,7 +164,7 @@ class BulletEngine(Engine):
         if definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1:
             self._tops.append(row)
         if s.stiffness is not None and definition.mass > 0.0:
-            self.set_stiffness(row, s.stiffness)
+            self._set_stiffness(row, s.stiffness)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or definition.inertia_axes != IDENTITY:
             self.set_pose(row, definition.pos, definition.quat)
         if definition.pivot is not None:
@@ -282,20 +281,14 @@ class BulletEngine(Engine):
         twists = [get(ids[row], client) for row in rows]
         return np.fromiter(_flat(_flat(twists)), float, 6 * len(twists)).reshape(-1, 6)
 
-    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
-        client, put, ids = self._open(), self._p.resetBaseVelocity, self._ids
-        for row, twist in zip(rows, twists.tolist(), strict=True):
-            put(ids[row], twist[:3], twist[3:], client)
-
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
         In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the
         world frame it acts at a world point. We use the second with the body's own center.
         """
         p, client, ids = self._p, self._open(), self._ids
-        there = (self.centers(rows) if centers is None else centers).tolist()
-        for row, force, center in zip(rows, forces.tolist(), there, strict=True):
+        for row, force, center in zip(rows, forces.tolist(), self.centers(rows).tolist(), strict=True):
             p.applyExternalForce(ids[row], -1, force, center, p.WORLD_FRAME, client)
 
     def wake(self, row: int) -> None:
@@ -334,23 +327,13 @@ class BulletEngine(Engine):
                 extra["localInertiaDiagonal"] = d.inertia
             self._p.changeDynamics(self._ids[row], -1, mass=d.mass, **extra, **self._kw)
 
-    def set_stiffness(self, row: int, stiffness: float) -> None:
+    def _set_stiffness(self, row: int, stiffness: float) -> None:
         self._p.changeDynamics(
             self._ids[row],
             -1,
             contactStiffness=stiffness,
-            contactDamping=contact_damping(self.name, stiffness, self._definitions[row].mass),
+            contactDamping=contact_damping(stiffness, self._definitions[row].mass),
             physicsClientId=self._open(),
-        )
-
-    def contacts(self, row: int | None = None) -> Contacts:
-        get, client, row_of = self._p.getContactPoints, self._open(), self._row_of
-        found = get(physicsClientId=client) if row is None else get(self._ids[row], physicsClientId=client)
-        pressed = [contact for contact in found or () if contact[9] > _SLIGHT]
-        rows = [(row_of.get(contact[1], -1), row_of.get(contact[2], -1)) for contact in pressed]
-        force = [(c[9] * c[7][0], c[9] * c[7][1], c[9] * c[7][2]) for c in pressed]
-        return Contacts(
-            rows=np.array(rows, dtype=np.int64).reshape(-1, 2), force=np.array(force, dtype=float).reshape(-1, 3)
         )
 
     def overlap(self, row: int) -> float:
@@ -365,26 +348,17 @@ class BulletEngine(Engine):
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return [contact for contact in contacts if contact[8] < _CONTACT_DISTANCE and contact[2] in self._row_of]
 
-    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
+    def depth(self, row: int) -> float:
         p, client, me = self._p, self._open(), self._ids[row]
-        x, y, z = p.getBasePositionAndOrientation(me, client)[0]
-        room = bounding_radius(self._definitions[row].shape) + reach + _CONTACT_DISTANCE
-        found: list[tuple[float, Vector, Vector]] = []
-        for other in self._statics_around(row, (x, y, z), (x, y, z), room):
-            for point in p.getClosestPoints(me, other, reach, physicsClientId=client):
-                ax, ay, az = point[5]
-                found.append((point[8], point[7], (ax - x, ay - y, az - z)))
-        return found
-
-    def _statics_around(self, row: int, low: Sequence[float], high: Sequence[float], reach: float) -> list[int]:
-        """The engine's numbers of the statics that a body may touch, within reach of a box around it [m], in order."""
-        around = self._p.getOverlappingObjects([c - reach for c in low], [c + reach for c in high], self._open()) or ()
-        found = []
-        for other in sorted({body for body, _ in around}):
+        center = p.getBasePositionAndOrientation(me, client)[0]
+        room = bounding_radius(self._definitions[row].shape) + _CONTACT_DISTANCE
+        around = p.getOverlappingObjects([c - room for c in center], [c + room for c in center], client) or ()
+        gaps = [0.0]
+        for other in {body for body, _ in around}:
             number = self._row_of.get(other, row)
             if self._definitions[number].mass == 0.0 and self._touch(row, number):
-                found.append(other)
-        return found
+                gaps += [point[8] for point in p.getClosestPoints(me, other, 0.0, physicsClientId=client)]
+        return -float(min(gaps))
 
     def _touch(self, row: int, other: int) -> bool:
         """Whether two bodies collide, by their groups and masks."""
@@ -395,15 +369,12 @@ class BulletEngine(Engine):
         self._p.setCollisionFilterGroupMask(self._ids[row], -1, group, mask, self._open())
         self._collision[row] = group, mask
 
-    def renew_contacts(self, row: int) -> None:
-        self.set_collision(row, *self._collision[row])
-
     def step(self, h: float) -> None:
         client = self._open()
         if h != self._h:
             self._h = h
             self._p.setTimeStep(h, client)
-            self._p.setPhysicsEngineParameter(contactERP=h / OVERLAP_TIME[self.name], physicsClientId=client)
+            self._p.setPhysicsEngineParameter(contactERP=h / OVERLAP_TIME, physicsClientId=client)
         lost = [(row, self._precession_lost(row, h)) for row in self._tops if row not in self._fixed]
         self._p.stepSimulation(client)
         for row, spin in lost:

@@ -8,11 +8,6 @@
 - **Impacts.** Newton's restitution and Coulomb's friction, at their instant. With the normal impulse
   `J = (1 + e) m |v_n|` the friction impulse is the smaller of `mu J` and the one that ends the slip of the touching
   points; that one sees the mass `2/7 m`, because a solid ball (inertia `2/5 m r^2`) also turns.
-- **Rows of a solver** that takes a reference acceleration `a_ref` and a regularization `R` for each and finds forces
-  with `(A + R) f = a_ref - a_0` where the row is active: `A` is its inverse mass, `a_0` what it does without contacts.
-  Spring and damper are taken at the end of the step (implicit Euler), so no step is too long for them. What is apart
-  may come no nearer than to touch. Bodies that meet within the step leave with restitution times their closing speed.
-
 Who finds contacts, solves for their forces and moves the bodies is elsewhere, and asks here.
 """
 
@@ -36,33 +31,26 @@ from simcore.quantities import (
 from simcore.typing import FloatArray
 
 __all__ = [
-    "BARELY",
     "BUMPER",
     "BUMPER_CLOTH",
     "CARPET",
-    "ENGINE_SPEED",
     "FOAM",
     "FOAM_STIFFNESS",
     "FRICTIONLESS",
     "HIT_SPEED",
-    "LANDING_SPEED",
     "OVERLAP_TIME",
     "POLYCARBONATE",
     "PUSH_OUT",
-    "REST_SPEED",
-    "RIGID",
     "RUBBER",
-    "SLIP",
     "WALL",
     "FoamStiffness",
     "TerrainSurface",
     "contact_damping",
+    "contact_spring",
     "hit_ball",
-    "normal_rows",
     "pair_friction",
     "pair_restitution",
     "pair_rolling",
-    "pair_spring",
     "touch_normal",
 ]
 
@@ -70,36 +58,23 @@ _Value = TypeVar("_Value", float, FloatArray)
 
 # --- when an impact bounces -----------------------------------------------------------------------------------------
 
-REST_SPEED = 0.1
-"""Slower impacts do not bounce [m/s]; such a bounce would rise 0.5 mm."""
-LANDING_SPEED = 0.15
-"""A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
-ENGINE_SPEED = 0.3
-"""Impacts of pieces that are slower are the engine's [m/s], which lets nothing bounce."""
 HIT_SPEED = 0.3
 """Bumpers that meet more slowly do not bounce [m/s]: tires give a robot up to 0.06 m/s in a step of 5 ms."""
 
 # --- springs, dampers and overlaps ----------------------------------------------------------------------------------
 
-_DAMPING_RATIOS = {"bullet": 8.0, "mujoco": 4.0}
-"""Of contacts, to critical: what was squeezed comes out slowly, and a hit does not bounce twice. MuJoCo's springs are
-taken at the end of a step; with 8 there, a tube that spins where it lies does not stop."""
-OVERLAP_TIME = {"bullet": 0.5, "mujoco": 0.02}
-"""Time constant with which overlaps of rigid bodies go away, so that they give no speed [s]. On PyBullet what goes away
-adds to bounces; on MuJoCo it is the damping of `RIGID`."""
+_DAMPING_RATIO = 8.0
+"""Of contacts on PyBullet, to critical: what was squeezed comes out slowly, and a hit does not bounce twice."""
+OVERLAP_TIME = 0.5
+"""Time constant with which overlaps of rigid bodies go away on PyBullet [s]: what goes away adds to bounces."""
+_STRONGEST = (1.0, 0.2)
+"""Most of c h / m of a contact on MuJoCo in its step h [-]: of one without friction and bounce, and of others.
+
+MuJoCo makes its cone of friction convex: what begins to slide at v is thrown up with mu v c h / m at most. At 2 m/s a
+tube on carpet so hops by 1 mm."""
+_LEAST_RATIO = 0.5  # of damping, that springs are limited by: half a period has 15 steps or more
 PUSH_OUT = (0.2, 0.5)
 """Of bumpers in walls and each other: share of an overlap that is undone in a step, and how fast at most [m/s]."""
-RIGID = 5e6
-"""Stiffness of a contact between rigid bodies [N/m]: a robot of 55 kg on four corners sinks by 0.007 mm. With a tenth
-of it, a robot that slides pitches on the carpet by so much that its path depends on the step (24 mm in 12 m)."""
-SLIP = 2e-4
-"""Regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull."""
-BARELY = 0.0015
-"""Soft bodies that overlap by less can still bounce, what is squeezed is a spring [m]."""
-_PUSHED = 20.0  # [m/s^2]; twice what tires give a robot, which gets the speed of a step at its start
-_DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
-_HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
-
 # --- materials ------------------------------------------------------------------------------------------------------
 
 
@@ -177,58 +152,28 @@ def pair_rolling(rolling_a: _Value, friction_a: _Value, rolling_b: _Value, frict
     return rolling_a * friction_b + rolling_b * friction_a
 
 
-def contact_damping(engine: str, stiffness: float, mass: float) -> float:
-    """Damping of the contacts of a body [N s/m], from its stiffness [N/m] and mass [kg]."""
-    return 2.0 * _DAMPING_RATIOS[engine] * math.sqrt(stiffness * mass)
+def contact_damping(stiffness: float, mass: float) -> float:
+    """Damping of the contacts of a body on PyBullet [N s/m], from its stiffness [N/m] and mass [kg]."""
+    return 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass)
 
 
-def pair_spring(
-    compliance: tuple[FloatArray, FloatArray], damping: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Stiffness [N/m] and damping [N s/m] of n contacts, of compliance [m/N] and damping of both sides; 0: rigid."""
-    stiffness = 1.0 / np.maximum(compliance[0] + compliance[1], 1.0 / RIGID)
-    both = damping[0] + damping[1]
-    both[both == 0.0] = RIGID * OVERLAP_TIME["mujoco"]
-    return stiffness, both
-
-
-def normal_rows(
-    gap: FloatArray,
-    speed: FloatArray,
-    free: FloatArray,
-    inverse_mass: FloatArray,
-    *,
-    restitution: FloatArray,
-    stiffness: FloatArray,
-    damping: FloatArray,
-    h: float,
-) -> tuple[FloatArray, FloatArray]:
-    """What the normals of n contacts want, shape (n,) each.
+def contact_spring(restitution: float, friction: float, stiffness: float, mass: float, h: float) -> tuple[float, float]:
+    """Spring and damper of a contact on MuJoCo, over the mass: k / m [1/s^2] and c / m [1/s].
 
     Args:
-        gap: Between the surfaces, negative where they overlap [m].
-        speed: Rate of the gap [m/s].
-        free: Acceleration of the gap without contacts [m/s^2].
-        inverse_mass: Of the row [1/kg].
-        restitution: Of the pair [-].
-        stiffness: Of the pair, `RIGID` for rigid ones [N/m].
-        damping: Of the pair [N s/m].
-        h: Step [s].
-
-    Returns:
-        Reference acceleration [m/s^2] and regularization [1/kg].
+        restitution: Of the pair [-]; less than 0.13 comes out as that.
+        friction: Of the pair [-].
+        stiffness: Of the pair, infinite for rigid ones [N/m]. It is less where the step asks for that.
+        mass: Of the lighter body [kg].
+        h: Longest step that it is computed in [s].
     """
-    is_rigid = stiffness >= RIGID
-    impulse = stiffness * h + damping  # force per speed at the end of the step [N s/m]
-    softness = 1.0 / (h * impulse)
-    depth = np.where(is_rigid, np.minimum(-gap, _DEEPEST), -gap)
-    wanted = np.where(gap > 0.0, -gap / h, stiffness * depth / impulse)  # speed at which it pushes no more
-    reference = (wanted - speed) / h
-    after = speed + h * free
-    slowest = np.where(is_rigid, max(REST_SPEED, _PUSHED * h), REST_SPEED)
-    hits = (restitution > 0.0) & (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -BARELY))
-    bounce = free + (-restitution * speed - after) / h * (1.0 + _HARDNESS)
-    return np.where(hits, bounce, reference), np.where(hits, _HARDNESS * inverse_mass, softness)
+    from simcore.loop.contact import DAMPING_RATIOS  # here: who asks for a material needs no Numba
+
+    places = np.linspace(0.0, 1.0, len(DAMPING_RATIOS[0]))
+    ratio = min(1.0, float(np.interp(restitution, places, DAMPING_RATIOS[0])))
+    strongest = _STRONGEST[friction + restitution > 0.0] / h
+    spring = min(stiffness / mass, (0.5 * strongest / max(ratio, _LEAST_RATIO)) ** 2)
+    return spring, 2.0 * ratio * math.sqrt(spring)
 
 
 # --- impacts ---------------------------------------------------------------------------------------------------------

@@ -5,20 +5,17 @@ One module implements it on PyBullet, another on MuJoCo. A `row` is the number t
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from simcore.geometry.rotation import Quaternion, Vector
 from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.shapes import Shape, bounding_radius
+from simcore.physics.shapes import Shape
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BodyDefinition", "Contacts", "Engine", "RayHits"]
+__all__ = ["BodyDefinition", "Engine", "RayHits"]
 
-_NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
-_SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
 _SomeEngine = TypeVar("_SomeEngine", bound="Engine")
 
 
@@ -57,16 +54,6 @@ class RayHits:
     """Row of the body met, -1 for none, shape (n,)."""
     normal: FloatArray
     """Surface normal at the hit, field frame, shape (n, 3)."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Contacts:
-    """What bodies pressed each other with in the last step, one row a contact."""
-
-    rows: IntArray
-    """Of the two bodies, shape (n, 2)."""
-    force: FloatArray
-    """Along the normal, on the first, field frame [N], shape (n, 3)."""
 
 
 class Engine(Protocol):
@@ -124,19 +111,8 @@ class Engine(Protocol):
         """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
         ...
 
-    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
-        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
-        for row, twist in zip(rows, twists.tolist(), strict=True):
-            self.set_velocity(row, twist[:3], twist[3:])
-
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
-        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
-
-        Args:
-            rows: Whose.
-            forces: On each.
-            centers: What `centers` says of these rows now, if known: an engine then need not ask itself.
-        """
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
         ...
 
     def wake(self, row: int) -> None:
@@ -151,24 +127,12 @@ class Engine(Protocol):
         """Freeze a body until it is woken, or put to sleep; what touches it meets a static."""
         ...
 
-    def set_stiffness(self, row: int, stiffness: float) -> None:
-        """Change the stiffness of a body's contacts, force over depth [N/m]: its surface has one."""
-        ...
-
-    def contacts(self, row: int | None = None) -> Contacts:
-        """Forces between a body, or any, and others in the last step."""
-        ...
-
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact in the last step [m]; 0 for none."""
         ...
 
     def depth(self, row: int) -> float:
         """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
-        return -min([0.0, *(gap for gap, _, _ in self.near_statics(row, 0.0))])
-
-    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
-        """Of statics within reach [m] that a body may touch: gap, normal towards it, place on it about its center."""
         ...
 
     def touching(self, row: int) -> list[int]:
@@ -183,33 +147,8 @@ class Engine(Protocol):
         """
         ...
 
-    def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
-
-        An engine may find a contact only when it is there: what is thin would be deep in a floor, or through.
-        """
-        (vx, vy, vz), (wx, wy, wz) = self.velocity(row)
-        definition, fall = self._definitions[row], vz - self.gravity * h
-        radius = bounding_radius(definition.shape) + math.hypot(*definition.center_of_mass)
-        reach = (math.hypot(vx, vy, fall) + radius * math.hypot(wx, wy, wz)) * h
-        if reach < _NEGLECTED:
-            return 1.0
-        share = 1.0
-        for gap, (nx, ny, nz), (ax, ay, az) in self.near_statics(row, reach):
-            closing = -(nx * (vx + wy * az - wz * ay) + ny * (vy + wz * ax - wx * az) + nz * (fall + wx * ay - wy * ax))
-            if closing * h <= gap + _NEGLECTED:
-                continue
-            if gap <= 2.0 * _SKIN:
-                return 1.0  # an impact is played with all of its velocity
-            share = min(share, (gap - _SKIN) / (closing * h))
-        return share
-
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
-        ...
-
-    def renew_contacts(self, row: int) -> None:
-        """Find anew in the next step where a body touches others."""
         ...
 
     def step(self, h: float) -> None:

@@ -4,12 +4,17 @@ The body frame of a moving body lies in its center of mass, along its principal 
 free joint is that of the center of mass, and the mass matrix is diagonal.
 
 MuJoCo lets two shapes touch if either wants to; here both must have the other's group in their mask. So all bodies with
-the same group and mask form a class with a bit of its own, and the affinity of a class is the bits of all it touches.
+the same group and mask have a bit of their own, and their affinity is the bits of all they touch.
+
+Contact is MuJoCo's own. It knows numbers of shapes and none of pairs: of two shapes, that of higher priority decides.
+Here it is that of the heavier body, a static being the heaviest, and what it holds is the pair of its surface with the
+most common one among the bodies that it can touch and that are no heavier.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,26 +23,41 @@ import numpy as np
 
 from simcore.errors import EngineError
 from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate, rotate_back
+from simcore.physics.contact_law import (
+    TerrainSurface,
+    contact_spring,
+    pair_friction,
+    pair_restitution,
+    pair_rolling,
+)
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shapes import Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = [
-    "CollisionClasses",
+    "TOUCHING",
     "CompiledModel",
     "ModelQueries",
     "build_model",
-    "move_mass",
     "ray_flags",
     "require_group",
+    "set_mass",
+    "write_masks",
 ]
 
+TOUCHING = 0.001
+"""Bodies this near count as in contact [m]; they press each other from 0 on."""
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
-ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
+_ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
+_IMPEDANCE = 0.99  # share of a load that a contact takes at once; its spring takes the rest: 55 kg sink by 0.01 mm
+_CREEP = 10.0  # how much stricter friction is than what presses: what lies on a slope creeps by so much less
+_TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a of a patch with a radius a of some mm
+_TIE_TIME = 0.004  # [s], in which what hangs comes back to its pivot,
+_TIE_STRICTNESS = 0.9999  # and share of a load that its pivot takes at once
 _MEMORY = 48_000_000  # [bytes] for contacts; a system gives it page by page, when it is touched
-_MEMORY_PER_BODY = 250_000  # [bytes]: in a heap a ball has 6 contacts of 3 rows
+_MEMORY_PER_BODY = 250_000  # [bytes]
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
 _MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is out of the world
 _MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is given up
@@ -56,28 +76,26 @@ class CompiledModel:
     """The `MjModel`."""
     d: Any
     """The `MjData`."""
-    body_of_row: IntArray
-    """Number of the moving body, -1 for statics, shape (rows,)."""
     row_of_body: IntArray
     """Row of each moving body, shape (bodies,)."""
     row_of_geom: IntArray
     """Shape (geoms,)."""
-    body_of_geom: IntArray
-    """Number of the moving body, -1 for statics, shape (geoms,)."""
-    geoms_of_row: list[IntArray]
-    qpos: FloatArray
-    """Center of mass and attitude w, x, y, z of the moving bodies, shape (bodies, 7)."""
-    qvel: FloatArray
-    """Velocity in the field frame, angular velocity in the body frame, shape (bodies, 6)."""
+    statics: int
+    """Number of the shapes of statics."""
+    is_smooth: BoolArray
+    """Which moving bodies meet nothing but statics without friction and bounce, as robots do, shape (bodies,)."""
+    is_rigid: BoolArray
+    """Which shapes are of these statics, shape (geoms,)."""
 
 
-def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float) -> CompiledModel:
+def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float, longest: float) -> CompiledModel:
     """Compile a model.
 
     Args:
         mujoco: The package.
         definitions: By row.
         gravity: Along -z [m/s^2].
+        longest: Longest step of contacts with friction or bounce [s].
 
     Raises:
         EngineError: MuJoCo refuses a shape; the message is its own.
@@ -85,22 +103,23 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
     spec = mujoco.MjSpec()
     option = spec.option
     option.gravity = [0.0, 0.0, -gravity]
-    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _CREEP
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    option.iterations, option.tolerance = ITERATIONS, _TOLERANCE
+    option.iterations, option.tolerance = _ITERATIONS, _TOLERANCE
     option.sleep_tolerance = 0.0
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     moving = [row for row, definition in enumerate(definitions) if definition.mass > 0.0]
     spec.memory = _MEMORY + _MEMORY_PER_BODY * len(moving)
-    geoms = _Geoms(mujoco, spec)
+    geoms, contacts = _Geoms(mujoco, spec), _Contacts(definitions, longest)
     static_rows: list[int] = []
     moving_rows: list[int] = []
     for row, definition in enumerate(definitions):
+        numbers = contacts.numbers(definition)
         if definition.mass == 0.0:
-            count = geoms.add(spec.worldbody, definition.shape, definition.pos, definition.quat)
+            count = geoms.add(spec.worldbody, definition.shape, definition.pos, definition.quat, numbers)
             static_rows += [row] * count
         else:
             body = spec.worldbody.add_body(mass=definition.mass, ipos=[0.0] * 3, iquat=[1.0, 0.0, 0.0, 0.0])
@@ -110,27 +129,77 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
             body.add_freejoint()
             x, y, z, w = definition.inertia_axes
             cx, cy, cz = rotate_back(definition.inertia_axes, definition.center_of_mass)
-            moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), (-x, -y, -z, w))
+            moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), (-x, -y, -z, w), numbers)
             if definition.pivot is not None:
                 _hang(mujoco, spec, body, row, definition)
     try:
         model = spec.compile()
     except ValueError as error:
         raise EngineError(f"MuJoCo refuses a body: {error}") from error
-    body_of_row = np.full(len(definitions), -1, dtype=np.int64)
-    body_of_row[moving] = np.arange(len(moving))
     row_of_geom = np.array(static_rows + moving_rows, dtype=np.int64)
-    data, order = mujoco.MjData(model), np.argsort(row_of_geom, kind="stable")
-    counts = np.bincount(row_of_geom, minlength=len(definitions))
     return CompiledModel(
-        *(mujoco, model, data, body_of_row, np.array(moving, dtype=np.int64), row_of_geom, body_of_row[row_of_geom]),
-        geoms_of_row=np.split(order, np.cumsum(counts)[:-1]),
-        qpos=data.qpos.reshape(-1, 7),
-        qvel=data.qvel.reshape(-1, 6),
+        *(mujoco, model, mujoco.MjData(model), np.array(moving, dtype=np.int64), row_of_geom, len(static_rows)),
+        is_smooth=np.array([contacts.is_smooth(definitions[row]) for row in moving], dtype=bool),
+        is_rigid=np.array([_is_rigid(one.surface, one.mass) for one in definitions], dtype=bool)[row_of_geom],
     )
 
 
-def move_mass(model: Any, number: int, mass: float, inertia: Vector, away: Vector) -> None:
+class _Contacts:
+    """Numbers of the contacts of each body.
+
+    Args:
+        definitions: Of all bodies.
+        longest: Longest step of contacts with friction or bounce [s].
+    """
+
+    def __init__(self, definitions: Sequence[BodyDefinition], longest: float) -> None:
+        self._kinds = Counter((one.surface, one.mass, one.group, one.mask) for one in definitions)
+        self._priority = {mass: number for number, mass in enumerate(sorted({mass for _, mass, _, _ in self._kinds}))}
+        self._longest = longest
+        self._known: dict[tuple[TerrainSurface, float, int, int], dict[str, Any]] = {}
+
+    def numbers(self, body: BodyDefinition) -> dict[str, Any]:
+        """What `add_geom` takes for a shape of a body."""
+        kind = (body.surface, body.mass, body.group, body.mask)
+        if kind not in self._known:
+            self._known[kind] = self._pair(body)
+        return self._known[kind]
+
+    def is_smooth(self, body: BodyDefinition) -> bool:
+        """Whether a body meets statics, and none with friction or a bounce."""
+        statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
+        return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
+
+    def _touched(self, body: BodyDefinition) -> list[tuple[TerrainSurface, float, int, int]]:
+        return [kind for kind in self._kinds if kind[2] & body.mask and kind[3] & body.group]
+
+    def _pair(self, body: BodyDefinition) -> dict[str, Any]:
+        own, heaviest = body.surface, body.mass or math.inf
+        lighter = [kind for kind in self._touched(body) if 0.0 < kind[1] <= heaviest]
+        other, mass, *_ = max(lighter, key=self._kinds.__getitem__, default=(own, body.mass or 1.0))
+        friction = pair_friction(own.friction, other.friction)
+        restitution = pair_restitution(own.restitution, other.restitution)
+        rolling = pair_rolling(own.rolling, own.friction, other.rolling, other.friction)
+        give = sum(1.0 / surface.stiffness for surface in (own, other) if surface.stiffness is not None)
+        stiffness = 1.0 / give if give else math.inf
+        spring, damper = contact_spring(restitution, friction, stiffness, mass, self._longest)
+        return {
+            "priority": self._priority[body.mass] if body.mass else len(self._priority),
+            "condim": 1 if friction == 0.0 else 6 if rolling > 0.0 else 3,
+            "friction": [friction, _TWIST, rolling],
+            "solref": [-spring, -damper],
+            "solimp": [_IMPEDANCE, _IMPEDANCE, 1.0, 0.5, 1.0],
+            "margin": 0.0,
+            "gap": 0.5 * TOUCHING,  # of two shapes it is the sum
+        }
+
+
+def _is_rigid(surface: TerrainSurface, mass: float) -> bool:
+    """Whether a body is a static without friction and bounce."""
+    return mass == surface.friction == surface.restitution == 0.0
+
+
+def set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], away: Vector = (0.0, 0.0, 0.0)) -> None:
     """Give a moving body another mass, inertia and center in a compiled model, and what MuJoCo derives from them.
 
     Args:
@@ -149,11 +218,12 @@ def move_mass(model: Any, number: int, mass: float, inertia: Vector, away: Vecto
     model.body_invweight0[body] = light
     model.dof_invweight0[dofs] = np.repeat(light, 3)
     model.dof_M0[dofs] = [mass] * 3 + list(inertia)
-    geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
-    model.geom_pos[geoms] -= away
-    model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: else a shape that was in the center would stay there
-    boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
-    model.bvh_aabb[boxes, :3] -= away
+    if any(away):
+        geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+        model.geom_pos[geoms] -= away
+        model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: else a shape that was in the center would stay there
+        boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
+        model.bvh_aabb[boxes, :3] -= away
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
@@ -165,6 +235,7 @@ def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinitio
     body.name, body.pos, body.quat = f"row {row}", center.tolist(), [w, x, y, z]
     tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=body.name)
     tie.data[:3] = rotate_back(quat, np.subtract(definition.pivot, center).tolist())
+    tie.solref, tie.solimp = [_TIE_TIME, 1.0], [_TIE_STRICTNESS, _TIE_STRICTNESS, 1.0, 0.5, 1.0]
 
 
 def _uniform(definition: BodyDefinition) -> Vector:
@@ -182,44 +253,44 @@ class _Geoms:
         self._spec = spec
         self._meshes: dict[bytes, str] = {}
 
-    def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion) -> int:
-        """Add a shape; returns the number of its geoms."""
+    def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
+        """Add a shape with the numbers of its contacts; returns the number of its geoms."""
         if isinstance(shape, HalfSpace):
-            self._add_one(body, self._types.mjGEOM_PLANE, (0.0, 0.0, 1.0), pos, quat)
+            self._add_one(body, self._types.mjGEOM_PLANE, pos, quat, numbers, size=[0.0, 0.0, 1.0])
             return 1
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:
-                self._add_mesh(body, prism, pos, quat)
+                self._add_mesh(body, prism, pos, quat, numbers)
             return len(prisms)
         for part in parts_of(shape):
-            x, y, z = rotate(quat, part.offset)
-            at = (pos[0] + x, pos[1] + y, pos[2] + z)
+            at = np.add(pos, rotate(quat, part.offset)).tolist()
             member, attitude = part.shape, multiply(quat, part.quat)
             if isinstance(member, Hull):
-                self._add_mesh(body, member.points, at, attitude)
+                self._add_mesh(body, member.points, at, attitude, numbers)
             elif isinstance(member, Sphere):
-                self._add_one(body, self._types.mjGEOM_SPHERE, (member.radius, 0.0, 0.0), at, attitude)
+                self._add_one(body, self._types.mjGEOM_SPHERE, at, attitude, numbers, size=[member.radius, 0.0, 0.0])
             elif isinstance(member, Cylinder):
-                size = (member.radius, member.height / 2.0, 0.0)
-                self._add_one(body, self._types.mjGEOM_CYLINDER, size, at, attitude)
+                size = [member.radius, member.height / 2.0, 0.0]
+                self._add_one(body, self._types.mjGEOM_CYLINDER, at, attitude, numbers, size=size)
             else:
-                x, y, z = member.size
-                self._add_one(body, self._types.mjGEOM_BOX, (x / 2.0, y / 2.0, z / 2.0), at, attitude)
+                half = [length / 2.0 for length in member.size]
+                self._add_one(body, self._types.mjGEOM_BOX, at, attitude, numbers, size=half)
         return len(parts_of(shape))
 
-    def _add_one(self, body: Any, kind: Any, size: Vector, pos: Vector, quat: Quaternion, mesh: str = "") -> None:
+    def _add_one(
+        self, body: Any, kind: Any, pos: Vector, quat: Quaternion, numbers: dict[str, Any], **more: Any
+    ) -> None:
         x, y, z, w = quat
-        more = {"meshname": mesh} if mesh else {"size": list(size)}
-        body.add_geom(type=kind, pos=list(pos), quat=[w, x, y, z], mass=0.0, **more)
+        body.add_geom(type=kind, pos=list(pos), quat=[w, x, y, z], mass=0.0, **numbers, **more)
 
-    def _add_mesh(self, body: Any, points: FloatArray, pos: Vector, quat: Quaternion) -> None:
+    def _add_mesh(self, body: Any, points: FloatArray, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> None:
         key = np.ascontiguousarray(points, dtype=np.float64).tobytes()
         if key not in self._meshes:
             name = f"hull {len(self._meshes)}"
             self._spec.add_mesh(name=name, uservert=np.frombuffer(key), inertia=self._inertia)
             self._meshes[key] = name
-        self._add_one(body, self._types.mjGEOM_MESH, (0.0, 0.0, 0.0), pos, quat, self._meshes[key])
+        self._add_one(body, self._types.mjGEOM_MESH, pos, quat, numbers, meshname=self._meshes[key])
 
 
 def _prisms(mesh: Mesh) -> list[FloatArray]:
@@ -246,53 +317,22 @@ def ray_flags(mask: int) -> Any:
     return np.array([*(mask >> number & 1 for number in range(_MOST_GROUPS)), 0], dtype=np.uint8)
 
 
-class CollisionClasses:
-    """Classes of the bodies of one model."""
-
-    def __init__(self, model: CompiledModel) -> None:
-        self._model, self._m = model, model.m
-        self._classes: dict[tuple[int, int], int] = {}
-        self._affinity = np.zeros(1, dtype=np.int32)  # of each class, and last that of none
-        self._class_of_geom = np.full(self._m.ngeom, -1, dtype=np.int64)
-
-    def write(self, row: int, group: int, mask: int) -> None:
-        """Put a row into the class of its group and mask; into none if either is 0."""
-        if not (group and mask):
-            group, number = 0, -1
-        elif (group, mask) in self._classes:
-            number = self._classes[group, mask]
-        else:
-            number = self._new_class(group, mask)
-        m, geoms, body = self._m, self._model.geoms_of_row[row], self._model.body_of_row[row]
-        bit, affinity = 1 << number if number >= 0 else 0, self._affinity[number]
-        m.geom_contype[geoms], m.geom_conaffinity[geoms] = bit, affinity
-        m.geom_group[geoms] = (group.bit_length() or _MOST_GROUPS + 1) - 1
-        self._class_of_geom[geoms] = number
-        if body >= 0:
-            m.body_contype[body + 1], m.body_conaffinity[body + 1] = bit, affinity
-        else:
-            self._write_world()
-
-    def _new_class(self, group: int, mask: int) -> int:
-        """Number of a class; those touch each other of which each has the other's group in its mask."""
-        if len(self._classes) == _MOST_CLASSES:
-            raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")
-        self._classes[group, mask] = len(self._classes)
-        groups, masks = np.array([*self._classes, (0, 0)]).T
-        touch = (groups[:, None] & masks != 0) & (masks[:, None] & groups != 0)
-        self._affinity = (touch << np.arange(len(groups))).sum(axis=1).astype(np.int32)
-        model, m = self._model, self._m
-        m.geom_conaffinity[:] = self._affinity[self._class_of_geom]
-        bodies = model.body_of_geom >= 0
-        m.body_conaffinity[model.body_of_geom[bodies] + 1] = m.geom_conaffinity[bodies]
-        self._write_world()
-        return self._classes[group, mask]
-
-    def _write_world(self) -> None:
-        """What the statics together touch."""
-        statics = self._model.body_of_geom < 0
-        self._m.body_contype[0] = np.bitwise_or.reduce(self._m.geom_contype[statics], initial=0)
-        self._m.body_conaffinity[0] = np.bitwise_or.reduce(self._m.geom_conaffinity[statics], initial=0)
+def write_masks(model: CompiledModel, collision: Sequence[tuple[int, int]]) -> None:
+    """Put into a model who touches whom, from the group and mask of each row; 0, 0 takes it out of the world."""
+    kinds, kind = np.unique([pair if all(pair) else (0, 0) for pair in collision], axis=0, return_inverse=True)
+    if len(kinds) > _MOST_CLASSES:
+        raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")
+    groups, masks = kinds.T
+    touch = (groups[:, None] & masks != 0) & (masks[:, None] & groups != 0)
+    bits = (groups > 0) * (1 << np.arange(len(kinds)))
+    affinity, numbers = touch @ bits, [(int(group).bit_length() or _MOST_GROUPS + 1) - 1 for group in groups]
+    m, of_geom, of_body = model.m, kind.reshape(-1)[model.row_of_geom], kind.reshape(-1)[model.row_of_body]
+    m.geom_contype[:], m.geom_conaffinity[:] = bits[of_geom], affinity[of_geom]
+    m.geom_group[:] = np.array(numbers)[of_geom]
+    m.body_contype[1:], m.body_conaffinity[1:] = bits[of_body], affinity[of_body]
+    statics = slice(0, model.statics)
+    m.body_contype[0] = np.bitwise_or.reduce(m.geom_contype[statics], initial=0)
+    m.body_conaffinity[0] = np.bitwise_or.reduce(m.geom_conaffinity[statics], initial=0)
 
 
 class ModelQueries:
@@ -300,13 +340,9 @@ class ModelQueries:
 
     def __init__(self, model: CompiledModel) -> None:
         self._model, self._mj, self._m, self._d = model, model.mj, model.m, model.d
-        statics = np.nonzero(model.body_of_geom < 0)[0]
-        self._first = len(statics)
-        low, high = self.boxes(statics)
+        self._first = model.statics
+        low, high = self.boxes(np.arange(self._first))
         self._static_low, self._static_high = low.T.copy(), high.T.copy()
-        box = self._m.geom_aabb[self._first :]
-        center = np.sqrt(np.einsum("ij,ij->i", box[:, :3], box[:, :3]))
-        self._radius = center + np.sqrt(np.einsum("ij,ij->i", box[:, 3:], box[:, 3:]))
 
     def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
         """Fraction, row and normal of the first surface that a segment enters."""
@@ -328,32 +364,26 @@ class ModelQueries:
         """Rows of the bodies in the world whose bounding boxes overlap a box [m]."""
         first = self._first
         here = np.nonzero(_overlap(self._static_low, self._static_high, low, high))[0]
-        pos = self._d.geom_xpos[first:].T
-        near = np.nonzero(_overlap(pos - self._radius, pos + self._radius, low, high))[0] + first
-        if len(near):
-            lows, highs = self.boxes(near)
-            near = near[_overlap(lows.T, highs.T, low, high)]
+        pos, radius = self._d.geom_xpos[first:].T, self._m.geom_rbound[first:]
+        near = np.nonzero(_overlap(pos - radius, pos + radius, low, high))[0] + first
+        lows, highs = self.boxes(near)
+        near = near[_overlap(lows.T, highs.T, low, high)]
         geoms = np.concatenate((here, near))
         geoms = geoms[self._m.geom_contype[geoms] != 0]
         rows: list[int] = np.unique(self._model.row_of_geom[geoms]).tolist()
         return rows
 
-    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
-        """As `Engine.near_statics`, of the shapes of a body in turn."""
-        m, mine = self._m, self._model.geoms_of_row[row]
+    def depth(self, row: int) -> float:
+        """As `Engine.depth`."""
+        m, mine = self._m, np.nonzero(self._model.row_of_geom == row)[0]
         low, high = (corner.T[:, :, None] for corner in self.boxes(mine))
-        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low - reach, high + reach)
-        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]
-        back = m.geom_conaffinity[mine, None] & m.geom_contype[: self._first]
-        x, y, z = self._model.qpos[self._model.body_of_row[row], :3].tolist()
-        found: list[tuple[float, Vector, Vector]] = []
-        ends = np.zeros(6)
-        for one, other in np.argwhere(near & ((ways | back) != 0)).tolist():
-            gap = self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, reach, ends)
-            ax, ay, az, bx, by, bz = ends.tolist()
-            if gap < reach and gap != 0.0:
-                found.append((gap, ((ax - bx) / gap, (ay - by) / gap, (az - bz) / gap), (ax - x, ay - y, az - z)))
-        return found
+        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low, high)
+        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]  # both ways are the same
+        gaps = [
+            float(self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, 0.0, None))
+            for one, other in np.argwhere(near & (ways != 0)).tolist()
+        ]
+        return -min(gaps, default=0.0)
 
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
         """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
