@@ -43,6 +43,8 @@ _MARGIN = 0.02  # [m], of those lists, for what is set in motion within that tim
 _MOST_CONTACTS = 16  # of a ball, that are remembered
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _HOPS = 2  # so many sleepers behind one that may be touched are listed as well: they may wake within the same list
+_SLOW = 0.02  # [m]; balls that go no farther within a list look for their neighbours in the next cells
+_FAR = 1e5  # [m]
 _NOBODY = -1
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
@@ -230,7 +232,8 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
     if size > most:  # it slips
         share = most / size
         fx, fy, fz = share * fx, share * fy, share * fz
-        x, y, z = -(fx + damping * tx) / stiffness, -(fy + damping * ty) / stiffness, -(fz + damping * tz) / stiffness
+        give = -1.0 / stiffness
+        x, y, z = give * (fx + damping * tx), give * (fy + damping * ty), give * (fz + damping * tz)
     spring[i, s, 0], spring[i, s, 1], spring[i, s, 2] = x, y, z
     return fx, fy, fz
 
@@ -239,18 +242,27 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 
 
 @inlined
-def _is_here(is_ball, status, i):
-    return is_ball[i] and (_sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
+def _is_here(balls_are, status, pos, i):
+    """Whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
+    return (
+        balls_are[i]
+        and (_sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
+        and abs(pos[i, 0]) + abs(pos[i, 1]) + abs(pos[i, 2]) < _FAR
+    )
 
 
 @compiled
 def _grid(balls):
-    """Balls on the field by square cells: first of each cell, next of each ball, lowest corner, edge and numbers."""
+    """Balls on the field by square cells.
+
+    Returns:
+        First ball of each cell, the next of each ball, lowest corner, edge and numbers of cells, largest radius.
+    """
     is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
     n = pos.shape[0]
     largest, low_x, low_y, high_x, high_y = 0.0, 1e30, 1e30, -1e30, -1e30
     for i in range(n):
-        if _is_here(is_ball, states, i):
+        if _is_here(is_ball, states, pos, i):
             largest = max(largest, radius[i])
             low_x, high_x = min(low_x, pos[i, 0]), max(high_x, pos[i, 0])
             low_y, high_y = min(low_y, pos[i, 1]), max(high_y, pos[i, 1])
@@ -259,12 +271,12 @@ def _grid(balls):
     ny = min(400, int((high_y - low_y) / edge) + 1) if high_y >= low_y else 1
     head, after = np.full(nx * ny, _NOBODY, np.int64), np.full(n, _NOBODY, np.int64)
     for i in range(n - 1, -1, -1):
-        if _is_here(is_ball, states, i):
+        if _is_here(is_ball, states, pos, i):
             cell = min(int((pos[i, 0] - low_x) / edge), nx - 1) * ny
             cell += min(int((pos[i, 1] - low_y) / edge), ny - 1)
             after[i] = head[cell]
             head[cell] = i
-    return head, after, low_x, low_y, edge, nx, ny
+    return head, after, low_x, low_y, edge, nx, ny, largest
 
 
 @inlined
@@ -274,14 +286,16 @@ def _cell_range(low, high, origin, edge, count):
 
 
 @compiled
-def _listed(balls, bodies, grid, h):
-    """Balls that move, or may be touched within h [s]: the awake, and sleepers beside a body; the others follow."""
-    head, after, low_x, low_y, edge, nx, ny = grid
-    is_ball, status, n = balls.is_ball, balls.status, balls.pos.shape[0]
+def _listed(balls, bodies, grid, way, h):
+    """Balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers beside a body."""
+    head, after, low_x, low_y, edge, nx, ny, _ = grid
+    is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
     queue, depth, count = np.empty(n, np.int64), np.full(n, _NOBODY, np.int64), 0
-    for i in range(n):
-        if is_ball[i] and (status[i] == AWAKE or status[i] == IN_FLIGHT):
-            queue[count], depth[i], count = i, 0, count + 1
+    for fast in (True, False):
+        for i in range(n):
+            if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
+                if not _sleeps(status, i):
+                    queue[count], depth[i], count = i, 0, count + 1
     for b in range(bodies.pos.shape[0]):
         if not bodies.is_active[b]:
             continue
@@ -301,37 +315,46 @@ def _listed(balls, bodies, grid, h):
 
 
 @compiled
-def _pairs(balls, grid, queue, depth, count, h):
-    """Pairs of balls that may touch within h [s], and the list of balls with the sleepers behind them."""
-    status, pos, vel, radius = balls.status, balls.pos, balls.vel, balls.radius
-    head, after, low_x, low_y, edge, nx, ny = grid
-    first, second, pairs = np.empty(8 * count + 64, np.int64), np.empty(8 * count + 64, np.int64), 0
+def _pairs(balls, grid, way, queue, depth, count, first, second):
+    """Find the pairs of balls that may touch on their ways, and list the sleepers behind them.
+
+    A pair is found by the one that comes first in the list: of a fast and a slow one by the fast one, which looks around
+    itself as far as any other may come.
+
+    Returns:
+        Number of pairs, -1 if there are more than there is room for; number of listed balls.
+    """
+    status, pos, radius = balls.status, balls.pos, balls.radius
+    head, after, low_x, low_y, edge, nx, ny, largest = grid
     done = np.zeros(balls.pos.shape[0], np.uint8)
+    pairs, room, longest = 0, len(first), 0.0
+    for k in range(count):
+        longest = max(longest, way[queue[k]])
     k = 0
     while k < count:
         i = queue[k]
         k += 1
         done[i] = 1
-        own = radius[i] + _speed(vel, i) * h + _MARGIN
+        own = radius[i] + way[i] + _MARGIN
         x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
-        x0, x1 = _cell_range(x - own - 0.5 * edge, x + own + 0.5 * edge, low_x, edge, nx)
-        y0, y1 = _cell_range(y - own - 0.5 * edge, y + own + 0.5 * edge, low_y, edge, ny)
+        around = own + largest + (longest if way[i] > _SLOW else _SLOW)
+        x0, x1 = _cell_range(x - around, x + around, low_x, edge, nx)
+        y0, y1 = _cell_range(y - around, y + around, low_y, edge, ny)
         for cx in range(x0, x1 + 1):
             for cy in range(y0, y1 + 1):
                 j = head[cx * ny + cy]
                 while j >= 0:
-                    if done[j] == 0 and (depth[i] < _HOPS or not _sleeps(status, j)):
-                        dx, dy, dz = x - pos[j, 0], y - pos[j, 1], z - pos[j, 2]
-                        reach = own + radius[j] + _speed(vel, j) * h
-                        if dx * dx + dy * dy + dz * dz < reach * reach:
-                            if pairs == len(first):
-                                first = np.concatenate((first, np.empty_like(first)))
-                                second = np.concatenate((second, np.empty_like(second)))
+                    dx, dy, dz = x - pos[j, 0], y - pos[j, 1], z - pos[j, 2]
+                    reach = own + radius[j] + way[j]
+                    if dx * dx + dy * dy + dz * dz < reach * reach and done[j] == 0:
+                        if depth[i] < _HOPS or not _sleeps(status, j):
+                            if pairs == room:
+                                return -1, count
                             first[pairs], second[pairs], pairs = i, j, pairs + 1
                             if depth[j] < 0:
                                 queue[count], depth[j], count = j, depth[i] + 1, count + 1
                     j = after[j]
-    return first, second, pairs, count
+    return pairs, count
 
 
 @inlined
@@ -369,9 +392,9 @@ def _grown(near, size):
 
 
 @compiled
-def _near_solids(balls, bodies, solids, queue, count, h):
+def _near_solids(balls, bodies, solids, way, queue, count, h):
     """Solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
-    pos, vel, radius, boxes = balls.pos, balls.vel, balls.radius, solids.box
+    pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
     is_active, extent, own_solids = bodies.is_active, bodies.reach, bodies.solids
@@ -381,7 +404,7 @@ def _near_solids(balls, bodies, solids, queue, count, h):
         i = queue[k]
         start[k] = size
         x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
-        reach = radius[i] + _speed(vel, i) * h + _MARGIN
+        reach = radius[i] + way[i] + _MARGIN
         x0, x1 = _cell_range(x - reach, x + reach, cell_low[0], cell_low[2], nx)
         y0, y1 = _cell_range(y - reach, y + reach, cell_low[1], cell_low[2], ny)
         for cx in range(x0, x1 + 1):
@@ -503,10 +526,12 @@ def _wake(status, still, hold, i):
 
 @compiled
 def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
-    """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it."""
+    """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it.
+
+    Added to `force`: of each ball force and torque [N, N m], number of contacts, and the largest push [N], shape (n, 8).
+    """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
-    foam, surface, still, hold, contacts = balls.foam, balls.surface, balls.still, balls.hold, balls.contacts
-    press = balls.press
+    foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
     key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
     steps = 1
     for p in range(pairs):
@@ -555,10 +580,6 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
             most = hold[sleeper] if hold[sleeper] > 0.0 else press[sleeper] + _LIFTED * masses[sleeper] * gravity
             if push > most or (closing > _QUIET_SPEED and hold[sleeper] == 0.0):
                 _wake(status, still, hold, sleeper)
-        if sleeper != a:
-            press[a] = max(press[a], push)
-        if sleeper != b:
-            press[b] = max(press[b], push)
         sign = 1.0 if i == a else -1.0
         fx, fy, fz = _friction(
             spring, i, s, is_new, sign * nx, sign * ny, sign * nz, sign * ux, sign * uy, sign * uz, push, slope,
@@ -578,8 +599,10 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
         force[b, 3] -= rb * tx
         force[b, 4] -= rb * ty
         force[b, 5] -= rb * tz
-        contacts[a] += 1
-        contacts[b] += 1
+        force[a, 6] += 1.0
+        force[b, 6] += 1.0
+        force[a, 7] = max(force[a, 7], push)
+        force[b, 7] = max(force[b, 7], push)
     return steps
 
 
@@ -607,8 +630,8 @@ def _drift_bodies(bodies, h):
 
 
 @compiled
-def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
-    """All listed balls through a step of h [s], from its middle, where they are now, back to its middle.
+def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ahead):
+    """All listed balls through a step of h [s], from its middle on to where they are `ahead` [s] later.
 
     A ball whose contacts are too stiff for the step, or that is too fast, takes shorter steps of its own in between.
     """
@@ -623,18 +646,26 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
     yielding, impulse = bodies.yielding, bodies.impulse
     gravity, is_floor = floor.gravity, floor.is_there
     floor_friction, floor_restitution, floor_rolling = floor.friction, floor.restitution, floor.rolling
+    is_touched, press = balls.is_touched, balls.press
     for q in range(count):
         i = queue[q]
+        px, py, pz, qx, qy, qz = force[i, 0], force[i, 1], force[i, 2], force[i, 3], force[i, 4], force[i, 5]
+        touched, pressed = int(force[i, 6]), force[i, 7]
+        for k in range(8):
+            force[i, k] = 0.0
         is_asleep = _sleeps(status, i)
         if is_asleep and not has_bodies[q]:
             continue
         radius, mass = radii[i], masses[i]
         k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
-        inertia = 0.4 * mass * radius * radius
+        lightness, turnability = 1.0 / mass, 2.5 / (mass * radius * radius)
+        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        vx, vy, vz = vel[i, 0], vel[i, 1], vel[i, 2]
+        sx, sy, sz = spin[i, 0], spin[i, 1], spin[i, 2]
+        own_friction, own_restitution, own_rolling = surface[i, 0], surface[i, 1], surface[i, 2]
         steps, step, part = 1, 0, h
         while step < steps:
             late = (step + 0.5) * part - 0.5 * h
-            x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
             # what it touches
             n, is_leaving = 0, False
             if is_floor and z < radius and not is_asleep:
@@ -670,16 +701,15 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
             # how finely it must go on
             if step == 0 and not is_asleep:
                 if start[q + 1] > start[q]:
-                    steps = max(steps, math.ceil(_speed(vel, i) * h / (_FARTHEST * radius)))
+                    steps = max(steps, math.ceil(math.sqrt(vx * vx + vy * vy + vz * vz) * h / (_FARTHEST * radius)))
                 for k in range(n):
-                    closing = -(vel[i, 0] * found[k, 0] + vel[i, 1] * found[k, 1] + vel[i, 2] * found[k, 2])
+                    closing = -(vx * found[k, 0] + vy * found[k, 1] + vz * found[k, 2])
                     depth = found[k, 3] + max(0.0, closing) * h
                     steps = max(steps, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
                 if steps > 1 and part == h:
                     part = h / steps
                     back = 0.5 * part - 0.5 * h
-                    for k in range(3):
-                        pos[i, k] += back * vel[i, k]
+                    x, y, z = x + back * vx, y + back * vy, z + back * vz
                     continue  # anew, from the middle of the first of them
             # forces
             fx, fy, fz, tx, ty, tz, rolling, by_bodies = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -687,16 +717,16 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                 s, depth = which[k, 0], found[k, 3]
                 nx, ny, nz = found[k, 0], found[k, 1], found[k, 2]
                 lever = radius - depth
-                ux = vel[i, 0] - lever * (spin[i, 1] * nz - spin[i, 2] * ny)
-                uy = vel[i, 1] - lever * (spin[i, 2] * nx - spin[i, 0] * nz)
-                uz = vel[i, 2] - lever * (spin[i, 0] * ny - spin[i, 1] * nx)
+                ux = vx - lever * (sy * nz - sz * ny)
+                uy = vy - lever * (sz * nx - sx * nz)
+                uz = vz - lever * (sx * ny - sy * nx)
                 b, ax, ay, az = _NOBODY, 0.0, 0.0, 0.0
                 if s == _FLOOR:
-                    friction, restitution = surface[i, 0] * floor_friction, surface[i, 1] * floor_restitution
-                    resistance = surface[i, 2] * floor_friction + floor_rolling * surface[i, 0]
+                    friction, restitution = own_friction * floor_friction, own_restitution * floor_restitution
+                    resistance = own_rolling * floor_friction + floor_rolling * own_friction
                 else:
-                    friction, restitution = surface[i, 0] * material[s, 0], surface[i, 1] * material[s, 1]
-                    resistance = surface[i, 2] * material[s, 0] + material[s, 2] * surface[i, 0]
+                    friction, restitution = own_friction * material[s, 0], own_restitution * material[s, 1]
+                    resistance = own_rolling * material[s, 0] + material[s, 2] * own_friction
                     b = owner[s]
                     if b >= 0:
                         ax = x + found[k, 4] - center[b, 0] - late * moving[b, 0]
@@ -724,7 +754,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                     by_bodies += push
                     seen[i] |= mark[b]
                     _give(b, -part * gx, -part * gy, -part * gz, ax, ay, az, moving, turning, yielding, impulse)
-            contacts[i] += n
+            touched += n
             if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
                 most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
                 if abs(by_bodies - load[i]) > most:
@@ -732,40 +762,49 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h):
                 break
             load[i] = by_bodies
             # what they do to it
-            gx, gy, gz = air_acceleration(
-                vel[i, 0], vel[i, 1], vel[i, 2], spin[i, 0], spin[i, 1], spin[i, 2], air[i, 0], air[i, 1], air[i, 2]
-            )
-            vel[i, 0] += part * (gx + (force[i, 0] + fx) / mass)
-            vel[i, 1] += part * (gy + (force[i, 1] + fy) / mass)
-            vel[i, 2] += part * (gz + (force[i, 2] + fz) / mass - gravity)
-            spin[i, 0] += part * (force[i, 3] + tx) / inertia
-            spin[i, 1] += part * (force[i, 4] + ty) / inertia
-            spin[i, 2] += part * (force[i, 5] + tz) / inertia
-            size = _speed(spin, i)
+            gx, gy, gz = air_acceleration(vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])
+            vx += part * (gx + (px + fx) * lightness)
+            vy += part * (gy + (py + fy) * lightness)
+            vz += part * (gz + (pz + fz) * lightness - gravity)
+            sx += part * turnability * (qx + tx)
+            sy += part * turnability * (qy + ty)
+            sz += part * turnability * (qz + tz)
+            size = math.sqrt(sx * sx + sy * sy + sz * sz)
             if size > 0.0:  # rolling resistance stops a ball, it does not turn it back
-                keep = max(0.0, 1.0 - part * (rolling / (inertia * size) + air[i, 3] * size))
-                for k in range(3):
-                    spin[i, k] *= keep
+                keep = max(0.0, 1.0 - part * (rolling * turnability / size + air[i, 3] * size))
+                sx, sy, sz = keep * sx, keep * sy, keep * sz
             step += 1
-            ahead = part if step < steps else 0.5 * part - 0.5 * h
-            if steps > 1:
-                for k in range(3):
-                    pos[i, k] += ahead * vel[i, k]
-    return
+            on = part if step < steps else 0.5 * part - 0.5 * h + ahead
+            x, y, z = x + on * vx, y + on * vy, z + on * vz
+        contacts[i] = touched
+        if touched > 0:
+            is_touched[i] = 1
+        if not is_asleep:
+            press[i] = pressed
+            pos[i, 0], pos[i, 1], pos[i, 2] = x, y, z
+            vel[i, 0], vel[i, 1], vel[i, 2] = vx, vy, vz
+            spin[i, 0], spin[i, 1], spin[i, 2] = sx, sy, sz
 
 
 @compiled
 def _advance_listed(balls, memory, solids, bodies, floor, table, h):
     """Move everything for h [s], with one list of neighbours."""
     grid = _grid(balls)
-    queue, depth, count = _listed(balls, bodies, grid, h)
+    way = np.empty(balls.pos.shape[0])  # of each ball within h [m]
+    for i in range(len(way)):
+        way[i] = _speed(balls.vel, i) * h
+    queue, depth, count = _listed(balls, bodies, grid, way, h)
     if count == 0:
         return
-    first, second, pairs = np.empty(0, np.int64), np.empty(0, np.int64), 0
-    if floor.with_pairs:
-        first, second, pairs, count = _pairs(balls, grid, queue, depth, count, h)
-    start, near = _near_solids(balls, bodies, solids, queue, count, h)
-    force = np.zeros((balls.pos.shape[0], 6))
+    room, pairs = 64 + 8 * count if floor.with_pairs else 0, -1 if floor.with_pairs else 0
+    first, second = np.empty(room, np.int64), np.empty(room, np.int64)
+    while pairs < 0:
+        pairs, count = _pairs(balls, grid, way, queue, depth, count, first, second)
+        if pairs < 0:
+            room *= 2
+            first, second = np.empty(room, np.int64), np.empty(room, np.int64)
+    start, near = _near_solids(balls, bodies, solids, way, queue, count, h)
+    force = np.zeros((balls.pos.shape[0], 8))
     has_bodies, owner = np.zeros(count, np.uint8), solids.body
     for k in range(count):
         for entry in range(start[k], start[k + 1]):
@@ -773,35 +812,23 @@ def _advance_listed(balls, memory, solids, bodies, floor, table, h):
                 has_bodies[k] = 1
     found, which = np.empty((_MOST_SURFACES, 7)), np.empty((_MOST_SURFACES, 2), np.int64)
     lists = (queue, count, start, near, has_bodies, found, which)
-    status, pos, vel, contacts, is_touched = balls.status, balls.pos, balls.vel, balls.contacts, balls.is_touched
-    press = balls.press
-    time, step = 0.0, min(_STEP, h)
-    while time < h - 1e-9:
-        step = min(step, h - time)
+    status, pos, vel, contacts = balls.status, balls.pos, balls.vel, balls.contacts
+    left, step = h, min(_STEP, h)
+    for k in range(count):
+        i = queue[k]
+        if not _sleeps(status, i):
+            for c in range(3):
+                pos[i, c] += 0.5 * step * vel[i, c]
+    _drift_bodies(bodies, 0.5 * step)
+    while step > 0.0:
         memory.clock[0] += 1
-        for k in range(count):
-            i = queue[k]
-            contacts[i] = 0
-            if not _sleeps(status, i):
-                press[i] = 0.0
-            for c in range(6):
-                force[i, c] = 0.0
-            if not _sleeps(status, i):
-                for c in range(3):
-                    pos[i, c] += 0.5 * step * vel[i, c]
-        _drift_bodies(bodies, 0.5 * step)
         cuts = _collide(balls, memory, floor.gravity, table, first, second, pairs, force, step)
-        _move_balls(balls, memory, solids, bodies, floor, table, lists, force, step)
-        for k in range(count):
-            i = queue[k]
-            if contacts[i] > 0:
-                is_touched[i] = 1
-            if not _sleeps(status, i):
-                for c in range(3):
-                    pos[i, c] += 0.5 * step * vel[i, c]
-        _drift_bodies(bodies, 0.5 * step)
-        time += step
-        step = min(_STEP, step / cuts if cuts > 1 else 2.0 * step)
+        left -= step
+        following = min(_STEP, step / cuts if cuts > 1 else 2.0 * step, left) if left > 1e-9 else 0.0
+        ahead = 0.5 * (step + following)
+        _move_balls(balls, memory, solids, bodies, floor, table, lists, force, step, ahead)
+        _drift_bodies(bodies, ahead)
+        step = following
     spin, radius, still = balls.spin, balls.radius, balls.still
     for k in range(count):
         i = queue[k]

@@ -122,8 +122,8 @@ def friction_stiffness(slope, mass, h):
 @compiled
 def steps_for(slope, mass, h):
     """Into how many steps a contact of a stiffness [N/m] and a mass [kg] cuts h [s]."""
-    ratio = slope * h * h / (STIFFEST * mass)
-    return 1 if ratio <= 1.0 else math.ceil(math.sqrt(ratio))
+    stiffness, most = slope * h * h, STIFFEST * mass
+    return 1 if stiffness <= most else math.ceil(math.sqrt(stiffness / most))
 
 
 @compiled
