@@ -15,10 +15,8 @@ fell asleep.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
@@ -29,23 +27,17 @@ from simcore.loop.contact import (
     normal_force,
     steps_for,
 )
+from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
 from simcore.loop.solids import Solids, nearest_point
-from simcore.typing import FloatArray, IntArray
+from simcore.loop.state import AWAKE, NOBODY, Balls, Bodies, Floor, Memory, sleeps, speed, to_body, to_field
+from simcore.typing import FloatArray
 
-__all__ = ["ASLEEP", "AWAKE", "IN_FLIGHT", "PLACED", "Balls", "Bodies", "Floor", "Memory", "advance", "depth_at"]
-
-ASLEEP, AWAKE, IN_FLIGHT, PLACED = 2, 3, 5, 7
-"""Statuses of balls that are on the field (`simcore.pieces.pool.PieceStatus`); of all others the loop knows nothing."""
+__all__ = ["advance", "depth_at"]
 
 _LISTED = 0.005  # [s], longest time for which one list of neighbours is used
 _STEP = 0.001  # [s]
-_MARGIN = 0.02  # [m], of those lists, for what is set in motion within that time
 _MOST_CONTACTS = 16  # of a ball, that are remembered
 _MOST_SURFACES = 12  # of a ball with solids at one instant
-_HOPS = 2  # so many sleepers behind one that may be touched are listed as well: they may wake within the same list
-_SLOW = 0.02  # [m]; balls that go no farther within a list look for their neighbours in the next cells
-_FAR = 1e5  # [m]
-_NOBODY = -1
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
@@ -55,132 +47,6 @@ _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
 _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
-
-
-class Balls(NamedTuple):
-    """All balls of a world, one row each."""
-
-    is_ball: npt.NDArray[np.uint8]
-    """Rows that are no balls are left alone, shape (n,)."""
-    status: npt.NDArray[np.uint8]
-    """A `PieceStatus`, shape (n,)."""
-    pos: FloatArray
-    """Center, field frame [m], shape (n, 3)."""
-    vel: FloatArray
-    """[m/s], shape (n, 3)."""
-    spin: FloatArray
-    """Angular velocity, field frame [rad/s], shape (n, 3)."""
-    quat: FloatArray
-    """Attitude x, y, z, w, shape (n, 4)."""
-    radius: FloatArray
-    """[m], shape (n,)."""
-    mass: FloatArray
-    """[kg], shape (n,)."""
-    foam: FloatArray
-    """k1 [N/m], k3 [N/m^3], and from where [m] and how [N/m^2] it is dense, shape (n, 4); see `foam_force`."""
-    surface: FloatArray
-    """Friction [-], restitution [-] and rolling lever [m], shape (n, 3)."""
-    air: FloatArray
-    """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
-    still: FloatArray
-    """How long each has been supported and slow [s], shape (n,)."""
-    load: FloatArray
-    """Force of bodies of the engine on it, in its last step awake [N], shape (n,)."""
-    press: FloatArray
-    """Largest force of another ball on it, in its last step awake [N], shape (n,)."""
-    hold: FloatArray
-    """Force that a ball is wedged in with [N], 0: it is not, shape (n,)."""
-    leaves: IntArray
-    """Body that it was launched from and that it does not touch before it is out of it, -1: none, shape (n,)."""
-    contacts: IntArray
-    """Contacts in the last step, shape (n,)."""
-    is_touched: npt.NDArray[np.uint8]
-    """Whether it has touched anything since somebody cleared this, shape (n,)."""
-    bodies: IntArray
-    """Marks of the bodies that it has touched since somebody cleared this, shape (n,)."""
-
-    def only(self, rows: slice | npt.NDArray[np.bool_]) -> Balls:
-        """Some of them: of a slice in the same arrays, of a mask in arrays of their own."""
-        columns: list[Any] = [column[rows] for column in self]
-        return Balls(*columns)
-
-
-class Memory(NamedTuple):
-    """Friction springs of contacts, by the ball that remembers each."""
-
-    key: IntArray
-    """What is touched, shape (n, 16)."""
-    stamp: IntArray
-    """Step in which it was touched last, shape (n, 16)."""
-    spring: FloatArray
-    """Stretch of the spring, field frame [m], shape (n, 16, 3)."""
-    clock: IntArray
-    """Number of the step, shape (1,)."""
-
-    def only(self, rows: npt.NDArray[np.bool_]) -> Memory:
-        """Of some of the balls, in arrays of their own."""
-        return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
-
-
-class Bodies(NamedTuple):
-    """Robots and other bodies of the engine, one row each: what it says of them, and how they move on in the loop."""
-
-    is_active: npt.NDArray[np.uint8]
-    """Whether a ball may touch it now, shape (n,)."""
-    pose: FloatArray
-    """Origin, field frame [m], and attitude x, y, z, w, shape (n, 7)."""
-    twist: FloatArray
-    """Velocity of its center of mass [m/s] and angular velocity [rad/s], field frame, shape (n, 6)."""
-    yielding: FloatArray
-    """Inverse mass along x and y [1/kg], and inverse moment of inertia about z [1/(kg m^2)], shape (n, 2); 0 of what
-    keeps its velocity until the engine's next step: carpet holds robots up, and steps with other bodies are short."""
-    middle: FloatArray
-    """Center of mass in its frame, or pivot in that of the field [m], shape (n, 3)."""
-    swings: npt.NDArray[np.uint8]
-    """Whether it swings about a pivot, shape (n,)."""
-    reach: FloatArray
-    """Of the ball around its origin that holds it [m], shape (n,)."""
-    solids: IntArray
-    """Its first solid, and the one behind its last, shape (n, 2)."""
-    mark: IntArray
-    """Bit that it leaves in `Balls.bodies`, shape (n,)."""
-    pos: FloatArray
-    """Origin, field frame [m], shape (n, 3)."""
-    axes: FloatArray
-    """Its axes as columns, shape (n, 3, 3)."""
-    center: FloatArray
-    """Center of mass, or pivot, field frame [m], shape (n, 3)."""
-    vel: FloatArray
-    """Of the center [m/s], shape (n, 3)."""
-    rate: FloatArray
-    """Angular velocity, field frame [rad/s], shape (n, 3)."""
-    impulse: FloatArray
-    """What balls gave it: impulse [N s] and angular impulse about the center [N m s], shape (n, 6)."""
-
-
-class Floor(NamedTuple):
-    """What is the same everywhere."""
-
-    gravity: float
-    """[m/s^2]"""
-    is_there: bool
-    """Whether there is a floor at z = 0."""
-    friction: float
-    restitution: float
-    rolling: float
-    """Lever [m]."""
-    with_pairs: bool
-    """Whether balls touch each other."""
-
-
-@inlined
-def _speed(v, i):
-    return math.sqrt(v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
-
-
-@inlined
-def _sleeps(status, i):
-    return status[i] == ASLEEP or status[i] == PLACED
 
 
 @compiled
@@ -238,209 +104,6 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
     return fx, fy, fz
 
 
-# --- lists of neighbours --------------------------------------------------------------------------------------------
-
-
-@inlined
-def _is_here(balls_are, status, pos, i):
-    """Whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
-    return (
-        balls_are[i]
-        and (_sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
-        and abs(pos[i, 0]) + abs(pos[i, 1]) + abs(pos[i, 2]) < _FAR
-    )
-
-
-@compiled
-def _grid(balls):
-    """Balls on the field by square cells.
-
-    Returns:
-        First ball of each cell, the next of each ball, lowest corner, edge and numbers of cells, largest radius.
-    """
-    is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
-    n = pos.shape[0]
-    largest, low_x, low_y, high_x, high_y = 0.0, 1e30, 1e30, -1e30, -1e30
-    for i in range(n):
-        if _is_here(is_ball, states, pos, i):
-            largest = max(largest, radius[i])
-            low_x, high_x = min(low_x, pos[i, 0]), max(high_x, pos[i, 0])
-            low_y, high_y = min(low_y, pos[i, 1]), max(high_y, pos[i, 1])
-    edge = max(0.2, 2.2 * largest)
-    nx = min(400, int((high_x - low_x) / edge) + 1) if high_x >= low_x else 1
-    ny = min(400, int((high_y - low_y) / edge) + 1) if high_y >= low_y else 1
-    head, after = np.full(nx * ny, _NOBODY, np.int64), np.full(n, _NOBODY, np.int64)
-    for i in range(n - 1, -1, -1):
-        if _is_here(is_ball, states, pos, i):
-            cell = min(int((pos[i, 0] - low_x) / edge), nx - 1) * ny
-            cell += min(int((pos[i, 1] - low_y) / edge), ny - 1)
-            after[i] = head[cell]
-            head[cell] = i
-    return head, after, low_x, low_y, edge, nx, ny, largest
-
-
-@inlined
-def _cell_range(low, high, origin, edge, count):
-    """Numbers of the cells from low to high [m]."""
-    return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
-
-
-@compiled
-def _listed(balls, bodies, grid, way, h):
-    """Balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers beside a body."""
-    head, after, low_x, low_y, edge, nx, ny, _ = grid
-    is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
-    queue, depth, count = np.empty(n, np.int64), np.full(n, _NOBODY, np.int64), 0
-    for fast in (True, False):
-        for i in range(n):
-            if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
-                if not _sleeps(status, i):
-                    queue[count], depth[i], count = i, 0, count + 1
-    for b in range(bodies.pos.shape[0]):
-        if not bodies.is_active[b]:
-            continue
-        reach = (
-            bodies.reach[b] + (_speed(bodies.vel, b) + _speed(bodies.rate, b) * bodies.reach[b]) * h + _MARGIN + edge
-        )
-        x0, x1 = _cell_range(bodies.pos[b, 0] - reach, bodies.pos[b, 0] + reach, low_x, edge, nx)
-        y0, y1 = _cell_range(bodies.pos[b, 1] - reach, bodies.pos[b, 1] + reach, low_y, edge, ny)
-        for cx in range(x0, x1 + 1):
-            for cy in range(y0, y1 + 1):
-                i = head[cx * ny + cy]
-                while i >= 0:
-                    if depth[i] < 0:
-                        queue[count], depth[i], count = i, 0, count + 1
-                    i = after[i]
-    return queue, depth, count
-
-
-@compiled
-def _pairs(balls, grid, way, queue, depth, count, first, second):
-    """Find the pairs of balls that may touch on their ways, and list the sleepers behind them.
-
-    A pair is found by the one that comes first in the list: of a fast and a slow one by the fast one, which looks around
-    itself as far as any other may come.
-
-    Returns:
-        Number of pairs, -1 if there are more than there is room for; number of listed balls.
-    """
-    status, pos, radius = balls.status, balls.pos, balls.radius
-    head, after, low_x, low_y, edge, nx, ny, largest = grid
-    done = np.zeros(balls.pos.shape[0], np.uint8)
-    pairs, room, longest = 0, len(first), 0.0
-    for k in range(count):
-        longest = max(longest, way[queue[k]])
-    k = 0
-    while k < count:
-        i = queue[k]
-        k += 1
-        done[i] = 1
-        own = radius[i] + way[i] + _MARGIN
-        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
-        around = own + largest + (longest if way[i] > _SLOW else _SLOW)
-        x0, x1 = _cell_range(x - around, x + around, low_x, edge, nx)
-        y0, y1 = _cell_range(y - around, y + around, low_y, edge, ny)
-        for cx in range(x0, x1 + 1):
-            for cy in range(y0, y1 + 1):
-                j = head[cx * ny + cy]
-                while j >= 0:
-                    dx, dy, dz = x - pos[j, 0], y - pos[j, 1], z - pos[j, 2]
-                    reach = own + radius[j] + way[j]
-                    if dx * dx + dy * dy + dz * dz < reach * reach and done[j] == 0:
-                        if depth[i] < _HOPS or not _sleeps(status, j):
-                            if pairs == room:
-                                return -1, count
-                            first[pairs], second[pairs], pairs = i, j, pairs + 1
-                            if depth[j] < 0:
-                                queue[count], depth[j], count = j, depth[i] + 1, count + 1
-                    j = after[j]
-    return pairs, count
-
-
-@inlined
-def _is_outside(box, s, x, y, z, reach):
-    """Whether a ball is outside of the bounding box of a solid."""
-    return (
-        x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
-        or z + reach < box[s, 2] or z - reach > box[s, 5]
-    )  # fmt: skip
-
-
-@inlined
-def _to_body(axes, b, x, y, z):
-    """A vector of the field in the axes of a body."""
-    return (
-        axes[b, 0, 0] * x + axes[b, 1, 0] * y + axes[b, 2, 0] * z,
-        axes[b, 0, 1] * x + axes[b, 1, 1] * y + axes[b, 2, 1] * z,
-        axes[b, 0, 2] * x + axes[b, 1, 2] * y + axes[b, 2, 2] * z,
-    )
-
-
-@inlined
-def _to_field(axes, b, x, y, z):
-    """A vector of a body in the axes of the field."""
-    return (
-        axes[b, 0, 0] * x + axes[b, 0, 1] * y + axes[b, 0, 2] * z,
-        axes[b, 1, 0] * x + axes[b, 1, 1] * y + axes[b, 1, 2] * z,
-        axes[b, 2, 0] * x + axes[b, 2, 1] * y + axes[b, 2, 2] * z,
-    )
-
-
-@inlined
-def _grown(near, size):
-    return near if size < len(near) else np.concatenate((near, np.empty_like(near)))
-
-
-@compiled
-def _near_solids(balls, bodies, solids, way, queue, count, h):
-    """Solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
-    pos, radius, boxes = balls.pos, balls.radius, solids.box
-    cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
-    origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
-    is_active, extent, own_solids = bodies.is_active, bodies.reach, bodies.solids
-    start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
-    nx, ny = solids.cell_count[0], solids.cell_count[1]
-    for k in range(count):
-        i = queue[k]
-        start[k] = size
-        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
-        reach = radius[i] + way[i] + _MARGIN
-        x0, x1 = _cell_range(x - reach, x + reach, cell_low[0], cell_low[2], nx)
-        y0, y1 = _cell_range(y - reach, y + reach, cell_low[1], cell_low[2], ny)
-        for cx in range(x0, x1 + 1):
-            for cy in range(y0, y1 + 1):
-                cell = cx * ny + cy
-                for entry in range(cell_first[cell], cell_first[cell + 1]):
-                    s = cell_solid[entry]
-                    if _is_outside(boxes, s, x, y, z, reach):
-                        continue
-                    known = False
-                    if x0 < x1 or y0 < y1:  # it may be in several cells
-                        for e in range(start[k], size):
-                            if near[e] == s:
-                                known = True
-                    if not known:
-                        near = _grown(near, size)
-                        near[size], size = s, size + 1
-        for b in range(origin.shape[0]):
-            if not is_active[b]:
-                continue
-            dx, dy, dz = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
-            moved = (_speed(moving, b) + _speed(turning, b) * extent[b]) * h
-            far = reach + moved + extent[b]
-            if dx * dx + dy * dy + dz * dz > far * far:
-                continue
-            lx, ly, lz = _to_body(frame, b, dx, dy, dz)
-            far = reach + moved
-            for s in range(own_solids[b, 0], own_solids[b, 1]):
-                if _is_outside(boxes, s, lx, ly, lz, far):
-                    continue
-                near = _grown(near, size)
-                near[size], size = s, size + 1
-    start[count] = size
-    return start, near
-
-
 # --- contacts of one ball with solids -------------------------------------------------------------------------------
 
 
@@ -460,6 +123,8 @@ def _add_contact(found, which, count, solid, distance, radius, nx, ny, nz, is_fa
         nz: The same.
         is_face: Whether its face is touched.
     """
+    if count == _MOST_SURFACES and found[count - 1, 3] >= radius - distance:
+        return count
     k = min(count, _MOST_SURFACES - 1)
     while k > 0 and found[k - 1, 3] < radius - distance:
         for c in range(7):
@@ -528,7 +193,7 @@ def _wake(status, still, hold, i):
 def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
     """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it.
 
-    Added to `force`: of each ball force and torque [N, N m], number of contacts, and the largest push [N], shape (n, 8).
+    Added to `force`: of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
@@ -536,15 +201,15 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
     steps = 1
     for p in range(pairs):
         a, b = first[p], second[p]
-        sleeper = a if _sleeps(status, a) else b if _sleeps(status, b) else _NOBODY
-        if sleeper == a and _sleeps(status, b):
+        sleeper = a if sleeps(status, a) else b if sleeps(status, b) else NOBODY
+        if sleeper == a and sleeps(status, b):
             continue
         nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
         reach, square = radii[a] + radii[b], nx * nx + ny * ny + nz * nz
         if sleeper >= 0 and hold[sleeper] == 0.0 and square < (reach + _BESIDE) * (reach + _BESIDE):
-            if _speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # what leaned on it is not left standing
+            if speed(vel, b if sleeper == a else a) > _WAKING_SPEED:  # what leaned on it is not left standing
                 _wake(status, still, hold, sleeper)
-                sleeper = _NOBODY
+                sleeper = NOBODY
         if square >= reach * reach:
             continue
         distance = math.sqrt(square)
@@ -653,7 +318,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
         touched, pressed = int(force[i, 6]), force[i, 7]
         for k in range(8):
             force[i, k] = 0.0
-        is_asleep = _sleeps(status, i)
+        is_asleep = sleeps(status, i)
         if is_asleep and not has_bodies[q]:
             continue
         radius, mass = radii[i], masses[i]
@@ -674,22 +339,22 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                 s = near[entry]
                 b = owner[s]
                 if b < 0:
-                    if is_asleep or _is_outside(box, s, x, y, z, radius):
+                    if is_asleep or is_outside(box, s, x, y, z, radius):
                         continue
                     distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, radius, first, plane, corner)
                 else:
                     ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
                     wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
-                    lx, ly, lz = _to_body(
+                    lx, ly, lz = to_body(
                         axes, b,
                         x - origin[b, 0] - late * (moving[b, 0] + wy * oz - wz * oy),
                         y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
                         z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
                     )  # fmt: skip
-                    if _is_outside(box, s, lx, ly, lz, radius):
+                    if is_outside(box, s, lx, ly, lz, radius):
                         continue
                     distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, radius, first, plane, corner)
-                    nx, ny, nz = _to_field(axes, b, lx, ly, lz)
+                    nx, ny, nz = to_field(axes, b, lx, ly, lz)
                 if distance < radius and b >= 0 and b == leaves[i]:
                     is_leaving = True
                 elif distance < radius:
@@ -697,7 +362,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
             if n > 1:
                 n = _without_edges(found, which, n)
             if not is_leaving and len(origin) > 0:
-                leaves[i] = _NOBODY
+                leaves[i] = NOBODY
             # how finely it must go on
             if step == 0 and not is_asleep:
                 if start[q + 1] > start[q]:
@@ -720,7 +385,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                 ux = vx - lever * (sy * nz - sz * ny)
                 uy = vy - lever * (sz * nx - sx * nz)
                 uz = vz - lever * (sx * ny - sy * nx)
-                b, ax, ay, az = _NOBODY, 0.0, 0.0, 0.0
+                b, ax, ay, az = NOBODY, 0.0, 0.0, 0.0
                 if s == _FLOOR:
                     friction, restitution = own_friction * floor_friction, own_restitution * floor_restitution
                     resistance = own_rolling * floor_friction + floor_rolling * own_friction
@@ -789,21 +454,21 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
 @compiled
 def _advance_listed(balls, memory, solids, bodies, floor, table, h):
     """Move everything for h [s], with one list of neighbours."""
-    grid = _grid(balls)
+    grid = grid_of(balls)
     way = np.empty(balls.pos.shape[0])  # of each ball within h [m]
     for i in range(len(way)):
-        way[i] = _speed(balls.vel, i) * h
-    queue, depth, count = _listed(balls, bodies, grid, way, h)
+        way[i] = speed(balls.vel, i) * h
+    queue, depth, count = listed_balls(balls, bodies, grid, way, h)
     if count == 0:
         return
     room, pairs = 64 + 8 * count if floor.with_pairs else 0, -1 if floor.with_pairs else 0
     first, second = np.empty(room, np.int64), np.empty(room, np.int64)
     while pairs < 0:
-        pairs, count = _pairs(balls, grid, way, queue, depth, count, first, second)
+        pairs, count = near_pairs(balls, grid, way, queue, depth, count, first, second)
         if pairs < 0:
             room *= 2
             first, second = np.empty(room, np.int64), np.empty(room, np.int64)
-    start, near = _near_solids(balls, bodies, solids, way, queue, count, h)
+    start, near = near_solids(balls, bodies, solids, way, queue, count, h)
     force = np.zeros((balls.pos.shape[0], 8))
     has_bodies, owner = np.zeros(count, np.uint8), solids.body
     for k in range(count):
@@ -816,7 +481,7 @@ def _advance_listed(balls, memory, solids, bodies, floor, table, h):
     left, step = h, min(_STEP, h)
     for k in range(count):
         i = queue[k]
-        if not _sleeps(status, i):
+        if not sleeps(status, i):
             for c in range(3):
                 pos[i, c] += 0.5 * step * vel[i, c]
     _drift_bodies(bodies, 0.5 * step)
@@ -832,9 +497,9 @@ def _advance_listed(balls, memory, solids, bodies, floor, table, h):
     spin, radius, still = balls.spin, balls.radius, balls.still
     for k in range(count):
         i = queue[k]
-        if not _sleeps(status, i):
+        if not sleeps(status, i):
             _turn(balls.quat, spin, i, h)
-            is_quiet = contacts[i] > 0 and max(_speed(vel, i), _speed(spin, i) * radius[i]) < _QUIET_SPEED
+            is_quiet = contacts[i] > 0 and max(speed(vel, i), speed(spin, i) * radius[i]) < _QUIET_SPEED
             still[i] = still[i] + h if is_quiet else 0.0
 
 
@@ -861,7 +526,7 @@ def _take_poses(bodies):
         axes[b, 0, 0], axes[b, 0, 1], axes[b, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
         axes[b, 1, 0], axes[b, 1, 1], axes[b, 1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
         axes[b, 2, 0], axes[b, 2, 1], axes[b, 2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
-        mx, my, mz = _to_field(axes, b, middle[b, 0], middle[b, 1], middle[b, 2])
+        mx, my, mz = to_field(axes, b, middle[b, 0], middle[b, 1], middle[b, 2])
         for k in range(6):
             bodies.impulse[b, k] = 0.0
         for k in range(3):
@@ -876,14 +541,14 @@ def _take_poses(bodies):
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
     """How deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
-    x0, x1 = _cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
-    y0, y1 = _cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)
+    x0, x1 = cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
+    y0, y1 = cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)
     least = radius
     for cx in range(x0, x1 + 1):
         for cy in range(y0, y1 + 1):
             for entry in range(solids.cell_first[cx * ny + cy], solids.cell_first[cx * ny + cy + 1]):
                 s = solids.cell_solid[entry]
-                if not _is_outside(solids.box, s, x, y, z, radius):
+                if not is_outside(solids.box, s, x, y, z, radius):
                     distance, _, _, _, _ = nearest_point(s, x, y, z, radius, solids.first, solids.plane, solids.corner)
                     least = min(least, distance)
     return radius - least

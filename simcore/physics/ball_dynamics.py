@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, cross, matrix, minus
-from simcore.loop.balls import Balls, Bodies, Floor, Memory, advance, depth_at
+from simcore.loop.balls import advance, depth_at
 from simcore.loop.compiled import announce
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import Solids
+from simcore.loop.state import AWAKE, IN_FLIGHT, Balls, Bodies, Floor, Memory
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
 from simcore.physics.shapes import Shape, bounding_radius
@@ -241,7 +242,7 @@ class BallDynamics:
 
     def _any_awake(self) -> bool:
         balls = self.balls
-        return bool((((balls.status == 3) | (balls.status == 5)) & (balls.is_ball > 0)).any())
+        return bool((((balls.status == AWAKE) | (balls.status == IN_FLIGHT)) & (balls.is_ball > 0)).any())
 
     def _push(self, number: int) -> None:
         """Give a body of the engine the impulse that balls have given it."""

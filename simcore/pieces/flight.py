@@ -13,7 +13,7 @@ import numpy as np
 
 from simcore.geometry.rotation import Vector
 from simcore.geometry.zones import Zone
-from simcore.loop.balls import IN_FLIGHT, Balls
+from simcore.loop.state import IN_FLIGHT, Balls
 from simcore.physics.ball_dynamics import StandingField, make_balls, make_memory
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.loop.balls import Balls
+from simcore.loop.state import Balls
 from simcore.match.game import Game
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone

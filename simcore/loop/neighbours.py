@@ -1,0 +1,197 @@
+"""Who may touch whom within a few milliseconds: balls with each other, and with solids.
+
+Lists are made once for up to 5 ms. They hold what can meet within that time at the speeds of now, and a margin for what
+is set in motion meanwhile.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.loop.compiled import compiled, inlined
+from simcore.loop.state import AWAKE, IN_FLIGHT, NOBODY, sleeps, speed, to_body
+
+__all__ = ["cell_range", "grid_of", "is_outside", "listed_balls", "near_pairs", "near_solids"]
+
+_MARGIN = 0.02  # [m], for what is set in motion within that time
+_HOPS = 2  # so many sleepers behind one that may be touched are listed as well: they may wake within the same list
+_SLOW = 0.02  # [m]; balls that go no farther within a list look for their neighbours in the next cells
+_FAR = 1e5  # [m]
+
+
+@inlined
+def _is_here(balls_are, status, pos, i):
+    """Whether a row is a ball on the field; one whose place is no number, or far away, is nowhere."""
+    return (
+        balls_are[i]
+        and (sleeps(status, i) or status[i] == AWAKE or status[i] == IN_FLIGHT)
+        and abs(pos[i, 0]) + abs(pos[i, 1]) + abs(pos[i, 2]) < _FAR
+    )
+
+
+@compiled
+def grid_of(balls):
+    """Balls on the field by square cells.
+
+    Returns:
+        First ball of each cell, the next of each ball, lowest corner, edge and numbers of cells, largest radius.
+    """
+    is_ball, states, pos, radius = balls.is_ball, balls.status, balls.pos, balls.radius
+    n = pos.shape[0]
+    largest, low_x, low_y, high_x, high_y = 0.0, 1e30, 1e30, -1e30, -1e30
+    for i in range(n):
+        if _is_here(is_ball, states, pos, i):
+            largest = max(largest, radius[i])
+            low_x, high_x = min(low_x, pos[i, 0]), max(high_x, pos[i, 0])
+            low_y, high_y = min(low_y, pos[i, 1]), max(high_y, pos[i, 1])
+    edge = max(0.2, 2.2 * largest)
+    nx = min(400, int((high_x - low_x) / edge) + 1) if high_x >= low_x else 1
+    ny = min(400, int((high_y - low_y) / edge) + 1) if high_y >= low_y else 1
+    head, after = np.full(nx * ny, NOBODY, np.int64), np.full(n, NOBODY, np.int64)
+    for i in range(n - 1, -1, -1):
+        if _is_here(is_ball, states, pos, i):
+            cell = min(int((pos[i, 0] - low_x) / edge), nx - 1) * ny
+            cell += min(int((pos[i, 1] - low_y) / edge), ny - 1)
+            after[i] = head[cell]
+            head[cell] = i
+    return head, after, low_x, low_y, edge, nx, ny, largest
+
+
+@inlined
+def cell_range(low, high, origin, edge, count):
+    """Numbers of the cells from low to high [m]."""
+    return max(int((low - origin) / edge), 0), min(int((high - origin) / edge), count - 1)
+
+
+@compiled
+def listed_balls(balls, bodies, grid, way, h):
+    """Balls that move, or may be touched within h [s]: the awake, fast ones first, and sleepers beside a body."""
+    head, after, low_x, low_y, edge, nx, ny, _ = grid
+    is_ball, status, pos, n = balls.is_ball, balls.status, balls.pos, balls.pos.shape[0]
+    queue, depth, count = np.empty(n, np.int64), np.full(n, NOBODY, np.int64), 0
+    for fast in (True, False):
+        for i in range(n):
+            if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
+                if not sleeps(status, i):
+                    queue[count], depth[i], count = i, 0, count + 1
+    for b in range(bodies.pos.shape[0]):
+        if not bodies.is_active[b]:
+            continue
+        reach = bodies.reach[b] + (speed(bodies.vel, b) + speed(bodies.rate, b) * bodies.reach[b]) * h + _MARGIN + edge
+        x0, x1 = cell_range(bodies.pos[b, 0] - reach, bodies.pos[b, 0] + reach, low_x, edge, nx)
+        y0, y1 = cell_range(bodies.pos[b, 1] - reach, bodies.pos[b, 1] + reach, low_y, edge, ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                i = head[cx * ny + cy]
+                while i >= 0:
+                    if depth[i] < 0:
+                        queue[count], depth[i], count = i, 0, count + 1
+                    i = after[i]
+    return queue, depth, count
+
+
+@compiled
+def near_pairs(balls, grid, way, queue, depth, count, first, second):
+    """Find the pairs of balls that may touch on their ways, and list the sleepers behind them.
+
+    A pair is found by the one that comes first in the list: of a fast and a slow one by the fast one, which looks
+    around itself as far as any other may come.
+
+    Returns:
+        Number of pairs, -1 if there are more than there is room for; number of listed balls.
+    """
+    status, pos, radius = balls.status, balls.pos, balls.radius
+    head, after, low_x, low_y, edge, nx, ny, largest = grid
+    done = np.zeros(balls.pos.shape[0], np.uint8)
+    pairs, room, longest = 0, len(first), 0.0
+    for k in range(count):
+        longest = max(longest, way[queue[k]])
+    k = 0
+    while k < count:
+        i = queue[k]
+        k += 1
+        done[i] = 1
+        own = radius[i] + way[i] + _MARGIN
+        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        around = own + largest + (longest if way[i] > _SLOW else _SLOW)
+        x0, x1 = cell_range(x - around, x + around, low_x, edge, nx)
+        y0, y1 = cell_range(y - around, y + around, low_y, edge, ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                j = head[cx * ny + cy]
+                while j >= 0:
+                    dx, dy, dz = x - pos[j, 0], y - pos[j, 1], z - pos[j, 2]
+                    reach = own + radius[j] + way[j]
+                    if dx * dx + dy * dy + dz * dz < reach * reach and done[j] == 0:
+                        if depth[i] < _HOPS or not sleeps(status, j):
+                            if pairs == room:
+                                return -1, count
+                            first[pairs], second[pairs], pairs = i, j, pairs + 1
+                            if depth[j] < 0:
+                                queue[count], depth[j], count = j, depth[i] + 1, count + 1
+                    j = after[j]
+    return pairs, count
+
+
+@inlined
+def is_outside(box, s, x, y, z, reach):
+    """Whether a ball is outside of the bounding box of a solid."""
+    return (
+        x + reach < box[s, 0] or x - reach > box[s, 3] or y + reach < box[s, 1] or y - reach > box[s, 4]
+        or z + reach < box[s, 2] or z - reach > box[s, 5]
+    )  # fmt: skip
+
+
+@inlined
+def _grown(near, size):
+    return near if size < len(near) else np.concatenate((near, np.empty_like(near)))
+
+
+@compiled
+def near_solids(balls, bodies, solids, way, queue, count, h):
+    """Solids that each listed ball may touch within h [s]: first entry of each, and the solids."""
+    pos, radius, boxes = balls.pos, balls.radius, solids.box
+    cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
+    origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
+    is_active, extent, own_solids = bodies.is_active, bodies.reach, bodies.solids
+    start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
+    nx, ny = solids.cell_count[0], solids.cell_count[1]
+    for k in range(count):
+        i = queue[k]
+        start[k] = size
+        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        reach = radius[i] + way[i] + _MARGIN
+        x0, x1 = cell_range(x - reach, x + reach, cell_low[0], cell_low[2], nx)
+        y0, y1 = cell_range(y - reach, y + reach, cell_low[1], cell_low[2], ny)
+        for cx in range(x0, x1 + 1):
+            for cy in range(y0, y1 + 1):
+                cell = cx * ny + cy
+                for entry in range(cell_first[cell], cell_first[cell + 1]):
+                    s = cell_solid[entry]
+                    if is_outside(boxes, s, x, y, z, reach):
+                        continue
+                    known = False
+                    if x0 < x1 or y0 < y1:  # it may be in several cells
+                        for e in range(start[k], size):
+                            if near[e] == s:
+                                known = True
+                    if not known:
+                        near = _grown(near, size)
+                        near[size], size = s, size + 1
+        for b in range(origin.shape[0]):
+            if not is_active[b]:
+                continue
+            dx, dy, dz = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
+            moved = (speed(moving, b) + speed(turning, b) * extent[b]) * h
+            far = reach + moved + extent[b]
+            if dx * dx + dy * dy + dz * dz > far * far:
+                continue
+            lx, ly, lz = to_body(frame, b, dx, dy, dz)
+            far = reach + moved
+            for s in range(own_solids[b, 0], own_solids[b, 1]):
+                if is_outside(boxes, s, lx, ly, lz, far):
+                    continue
+                near = _grown(near, size)
+                near[size], size = s, size + 1
+    start[count] = size
+    return start, near
