@@ -331,17 +331,18 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
         steps, step, part = 1, 0, h
         while step < steps:
             late = (step + 0.5) * part - 0.5 * h
-            # what it touches
-            n, is_leaving = 0, False
+            # what it touches, and before the first of its steps, how near the next is
+            n, is_leaving, gap = 0, False, z - radius if is_floor else 1e30
+            reach = radius if step > 0 or is_asleep else radius + 0.5 * h * math.sqrt(vx * vx + vy * vy + vz * vz)
             if is_floor and z < radius and not is_asleep:
                 n = _add_contact(found, which, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
             for entry in range(start[q], start[q + 1]):
                 s = near[entry]
                 b = owner[s]
                 if b < 0:
-                    if is_asleep or is_outside(box, s, x, y, z, radius):
+                    if is_asleep or is_outside(box, s, x, y, z, reach):
                         continue
-                    distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, radius, first, plane, corner)
+                    distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, reach, first, plane, corner)
                 else:
                     ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
                     wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
@@ -351,13 +352,15 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                         y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
                         z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
                     )  # fmt: skip
-                    if is_outside(box, s, lx, ly, lz, radius):
+                    if is_outside(box, s, lx, ly, lz, reach):
                         continue
-                    distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, radius, first, plane, corner)
+                    distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, reach, first, plane, corner)
                     nx, ny, nz = to_field(axes, b, lx, ly, lz)
                 if distance < radius and b >= 0 and b == leaves[i]:
                     is_leaving = True
-                elif distance < radius:
+                    continue
+                gap = min(gap, distance - radius)
+                if distance < radius:
                     n = _add_contact(found, which, n, s, distance, radius, nx, ny, nz, is_face)
             if n > 1:
                 n = _without_edges(found, which, n)
@@ -367,6 +370,9 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
             if step == 0 and not is_asleep:
                 if start[q + 1] > start[q]:
                     steps = max(steps, math.ceil(math.sqrt(vx * vx + vy * vy + vz * vz) * h / (_FARTHEST * radius)))
+                if 0.0 <= gap < reach - radius:  # it will touch within this step
+                    slope = foam_slope(reach - radius - gap, k1, k3, hard_from, hard)
+                    steps = max(steps, steps_for(slope, mass, h))
                 for k in range(n):
                     closing = -(vx * found[k, 0] + vy * found[k, 1] + vz * found[k, 2])
                     depth = found[k, 3] + max(0.0, closing) * h

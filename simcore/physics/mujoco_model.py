@@ -34,6 +34,7 @@ from simcore.physics.engine import BodyDefinition
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shapes import Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import plain_sum
 
 __all__ = [
     "TOUCHING",
@@ -180,7 +181,7 @@ class _Contacts:
         friction = pair_friction(own.friction, other.friction)
         restitution = pair_restitution(own.restitution, other.restitution)
         rolling = pair_rolling(own.rolling, own.friction, other.rolling, other.friction)
-        give = sum(1.0 / surface.stiffness for surface in (own, other) if surface.stiffness is not None)
+        give = plain_sum(1.0 / surface.stiffness for surface in (own, other) if surface.stiffness is not None)
         stiffness = 1.0 / give if give else math.inf
         spring, damper = contact_spring(restitution, friction, stiffness, mass, self._longest)
         return {

@@ -153,8 +153,11 @@ def test_a_human_player_takes_what_rolls_into_the_corral_and_opens_the_door_for_
         before = match.rules.human_players.stock["blue"]
         assert before >= 24, "one came, and one may have been thrown"
         match.robots[0].carry_to((0.7, dim.OUTPOST_Y, math.pi))
-        match.play(1.2)
-        assert match.rules.human_players.stock["blue"] <= before - 8, "one each 0.12 s"
+        stock = [before]
+        for _ in range(60):
+            match.tick()
+            stock.append(match.rules.human_players.stock["blue"])
+        assert -np.minimum(np.diff(stock), 0).sum() >= 8, "one each 0.12 s; some roll back into the corral"
         assert match.rules.human_players.stock["red"] >= 22, "nobody waits there; it throws one each 1.3 s"
 
 

@@ -238,7 +238,7 @@ def test_a_robot_that_leans_on_a_wall_is_quiet(heading, longest, engine_name):
     with Match.bare(start=(14.0, 4.0, heading), engine=engine_name) as match:
         robot, places, speeds = match.robots[0], [], []
         own = match.pieces.begin_tick
-        match.pieces.begin_tick = lambda movers, dt: replace(own(movers, dt), longest_step=longest)
+        match.pieces.begin_tick = lambda movers, dt: min(own(movers, dt), longest)
         for _ in range(200):
             robot.drive.set_chassis_speeds(2.0 * math.cos(heading), -2.0 * math.sin(heading), 0.0)
             match.tick()
