@@ -59,7 +59,7 @@ cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 
 def is_prepared() -> bool:
     """Whether the functions need not be compiled any more, on this computer."""
-    return _config.DISABLE_JIT or (cache_folder is not None and any(cache_folder.rglob("*.nbi")))
+    return bool(_config.DISABLE_JIT) or (cache_folder is not None and any(cache_folder.rglob("*.nbi")))
 
 
 def compiled(function: _Function) -> _Function:

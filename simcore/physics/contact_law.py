@@ -1,14 +1,11 @@
-"""What a contact is: all rules and numbers of friction, restitution, stiffness and damping, of both engines and ours.
+"""Materials, and what contacts make of them in the engines: pairs, springs, dampers; and the hit of two balls.
 
 - **Pairs.** Friction and restitution are the products of both sides' values. A rolling pair resists with the torque
-  `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. These rules are Bullet's own, so a surface acts on
-  every pair that touches it, and nothing is hidden in a table of pairs.
-- **Load.** A spring and a damper: f = k x - c v. Two in a row give way by the sum of both depths. Foam is stiff to a
-  blow, soft to what holds it, and stiffer the more it is squeezed.
-- **Impacts.** Newton's restitution and Coulomb's friction, at their instant. With the normal impulse
-  `J = (1 + e) m |v_n|` the friction impulse is the smaller of `mu J` and the one that ends the slip of the touching
-  points; that one sees the mass `2/7 m`, because a solid ball (inertia `2/5 m r^2`) also turns.
-Who finds contacts, solves for their forces and moves the bodies is elsewhere, and asks here.
+  `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. So a surface acts on every pair that touches it,
+  and nothing is hidden in a table of pairs.
+- **Load.** A spring and a damper: f = k x - c v. Two in a row give way by the sum of both depths.
+
+What contacts of balls do is in `simcore.loop.contact`.
 """
 
 from __future__ import annotations

@@ -179,16 +179,15 @@ class HangingBody:
         return math.hypot(*self.rate) * (self.config.drop + self.radius)
 
     @property
-    def footprint(self) -> tuple[float, float, float, float, float, float, Vector, tuple[float, float], float]:
+    def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
         """What the pieces need to know.
 
-        x, y, yaw, half length and width [m, rad], speed [m/s], its lower side (height [m] and slopes), lowest and
-        highest part [m], and the speed below which it wakes by touch alone, because it swings for half a minute [m/s].
+        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest part [m], and the speed below which
+        it wakes by touch alone, because it swings for half a minute [m/s].
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
         x, y, z = self.pos
-        low, high = z - dz, z + dz
-        return x, y, 0.0, dx, dy, self.speed, (low, 0.0, 0.0), (low, high), _TOUCHING_SPEED
+        return x, y, 0.0, dx, dy, self.speed, (z - dz, z + dz), _TOUCHING_SPEED
 
     def _wake(self) -> None:
         if not self.is_awake:

@@ -28,7 +28,6 @@ from simcore.typing import FloatArray
 __all__ = ["ChassisSimulation"]
 
 _BESIDE = 0.03  # [m]; what is farther from the bumpers than this and the way of a tick is not met in it
-_STANDING = 0.3  # cosine of a tilt; a robot that leans more stands on its side
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
 _ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -282,19 +281,10 @@ class ChassisSimulation:
         return vx + wy * az - wz * ay, vy + wz * ax - wx * az, vz + wx * ay - wy * ax
 
     @property
-    def footprint(self) -> tuple[float, float, float, float, float, float, Vector]:
-        """What the pieces need to know.
-
-        x, y, yaw, half length, half width [m, rad], speed of the box [m/s], and the plane of its underside: height at
-        x, y [m] and slopes along the field's x and y.
-        """
+    def footprint(self) -> tuple[float, float, float, float, float, float]:
+        """What the pieces need to know: x, y, yaw, half length, half width [m, rad] and speed of the box [m/s]."""
         x, y, yaw = self.pose
-        (ax, ay, az), c = rotate(self.quat, (0.0, 0.0, 1.0)), self.config
-        if az < _STANDING:
-            plane = (-math.inf, 0.0, 0.0)
-        else:  # through the point at the clearance over the origin
-            plane = (self.pos[2] + c.clearance / az, -ax / az, -ay / az)
-        return x, y, yaw, c.bumper_length / 2, c.bumper_width / 2, self.speed, plane
+        return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
     def standing(self, pose: Vector) -> tuple[Vector, Quaternion]:
         """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""

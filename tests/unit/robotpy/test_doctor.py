@@ -484,3 +484,17 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
     )
     root = str(Path(__file__).resolve().parents[3])
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60, env={**os.environ, "PYTHONPATH": root})
+
+
+@pytest.mark.parametrize(
+    ("prepare", "level", "words"),
+    [
+        (lambda: Path("somewhere"), Level.OK, "kept in somewhere"),
+        (lambda: None, Level.WARN, "compiled anew in every run"),
+        (lambda: 1 / 0, Level.FAIL, "cannot be compiled: division by zero"),
+    ],
+)
+def test_the_loop_is_compiled_and_said_where(prepare, level, words):
+    found = install_checks.check_loop(prepare)
+    assert found.level is level and words in found.text
+    assert bool(found.advice) == (level is not Level.OK)
