@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -51,8 +52,12 @@ def make_memory(count: int) -> Memory:
     )  # fmt: skip
 
 
+@cache
 def prepare() -> None:
-    """Compile the loop for this computer, or load what was compiled before."""
+    """Compile the loop for this computer, or load what was compiled before.
+
+    Wherever balls are made that will move, so that no tick waits for it.
+    """
     announce()
     still = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3)))
     floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
@@ -74,6 +79,7 @@ class StandingField(NamedTuple):
     @classmethod
     def of(cls, elements: Iterable[FieldElement], floor: TerrainSurface) -> StandingField:
         """Of elements, and of the material of the floor at z = 0."""
+        prepare()
         builder = SolidsBuilder()
         for element in elements:
             builder.add(element.shape, element.position, IDENTITY, factors(element.surface))
@@ -81,7 +87,6 @@ class StandingField(NamedTuple):
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
         """Move balls of their own, which remember their friction, for h [s]."""
-        announce()
         advance(balls, memory, self.solids, _NO_BODIES, self.floor, DAMPING_RATIOS, h)
 
 
@@ -115,6 +120,8 @@ class BallDynamics:
 
     def set_balls(self, balls: Balls) -> None:
         """Say which balls there are."""
+        if len(balls.status):
+            prepare()
         self.balls, self._memory = balls, make_memory(len(balls.status))
 
     # --- what they touch ------------------------------------------------------------------------------------------
@@ -234,7 +241,6 @@ class BallDynamics:
             is_still = is_still and max(abs(u), abs(v), abs(w), abs(p), abs(q), abs(r)) < _STANDING
         if is_still:
             return
-        announce()
         advance(self.balls, self._memory, self.solids, bodies, self.floor, DAMPING_RATIOS, h)
         for number in active:
             if number not in self._fixed and bodies.impulse[number].any():
