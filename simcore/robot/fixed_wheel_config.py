@@ -101,6 +101,9 @@ class TankConfig(FixedWheelConfig):
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
     """Of the wheels of one side, forward of the robot center [m]."""
+    dropped_center: bool = True
+    """Whether, of three and more wheels in a row, those between the ends are lower, by some 3 mm in a kit chassis: the
+    robot stands on them and on the end toward which its load leans, so that it turns without scrubbing both ends."""
     trackwidth: float = 0.56
     """Between left and right wheels [m]."""
     motors_per_side: int = 2
@@ -109,7 +112,13 @@ class TankConfig(FixedWheelConfig):
         if not self.wheel_xs:
             raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
         require_fields(self, "tank", wheel_xs=[ROBOT_PLACE], trackwidth=ROBOT_LENGTH, motors_per_side=MOTORS)
+        if not isinstance(self.dropped_center, bool):
+            raise ConfigError(f"tank: dropped_center must be True or False, got {shown(self.dropped_center)}")
         self.require_robot("tank")
+        if self.dropped_center:
+            ends = min(self.wheel_xs), max(self.wheel_xs)
+            lowered = tuple(k for k, (x, _) in enumerate(self.wheel_positions) if x not in ends)
+            object.__setattr__(self, "lowered", lowered)
 
     @property
     def wheel_positions(self) -> tuple[tuple[float, float], ...]:

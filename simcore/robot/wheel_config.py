@@ -41,6 +41,8 @@ class RobotMass:
     """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
     positions: tuple[tuple[float, float], ...]
     """Of the wheels relative to the center of mass, robot axes [m]."""
+    lowered: tuple[int, ...] = ()
+    """Rows of the wheels that are lower than the others, as those of a dropped center; none: all are level."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,7 @@ class DrivetrainConfig(RobotMass):
     mass: float = 55.0
     yaw_inertia: float = 5.87
     positions: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+    lowered: tuple[int, ...] = field(init=False, repr=False, compare=False, default=())
 
     def __post_init__(self) -> None:
         self.require_robot("drivetrain")

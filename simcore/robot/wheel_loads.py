@@ -31,7 +31,8 @@ def normal_loads(
 
     Speeding up puts load on the rear axle, a left turn on the right wheels, and a slope on the lower ones. With more
     than three wheels the load with the least squares is taken (equal springs under every wheel). A wheel that would
-    have to pull on the floor lifts instead.
+    have to pull on the floor lifts instead. Where the middle wheels are lowered, they carry all, together with the end
+    toward which the load leans.
 
     Args:
         config: Positions of the wheels, mass, center of mass.
@@ -57,6 +58,8 @@ def normal_loads(
     height = config.center_of_mass[2] * mass
     want_x = height * (gravity_robot[0] - accel_robot[0])
     want_y = height * (gravity_robot[1] - accel_robot[1])
+    if config.lowered:
+        rows = _carrying(config, rows, want_x / force_z)
     while True:
         share = [p * force_z + q * want_x + r * want_y for p, q, r in _shares(positions, rows)]
         lowest = min(share)
@@ -89,7 +92,7 @@ class LoadTransfer:
 
     def set_robot(self, config: RobotMass) -> None:
         """Take in another mass or center of mass."""
-        self._config = config
+        self._config, self._is_level = config, not config.lowered
         self._mass, self._lever = config.mass, config.mass * config.center_of_mass[2]
         self._all_shares = _shares(config.positions, tuple(range(len(config.positions))))
 
@@ -115,7 +118,7 @@ class LoadTransfer:
         y = self._y + share * (ay + self._tires_y - self._y)
         z = self._z + share * (az - self._z)
         gx, gy, gz = self._gravity
-        if self._touching == self._all_down:  # `normal_loads` of a robot with all its wheels down, 10.6 -> 3.4 us
+        if self._is_level and self._touching == self._all_down:  # `normal_loads` with all wheels down, 10.6 -> 3.4 us
             force_z, want_x, want_y = self._mass * (z - gz), self._lever * (gx - x), self._lever * (gy - y)
             loads = [p * force_z + q * want_x + r * want_y for p, q, r in self._all_shares]
             if min(loads) >= 0.0:
@@ -145,6 +148,18 @@ class LoadTransfer:
         c, s = math.cos(turn), math.sin(turn)
         self._x, self._y = c * x + s * y, c * y - s * x
         self._tires_x, self._tires_y = ax, ay
+
+
+def _carrying(config: RobotMass, rows: tuple[int, ...], x: float) -> tuple[int, ...]:
+    """Of touching wheels with lowered ones among them: which carry a load whose center is at x [m]."""
+    lowered = [i for i in rows if i in config.lowered]
+    if not lowered:
+        return rows
+    at = [place[0] for place in config.positions]
+    rear, front = min(at[i] for i in lowered), max(at[i] for i in lowered)
+    if x > front:
+        return tuple(i for i in rows if at[i] >= front)
+    return tuple(i for i in rows if at[i] <= rear) if x < rear else tuple(lowered)
 
 
 @lru_cache(maxsize=256)  # a robot has few sets of touching wheels; 4.5 -> 2.9 us a call

@@ -141,7 +141,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         if (cx, cy) != old.center_of_mass[:2]:
             positions = tuple((x - cx, y - cy) for x, y in self._wheel_places)
         robot = self._robot = RobotMass(
-            mass=float(mass), yaw_inertia=float(yaw_inertia), center_of_mass=(cx, cy, cz), positions=positions
+            mass=float(mass),
+            yaw_inertia=float(yaw_inertia),
+            center_of_mass=(cx, cy, cz),
+            positions=positions,
+            lowered=old.lowered,
         )
         self._solver.set_mass(robot.mass, robot.yaw_inertia, positions)
         self._static_loads = normal_loads(robot, [True] * self._wheels, (0.0, 0.0, -GRAVITY))

@@ -44,6 +44,7 @@ MEASURES = (
     Key("coupling_ratio", RATIO, None, "drive rotor turns per turn of the azimuth while the wheel stands", 0.0),
     Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
     Key("trackwidth", ROBOT_LENGTH, None, "of a tank, between left and right wheels", 0.56),
+    Key("dropped_center", bool, None, "left out: true; of a tank: middle wheels lower, as in a kit chassis", False),
     Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else a plate's", 5.0),
     Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
     Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),

@@ -186,7 +186,7 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
 
 def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
     """What the survey took apart."""
-    fields = {name: value for name, value in answer.items() if name not in ("kind", "positions")}
+    fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
         modules = tuple(

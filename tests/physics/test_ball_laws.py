@@ -212,6 +212,20 @@ def test_a_block_of_balls_stays_on_a_slope():
         assert np.abs(scene.balls.pos - places).max() < 0.02
 
 
+def test_a_ball_squeezed_between_walls_hangs_by_its_friction():
+    """Walls that hold it 4 mm deep each carry it by springs of friction, which stretch by less than 1 mm and keep."""
+    with PhysicsWorld(floor=None) as world:
+        gap = 2.0 * (R - 0.004)
+        for side in (-1.0, 1.0):
+            world.add_static("wall", Box((0.2, 1.0, 1.0)), (4.0 + side * (0.5 * gap + 0.1), 4.0, 1.0), surface=CARPET)
+        scene = Scene(world, [(4.0, 4.0, 1.0)])
+        scene.advance(1.0)
+        before = scene.balls.pos[0].copy()
+        assert 0.0 < 1.0 - before[2] < 1e-3
+        scene.advance(4.0)
+        assert np.abs(scene.balls.pos[0] - before).max() < 1e-5
+
+
 @pytest.mark.parametrize("degrees", [2.0, 8.0])
 def test_a_ball_on_a_slope_rolls_if_it_is_steeper_than_its_lever(degrees):
     """tan a against c / l, l = r - m g / k1; beyond it a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.drivetrain_model import drivetrain_config
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.project_settings import project_measures
 from simcore.robot.motor_controllers import BuiltDevice
@@ -147,3 +148,14 @@ def test_turns_of_the_wheel_are_taken_for_no_meters(tmp_path):
         assert done.measure("drive_gearing") == pytest.approx(8.45)
         assert done.measure("wheel_radius") == pytest.approx(0.0762 if found is tank else 0.0508)
         assert bool(done.differences) is (found is not tank)
+
+
+@pytest.mark.parametrize(("said", "lowered"), [({}, (1, 4)), ({"dropped_center": False}, ())])
+def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowered, tmp_path):
+    sides = tuple(
+        FoundWheel(name=name, place=(0.0, y), motors=(SPARK,)) for name, y in (("left", 0.3), ("right", -0.3))
+    )
+    found = FoundDrivetrain(kind="tank", wheels=sides, measures={"drive_motor": MOTORS["drive_motor"]})
+    settings = RobotSettings(drivetrain=DrivetrainSettings(measures=said))
+    config = drivetrain_config(complete_measures(found, settings, tmp_path), settings)
+    assert config.lowered == lowered

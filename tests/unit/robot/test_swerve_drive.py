@@ -291,8 +291,29 @@ def test_forces_explain_the_change_of_velocity():
 
 
 class TestTank:
-    def test_turns_by_scrubbing(self):
+    @pytest.mark.parametrize("volts", [4.0, 8.0, -4.0])
+    def test_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
+        """Both middle wheels are at its center and scrub nothing: omega = tread speed over half the trackwidth."""
         drive = TankDrive(TankConfig())
+        robot = PlanarChassis(drive)
+        drive.set_volts(-volts, volts)
+        robot.run(2.0)
+        assert robot.omega == pytest.approx(drive.side_speeds()[1] / 0.28, rel=0.01)
+        assert abs(drive.side_speeds()[1]) > 0.85 * drive.max_speed * abs(volts) / 12.0
+        assert robot.speed < 0.05
+
+    @pytest.mark.parametrize("turn", [1.0, -1.0])
+    def test_a_dropped_center_curves(self, turn):
+        """At 2 m/s told to turn at 1 rad/s, in which treads of wheels that do not scrub differ by 0.56 m/s."""
+        drive = TankDrive(TankConfig())
+        robot = PlanarChassis(drive)
+        drive.set_chassis_speeds(2.0, turn)
+        robot.run(3.0)
+        assert robot.speed == pytest.approx(2.0, rel=0.05)
+        assert robot.omega == pytest.approx(turn, rel=0.1)
+
+    def test_six_level_wheels_turn_by_scrubbing(self):
+        drive = TankDrive(TankConfig(dropped_center=False))
         robot = PlanarChassis(drive)
         drive.set_volts(-8.0, 8.0)
         robot.run(1.0)
@@ -324,6 +345,8 @@ class TestTank:
             drive.set_volts(1.0, bad)
         with pytest.raises(ConfigError, match="motors_per_side"):
             TankConfig(motors_per_side=0)
+        with pytest.raises(ConfigError, match="dropped_center must be True or False, got 1"):
+            TankConfig(dropped_center=1)
 
 
 def test_a_drive_can_start_with_rolling_wheels():

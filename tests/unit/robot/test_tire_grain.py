@@ -66,7 +66,7 @@ def test_a_tank_turns_more_easily_on_treads_with_grain():
     """Its wheels scrub across: q of the moment is left."""
     spins = []
     for grain in (1.0, 0.73):
-        drive = TankDrive(TankConfig(wheel_grain=grain))
+        drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))
         chassis = PlanarChassis(drive)
         drive.set_volts(-8.0, 8.0)
         chassis.run(0.5)

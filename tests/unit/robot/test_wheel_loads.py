@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import NonFiniteError
+from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.wheel_loads import LoadTransfer, normal_loads
 from simcore.units import GRAVITY
@@ -54,6 +55,24 @@ class TestLoads:
         loads = normal_loads(replace(SQUARE, center_of_mass=(0.1, 0.0, 0.2)), [True] * 4, self.LEVEL)
         assert sum(loads) == pytest.approx(55.0 * GRAVITY)
         assert np.average([m.x for m in SQUARE.modules], weights=loads) == pytest.approx(0.1)
+
+    @pytest.mark.parametrize(("accel", "rear"), [(0.0, 0.0), (3.0, 1.0), (-3.0, 0.0)])
+    def test_a_dropped_center_carries_all_with_the_end_that_it_leans_on(self, accel, rear):
+        """m a h over half the wheelbase on the end behind, or before; nothing on the other."""
+        tank = TankConfig()
+        loads = normal_loads(tank, [True] * 6, self.LEVEL, (accel, 0.0, 0.0))
+        front, middle, back = (loads[k] + loads[k + 3] for k in range(3))
+        end = tank.mass * abs(accel) * tank.center_of_mass[2] / 0.28
+        assert (front, back) == pytest.approx(((1.0 - rear) * end, rear * end), abs=1e-9)
+        assert middle == pytest.approx(tank.mass * GRAVITY - end)
+
+    def test_without_a_dropped_center_all_six_wheels_carry_alike(self):
+        loads = normal_loads(TankConfig(dropped_center=False), [True] * 6, self.LEVEL)
+        assert loads == pytest.approx([50.0 * GRAVITY / 6.0] * 6)
+
+    def test_a_dropped_center_in_the_air_leaves_the_load_to_the_ends(self):
+        loads = normal_loads(TankConfig(), [True, False, True] * 2, self.LEVEL)
+        assert loads == pytest.approx([50.0 * GRAVITY / 4.0, 0.0, 50.0 * GRAVITY / 4.0] * 2)
 
 
 class TestLoadTransfer:
