@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
@@ -15,16 +15,21 @@ from simcore.devices.recorder import Built, built
 from simcore.devices.swerve_discovery import free_speed_volts, motor_measures
 from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
+__all__ = ["find_mecanum", "find_tank", "says_place", "wired_encoder", "with_followers"]
 
 _DRIVE = re.compile(r"drive|chassis|tank", re.IGNORECASE)
-_PLAIN = re.compile(r"((left|right|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)s? ?)+")
+_SIDES = {"left": r"left|\b([fmrb]?l|l[fmrb])\b", "right": r"right|\b([fmrb]?r|r[fmb])\b"}
+"""Words of names, and letters with those of an end: `l`, `fl`, `rr`, `lf`."""
+_PLAIN = re.compile(
+    rf"(({_SIDES['left']}|{_SIDES['right']}|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)"
+    "s? ?)+"
+)
 _CORNERS = ("front left", "front right", "rear left", "rear right")
 _PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port has them
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Two sides, from a `DifferentialDrive`, else from `left` and `right` in names of motors.
+    """Two sides, from a `DifferentialDrive`, else from `left` and `right`, or their letters, in names of motors.
 
     Without kinematics or odometry beside them the names have to say that they drive, too.
 
@@ -41,11 +46,15 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
         names = {name: motor for name, motor in names.items() if _drives(name)}
     sides = _given(drives[-1], ("leftMotor", "rightMotor")) if drives else None
     if sides is None:
-        sides = _by_name(names, {"left": r"left|\bl\b", "right": r"right|\br\b"})
+        sides = _by_name(names, tuple(_SIDES))
     if sides is None and not (drives or kinematics or odometry):
         return None
     if sides is None:
-        raise DrivetrainNotFoundError("which motors of its DifferentialDrive are left and which are right is not known")
+        owner = (*drives, *kinematics, *odometry)[0].name
+        raise DrivetrainNotFoundError(
+            f"it has a {owner}, but which of its motors are left and which are right is not known: their names do not "
+            f"say so ({', '.join(sorted(filter(None, names))) or 'it has none'}); left and right under [drivetrain] do"
+        )
     width = float(kinematics[0].made.trackwidth) if kinematics else None
     half = 0.28 if width is None else 0.5 * width
     wheels = _wheels(graph, ("left", "right"), ((0.0, half), (0.0, -half)), sides)
@@ -76,7 +85,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     if given is not None:
         given = [given[0], given[2], given[1], given[3]]
     else:
-        given = _by_name(_named_motors(graph), {corner: _corner_pattern(corner) for corner in _CORNERS})
+        given = _by_name(_named_motors(graph), _CORNERS)
     if given is None:
         raise DrivetrainNotFoundError("which motors of its mecanum drive are at which corner is not known")
     places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
@@ -187,11 +196,11 @@ def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
     return {graph.name_of(d): d for d in motors}
 
 
-def _by_name(names: Mapping[str, BuiltDevice], patterns: Mapping[str, str]) -> list[list[BuiltDevice]] | None:
+def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[list[BuiltDevice]] | None:
     """Leaders by what their attributes are called; None: one of them has none."""
     found = []
-    for pattern in patterns.values():
-        own = [d for name, d in names.items() if name and re.search(pattern, _words(name))]
+    for place in places:
+        own = [d for name, d in names.items() if says_place(name, place)]
         if not own:
             return None
         followers = {f.key for d in own for g in maker_of(d).groups(own) for f in g.followers}
@@ -209,14 +218,31 @@ def _drives(name: str) -> bool:
 
 
 def _words(name: str) -> str:
-    return re.sub(r"([a-z])([A-Z])", r"\1 \2", name.split(".")[-1]).replace("_", " ").lower()
+    """Of the last attribute's name, lower case, apart where a capital or a number begins.
+
+    >>> _words("base.motorL1"), _words("LDrive"), _words("fl_motor")
+    ('motor l 1', 'l drive', 'fl motor')
+    """
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z])(?=\d)", " ", name.split(".")[-1])
+    return spaced.replace("_", " ").lower()
+
+
+def says_place(name: str, place: str) -> bool:
+    """Whether the name of an attribute says that what it holds is at a side or corner.
+
+    Args:
+        name: With those that lead to it: `base.motorL1`.
+        place: `left`, `right`, or a corner: `front left`.
+    """
+    return re.search(_SIDES.get(place) or _corner_pattern(place), _words(name)) is not None
 
 
 def _corner_pattern(corner: str) -> str:
     end, side = corner.split()
-    ends = "front" if end == "front" else "rear|back"
-    first = "f" if end == "front" else "[rb]"
-    return rf"({ends}).*{side}|{side}.*({ends})|\b{first}{side[0]}\b"
+    ends, first = ("front", "f") if end == "front" else ("(rear|back)", "[rb]")
+    letter = side[0]
+    sides = rf"({side}|\b{letter}\b)"
+    return rf"{ends}.*{sides}|{sides}.*{ends}|\b({first}{letter}|{letter}{first})\b"
 
 
 # --- encoders and ways ------------------------------------------------------------------------------------------------
@@ -227,9 +253,7 @@ def _encoders(
 ) -> list[BuiltDevice | None]:
     """Encoders on the roboRIO's ports by side or corner, else those that are wired to the leaders."""
     all_of_them = [d for maker in makers() for d in maker.built() if d.model == "Encoder"]
-    by_name = {d.key: _words(graph.name_of(d)) for d in all_of_them}
-    pattern: Callable[[str], str] = _corner_pattern if len(names) > 2 else str
-    found = [next((d for d in all_of_them if re.search(pattern(n), by_name[d.key])), None) for n in names]
+    found = [next((d for d in all_of_them if says_place(graph.name_of(d), place)), None) for place in names]
     if not any(found) and len(all_of_them) == len(names):
         return list(all_of_them)
     return [own or wired_encoder(leaders[0]) for own, leaders in zip(found, motors, strict=True)]

@@ -364,8 +364,6 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                     n = _add_contact(found, which, n, s, distance, radius, nx, ny, nz, is_face)
             if n > 1:
                 n = _without_edges(found, which, n)
-            if not is_leaving and len(origin) > 0:
-                leaves[i] = NOBODY
             # how finely it must go on
             if step == 0 and not is_asleep:
                 if start[q + 1] > start[q]:
@@ -382,6 +380,8 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                     back = 0.5 * part - 0.5 * h
                     x, y, z = x + back * vx, y + back * vy, z + back * vz
                     continue  # anew, from the middle of the first of them
+            if not is_leaving and len(origin) > 0:
+                leaves[i] = NOBODY
             # forces
             fx, fy, fz, tx, ty, tz, rolling, by_bodies = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for k in range(n):

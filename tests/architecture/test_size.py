@@ -52,4 +52,4 @@ def test_the_package_has_no_more_lines_of_code():
 def test_a_tick_makes_no_more_calls():
     done = subprocess.run([sys.executable, "-c", _TICK], cwd=ROOT, capture_output=True, text=True, check=True)
     calls = float(done.stdout.split()[-1])
-    assert 0.9 * MOST_CALLS < calls <= MOST_CALLS, f"{calls} calls a tick"
+    assert 0.8 * MOST_CALLS < calls <= MOST_CALLS, f"{calls} calls a tick"
