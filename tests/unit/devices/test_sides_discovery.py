@@ -1,0 +1,37 @@
+"""Which side or corner the name of a motor says, as teams write them."""
+
+from __future__ import annotations
+
+import pytest
+
+from simcore.devices.sides_discovery import says_place
+
+SIDES = ("left", "right")
+CORNERS = ("front left", "front right", "rear left", "rear right")
+
+
+@pytest.mark.parametrize(
+    ("name", "side"),
+    [
+        ("leftMotor1", "left"), ("talonL", "left"), ("L_motor", "left"), ("base.motorL1", "left"), ("l1", "left"),
+        ("drive_l1", "left"), ("LDrive", "left"), ("fl_motor", "left"), ("rl_motor", "left"), ("lf", "left"),
+        ("right_leader", "right"), ("motorR2", "right"), ("r1", "right"), ("RDrive", "right"), ("frMotor", "right"),
+        ("rr_motor", "right"), ("brMotor", "right"), ("drive.rightSpark", "right"),
+        ("left.lift", None), ("roller", None), ("flywheel", None), ("climber1", None), ("arm", None), ("", None),
+    ],
+)  # fmt: skip
+def test_the_side_that_a_name_says(name, side):
+    assert [place for place in SIDES if says_place(name, place)] == ([side] if side else [])
+
+
+@pytest.mark.parametrize(
+    ("name", "corner"),
+    [
+        ("frontLeft", "front left"), ("fl", "front left"), ("lf_motor", "front left"), ("front_l", "front left"),
+        ("FRDrive", "front right"), ("rightFront1", "front right"), ("motorRL", "rear left"), ("bl1", "rear left"),
+        ("rear_left", "rear left"), ("back_r", "rear right"), ("rr", "rear right"), ("br_spark", "rear right"),
+        ("left", None), ("front", None),
+    ],
+)  # fmt: skip
+def test_the_corner_that_a_name_says(name, corner):
+    assert [place for place in CORNERS if says_place(name, place)] == ([corner] if corner else [])
