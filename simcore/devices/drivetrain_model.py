@@ -74,8 +74,8 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
     motors = max(len(wheel.motors) for wheel in found.wheels)
     if found.kind == "mecanum":
         return MecanumConfig(**shafts, places=found.places, motors_per_wheel=motors)
-    dropped = measures.get("dropped_center", True)
-    return TankConfig(**shafts, trackwidth=measures["trackwidth"], motors_per_side=motors, dropped_center=dropped)
+    own = {name: measures[name] for name in ("trackwidth", "dropped_center") if name in measures}
+    return TankConfig(**shafts, **own, motors_per_side=motors)
 
 
 class ConnectedDrivetrain:

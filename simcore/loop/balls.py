@@ -29,14 +29,25 @@ from simcore.loop.contact import (
 )
 from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
 from simcore.loop.solids import Solids, nearest_point
-from simcore.loop.state import AWAKE, NOBODY, Balls, Bodies, Floor, Memory, sleeps, speed, to_body, to_field
+from simcore.loop.state import (
+    AWAKE,
+    NOBODY,
+    REMEMBERED,
+    Balls,
+    Bodies,
+    Floor,
+    Memory,
+    sleeps,
+    speed,
+    to_body,
+    to_field,
+)
 from simcore.typing import FloatArray
 
 __all__ = ["advance", "depth_at"]
 
 _LISTED = 0.005  # [s], longest time for which one list of neighbours is used
 _STEP = 0.001  # [s]
-_MOST_CONTACTS = 16  # of a ball, that are remembered
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
@@ -53,7 +64,7 @@ _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
 def _slot(key, stamp, i, touched):
     """Place in the memory of ball i for a contact: its own, else the one whose contact is over for the longest."""
     oldest = 0
-    for s in range(_MOST_CONTACTS):
+    for s in range(REMEMBERED):
         if key[i, s] == touched:
             return s
         if stamp[i, s] < stamp[i, oldest]:

@@ -17,6 +17,7 @@ __all__ = [
     "IN_FLIGHT",
     "NOBODY",
     "PLACED",
+    "REMEMBERED",
     "Balls",
     "Bodies",
     "Floor",
@@ -30,6 +31,8 @@ __all__ = [
 ASLEEP, AWAKE, IN_FLIGHT, PLACED = 2, 3, 5, 7
 """Statuses of balls that are on the field (`simcore.pieces.pool.PieceStatus`); of all others the loop knows nothing."""
 NOBODY = -1
+REMEMBERED = 16
+"""Contacts of a ball whose friction is remembered."""
 
 
 class Balls(NamedTuple):

@@ -13,7 +13,7 @@ from simcore.loop.balls import advance, depth_at
 from simcore.loop.compiled import announce
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import Solids
-from simcore.loop.state import AWAKE, IN_FLIGHT, Balls, Bodies, Floor, Memory
+from simcore.loop.state import AWAKE, IN_FLIGHT, REMEMBERED, Balls, Bodies, Floor, Memory
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
 from simcore.physics.shapes import Shape, bounding_radius
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["BallDynamics", "StandingField", "make_balls", "make_memory", "prepare"]
 
-_REMEMBERED = 16  # contacts of a ball
 _ROBOTS = 62  # robots that balls tell apart
 _REACH = 0.1  # [m]; what is so near to a ball may be touched within a tick, beside its way
 _STANDING = 1e-3  # [m/s]
@@ -47,8 +46,8 @@ def make_balls(status: np.ndarray, pos: FloatArray, vel: FloatArray) -> Balls:
 def make_memory(count: int) -> Memory:
     """Of so many balls, that remember nothing."""
     return Memory(
-        key=np.full((count, _REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, _REMEMBERED), -2),
-        spring=np.zeros((count, _REMEMBERED, 3)), clock=np.zeros(1, np.int64),
+        key=np.full((count, REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, REMEMBERED), -2),
+        spring=np.zeros((count, REMEMBERED, 3)), clock=np.zeros(1, np.int64),
     )  # fmt: skip
 
 
