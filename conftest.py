@@ -37,9 +37,9 @@ if find_spec("wpimath") is None or find_spec("wpimath.geometry") is None:  # the
 def pytest_configure(config):
     """Compile the physics before the tests part into workers, each of which would do it."""
     if not hasattr(config, "workerinput"):
-        from simcore.physics.ball_dynamics import prepare
+        from simcore.physics.world import prepare_loop
 
-        prepare()
+        prepare_loop()
 
 
 def pytest_addoption(parser):

@@ -124,7 +124,7 @@ def launch(drive: SwerveDrive, *, spin: bool = False, seconds: float = 3.0, top:
         nonlocal x, odometry, lowest
         times.append(chassis.time)
         speeds.append(chassis.omega if spin else chassis.vx)
-        lowest = min(lowest, drive.bus_voltage)
+        lowest = min(lowest, drive.battery.min_voltage)
         if abs(chassis.time - 0.5) < 0.5 * STEP:
             x, odometry = chassis.x, drive.wheel_distances()[0]
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
@@ -31,6 +32,7 @@ from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_ball
 from simcore.loop.solids import Solids, nearest_point
 from simcore.loop.state import (
     AWAKE,
+    IN_FLIGHT,
     NOBODY,
     REMEMBERED,
     Balls,
@@ -44,10 +46,11 @@ from simcore.loop.state import (
 )
 from simcore.typing import FloatArray
 
-__all__ = ["advance", "depth_at"]
+__all__ = ["advance", "any_moves", "depth_at"]
 
 _LISTED = 0.005  # [s], longest time for which one list of neighbours is used
 _STEP = 0.001  # [s]
+_STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
@@ -555,6 +558,60 @@ def _take_poses(bodies):
 
 
 @compiled
+def any_moves(
+    is_ball: npt.NDArray[np.uint8], status: npt.NDArray[np.uint8], is_active: npt.NDArray[np.uint8], twist: FloatArray
+) -> bool:
+    """Whether a ball is awake, or a body moves that balls may touch; the arrays are of `Balls` and `Bodies`."""
+    for i in range(len(status)):
+        if is_ball[i] and (status[i] == AWAKE or status[i] == IN_FLIGHT):
+            return True
+    for b in range(len(is_active)):
+        if is_active[b]:
+            for k in range(6):
+                if abs(twist[b, k]) > _STANDING:
+                    return True
+    return False
+
+
+@compiled
+def _push_bodies(bodies):
+    """Work out the velocities of the bodies that balls have pushed, as the engine gets them."""
+    impulse, twist = bodies.impulse, bodies.twist
+    for b in range(len(bodies.is_active)):
+        bodies.is_pushed[b] = 0
+        size = 0.0
+        for k in range(6):
+            size += abs(impulse[b, k])
+        if not bodies.is_active[b] or size == 0.0:
+            continue
+        bodies.is_pushed[b] = 1
+        x, y, z, w = bodies.pose[b, 3], bodies.pose[b, 4], bodies.pose[b, 5], bodies.pose[b, 6]
+        turned = (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        )
+        for k in range(3):
+            twist[b, k] += bodies.lightness[b, 0] * impulse[b, k]
+        for axis in range(3):  # each principal axis in the field, and the spin about it
+            a, c, d = bodies.principal[b, 0, axis], bodies.principal[b, 1, axis], bodies.principal[b, 2, axis]
+            px = turned[0][0] * a + turned[0][1] * c + turned[0][2] * d
+            py = turned[1][0] * a + turned[1][1] * c + turned[1][2] * d
+            pz = turned[2][0] * a + turned[2][1] * c + turned[2][2] * d
+            spin = bodies.lightness[b, 1 + axis] * (px * impulse[b, 3] + py * impulse[b, 4] + pz * impulse[b, 5])
+            twist[b, 3] += spin * px
+            twist[b, 4] += spin * py
+            twist[b, 5] += spin * pz
+        if bodies.swings[b]:
+            ax = bodies.pose[b, 0] - bodies.middle[b, 0]
+            ay = bodies.pose[b, 1] - bodies.middle[b, 1]
+            az = bodies.pose[b, 2] - bodies.middle[b, 2]
+            twist[b, 0] = twist[b, 4] * az - twist[b, 5] * ay
+            twist[b, 1] = twist[b, 5] * ax - twist[b, 3] * az
+            twist[b, 2] = twist[b, 3] * ay - twist[b, 4] * ax
+
+
+@compiled
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
     """How deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
@@ -590,3 +647,4 @@ def advance(
     parts = max(1, math.ceil(h / _LISTED - 1e-9))
     for _ in range(parts):
         _advance_listed(balls, memory, solids, bodies, floor, table, h / parts)
+    _push_bodies(bodies)

@@ -11,7 +11,7 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -57,9 +57,11 @@ cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 """Where what was compiled is kept; None: nowhere."""
 
 
-def is_prepared() -> bool:
-    """Whether the functions need not be compiled any more, on this computer."""
-    return bool(_config.DISABLE_JIT) or (cache_folder is not None and any(cache_folder.rglob("*.nbi")))
+def is_prepared(names: Sequence[str] = ("balls.advance", "robots.move_robots")) -> bool:
+    """Whether functions, by module and name, need not be compiled any more, on this computer."""
+    if _config.DISABLE_JIT:
+        return True
+    return cache_folder is not None and all(any(cache_folder.rglob(f"{name}-*.nbi")) for name in names)
 
 
 def compiled(function: _Function) -> _Function:
@@ -78,12 +80,12 @@ def inlined(function: _Function) -> _Function:
     return cast(_Function, numba.njit(inline="always", error_model="numpy")(function))
 
 
-_told = is_prepared()
+_told = False
 
 
-def announce() -> None:
-    """Say once, before something is compiled, why it takes a while."""
+def announce(name: str) -> None:
+    """Say once, before a function is compiled that takes long, why it takes a while; see `is_prepared`."""
     global _told
-    if not _told:
+    if not (_told or is_prepared([name])):
         _told = True
-        print("Preparing the physics for this computer, once, 15 s ...", file=sys.stderr, flush=True)
+        print("Preparing the physics for this computer, once, half a minute ...", file=sys.stderr, flush=True)

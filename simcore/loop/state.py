@@ -134,6 +134,12 @@ class Bodies(NamedTuple):
     """Angular velocity, field frame [rad/s], shape (n, 3)."""
     impulse: FloatArray
     """What balls gave it: impulse [N s] and angular impulse about the center [N m s], shape (n, 6)."""
+    lightness: FloatArray
+    """Inverse mass [1/kg] and inverse principal moments of inertia [1/(kg m^2)], shape (n, 4)."""
+    principal: FloatArray
+    """Principal axes in its frame, as columns, shape (n, 3, 3)."""
+    is_pushed: npt.NDArray[np.uint8]
+    """Whether balls have changed its velocity, which is `twist` then, shape (n,)."""
 
 
 class Floor(NamedTuple):

@@ -26,7 +26,6 @@ from simcore.match.scoring import Alliance, ScoringZone
 from simcore.match.starts import require_playable, require_settings
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
-from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.resting_places import RestingPlace
 from simcore.quantities import Quantity, require, shown
@@ -58,7 +57,6 @@ class Match(MatchState):
         network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
-        substepping: Limits on movement per sub-step.
         never_sleep: Pieces stay awake: for measurements.
 
     Raises:
@@ -88,7 +86,6 @@ class Match(MatchState):
         network: NetworkTables | None = None,
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
-        substepping: Substepping | None = None,
         never_sleep: bool = False,
     ) -> None:
         require_settings(practice=practice, sinks=sinks, engine=engine)
@@ -111,7 +108,7 @@ class Match(MatchState):
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
-        self.world = PhysicsWorld(engine=engine, substepping=substepping)
+        self.world = PhysicsWorld(engine=engine)
         self.control = FieldControl(self, self)
         """What people do to the field; it outlives `reset`."""
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)

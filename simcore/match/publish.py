@@ -211,7 +211,7 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecor
     rows.integers[f"{debug}Brownouts"] = record.battery.brownouts
     rows.booleans[f"{debug}BrownedOut"] = robot.battery.tick_browned_out
     rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
-    rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
+    rows.doubles[f"{debug}DrivetrainCurrent"] = robot.drive.supply_current
     for name, mechanism in robot.mechanisms.items():
         key = debug + telemetry_name(name)
         if isinstance(mechanism, PistonSim):  # it has no turns, and takes air

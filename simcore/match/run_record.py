@@ -21,6 +21,7 @@ from simcore.typing import IntArray
 
 __all__ = ["Placement", "RobotRecord", "RunRecord", "ShotRecord", "TakenIn"]
 
+_ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
 _DRAWN = 100  # ticks of a shot's way that are kept at least
 _LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
 
@@ -148,15 +149,20 @@ class RunRecord:
         self.time = time
         for robot in self.robots:
             robot.after_tick()
-        state = self._pieces.state
-        for slot, shot in list(self._followed.items()):
-            x, y, z = state.pos[slot].tolist()
-            is_touched = not self._pieces.is_untouched[slot]
-            if not is_touched or len(shot.points) <= _DRAWN:
+        if not self._followed:
+            return
+        slots, state, types = list(self._followed), self._pieces.state, self._pieces.types
+        rows = zip(
+            *(slots, state.pos[slots].tolist(), state.status[slots].tolist(), state.kind[slots].tolist()),
+            self._pieces.is_untouched[slots].tolist(),
+            strict=True,
+        )
+        for slot, (x, y, z), status, kind, is_untouched in rows:
+            shot = self._followed[slot]
+            if is_untouched or len(shot.points) <= _DRAWN:
                 shot.points.append((x, y, z))
-            rest_height = self._pieces.types[state.kind[slot]].rest_height
-            lies = state.status[slot] == PieceStatus.ASLEEP and z < rest_height + _LIES
-            if state.status[slot] not in ON_FIELD or (lies and is_touched):
+            lies = status == _ASLEEP and z < types[kind].rest_height + _LIES
+            if status not in _ON_FIELD or (lies and not is_untouched):
                 del self._followed[slot]
 
     def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:

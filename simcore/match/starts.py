@@ -14,7 +14,6 @@ from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import ENGINES
-from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import shown
 from simcore.robot.robot import Robot
@@ -238,21 +237,21 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
     """
     (x, y, yaw), (ahead, left, turn) = pose, error
     c, s = math.cos(yaw), math.sin(yaw)
-    around = _around(world, robot, pose)
-    if around is Surroundings.WALL:
+    is_met, on_ramp = _around(world, robot, pose)
+    if is_met:
         return pose
     for side in (1.0, -1.0):
         missed = (x + side * (c * ahead - s * left), y + side * (s * ahead + c * left), yaw + turn)
-        if _around(world, robot, missed) in (Surroundings.OPEN, around):
+        if _around(world, robot, missed) <= (False, on_ramp):
             return missed
     return pose
 
 
-def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> Surroundings:
-    """What is in the box around a robot that stands there."""
+def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> tuple[bool, bool]:
+    """Whether a robot that stands there would be in a wall or a robot, and whether on a ramp."""
     c, (x, y, yaw) = robot.chassis.config, pose
     half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
-    return world.surroundings(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
+    return world.obstacles(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
 
 
 def _place(x: float, y: float, as_blue: Flip | None) -> str:

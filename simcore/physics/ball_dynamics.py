@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, cross, matrix, minus
-from simcore.loop.balls import advance, depth_at
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
+from simcore.loop.balls import advance, any_moves, depth_at
 from simcore.loop.compiled import announce
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import Solids
-from simcore.loop.state import AWAKE, IN_FLIGHT, REMEMBERED, Balls, Bodies, Floor, Memory
+from simcore.loop.state import REMEMBERED, Balls, Bodies, Floor, Memory
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
 from simcore.physics.shapes import Shape, bounding_radius
@@ -23,12 +23,12 @@ from simcore.units import GRAVITY
 
 if TYPE_CHECKING:
     from simcore.physics.field import FieldElement
+    from simcore.physics.robot_dynamics import RobotDynamics
 
 __all__ = ["BallDynamics", "StandingField", "make_balls", "make_memory", "prepare"]
 
 _ROBOTS = 62  # robots that balls tell apart
 _REACH = 0.1  # [m]; what is so near to a ball may be touched within a tick, beside its way
-_STANDING = 1e-3  # [m/s]
 
 
 def make_balls(status: np.ndarray, pos: FloatArray, vel: FloatArray) -> Balls:
@@ -57,9 +57,10 @@ def prepare() -> None:
 
     Wherever balls are made that will move, so that no tick waits for it.
     """
-    announce()
+    announce("balls.advance")
     still = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3)))
     floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
+    any_moves(still.is_ball, still.status, _NO_BODIES.is_active, _NO_BODIES.twist)
     advance(still, make_memory(1), SolidsBuilder().build(), _NO_BODIES, floor, DAMPING_RATIOS, 1e-3)
     depth_at(SolidsBuilder().build(), 0.0, 0.0, 0.0, 0.1)
 
@@ -108,8 +109,9 @@ class BallDynamics:
         self.rows: list[int] = []
         """Engine rows of the bodies."""
         self._robots: list[int] = []  # their numbers among the bodies
-        self._axes: list[FloatArray] = []  # principal axes of each in its frame, as columns
-        self._inertness: list[tuple[float, FloatArray]] = []  # inverse mass and inverse principal moments of each
+        self._others: list[int] = []  # numbers of what else a ball may touch in this tick
+        self._active: list[int] = []  # of both
+        self._is_told = False  # whether the robots have said how they move
         self._fixed: set[int] = set()  # numbers of those that sleep
         self._number_of: dict[int, int] = {}
         self._bodies = _make_bodies(0)
@@ -171,15 +173,14 @@ class BallDynamics:
         if is_robot:
             new.mark[number] = 1 << min(len(self._robots), _ROBOTS)
             self._robots.append(number)
-        self._axes.append(matrix(inertia_axes))
-        self._inertness.append((0.0, np.zeros(3)))
+        new.principal[number] = matrix(inertia_axes)
         self.set_mass(row, mass, center if pivot is None else pivot, inertia)
 
     def set_mass(self, row: int, mass: float, center: Vector, inertia: Vector) -> None:
         """Change mass, center of mass (or pivot) and principal moments of a body; as of `add_body`."""
         number = self._number_of[row]
         weight = 0.0 if self._bodies.swings[number] else 1.0 / mass
-        self._inertness[number] = weight, 1.0 / np.array(inertia)
+        self._bodies.lightness[number] = weight, *(1.0 / np.array(inertia)).tolist()
         self._bodies.middle[number] = center
         if number in self._robots:
             self._bodies.yielding[number] = weight, 1.0 / inertia[2]
@@ -222,44 +223,39 @@ class BallDynamics:
         active = self._bodies.is_active
         active[:] = 0
         active[self._robots] = 1
-        for row in others:
-            active[self._number_of[row]] = 1
+        self._others = [self._number_of[row] for row in others]
+        active[self._others] = 1
+        self._active = [*self._robots, *self._others]
         self._fixed = {self._number_of[row] for row in fixed}
+
+    def follow(self, robots: RobotDynamics) -> None:
+        """Take pose and velocity of the robots for the next `advance` from the loop that moves them."""
+        records, numbers, bodies = robots.robots, self._robots, self._bodies
+        bodies.pose[numbers, :3], bodies.pose[numbers, 3:] = records["pos"], records["quat"]
+        bodies.twist[numbers] = records["given"]
+        self._is_told = True
 
     def advance(self, h: float) -> None:
         """Move all balls for h [s], and give the bodies what balls gave them, before the engine's step of as long."""
-        bodies, engine = self._bodies, self._engine
-        is_still = not self._any_awake()
-        active = np.nonzero(bodies.is_active)[0].tolist()
-        for number in active:
+        bodies, engine, balls = self._bodies, self._engine, self.balls
+        for number in self._others if self._is_told else self._active:
             row = self.rows[number]
             (x, y, z), (a, b, c, d) = engine.pose(row)
             (u, v, w), (p, q, r) = engine.velocity(row)
             bodies.pose[number] = x, y, z, a, b, c, d
             bodies.twist[number] = u, v, w, p, q, r
-            is_still = is_still and max(abs(u), abs(v), abs(w), abs(p), abs(q), abs(r)) < _STANDING
-        if is_still:
+        self._is_told = False
+        if not (len(balls.status) and any_moves(balls.is_ball, balls.status, bodies.is_active, bodies.twist)):
             return
-        advance(self.balls, self._memory, self.solids, bodies, self.floor, DAMPING_RATIOS, h)
-        for number in active:
-            if number not in self._fixed and bodies.impulse[number].any():
-                self._push(number)
-
-    def _any_awake(self) -> bool:
-        balls = self.balls
-        return bool((((balls.status == AWAKE) | (balls.status == IN_FLIGHT)) & (balls.is_ball > 0)).any())
-
-    def _push(self, number: int) -> None:
-        """Give a body of the engine the impulse that balls have given it."""
-        bodies, row, (weight, moments) = self._bodies, self.rows[number], self._inertness[number]
-        (x, y, z, *quat), twist, impulse = bodies.pose[number].tolist(), bodies.twist[number], bodies.impulse[number]
-        axes = matrix((quat[0], quat[1], quat[2], quat[3])) @ self._axes[number]
-        rate = twist[3:] + axes @ (moments * (impulse[3:] @ axes))
-        vel = twist[:3] + weight * impulse[:3]
-        if bodies.swings[number]:
-            vel = np.array(cross(rate.tolist(), minus((x, y, z), bodies.middle[number].tolist())))
-        self._engine.wake(row)
-        self._engine.set_velocity(row, vel.tolist(), rate.tolist())
+        solids = self._solids or self.solids
+        advance(balls, self._memory, solids, bodies, self.floor, DAMPING_RATIOS, h)
+        pushed = bodies.is_pushed.nonzero()[0].tolist()
+        for number in pushed:
+            if number not in self._fixed:
+                row, twist = self.rows[number], bodies.twist[number].tolist()
+                if number in self._others:
+                    engine.wake(row)
+                engine.set_velocity(row, twist[:3], twist[3:])
 
     @property
     def standing(self) -> StandingField:
@@ -277,7 +273,8 @@ def _make_bodies(n: int) -> Bodies:
         is_active=zeros(n, np.uint8), pose=zeros((n, 7)), twist=zeros((n, 6)), yielding=zeros((n, 2)),
         middle=zeros((n, 3)), swings=zeros(n, np.uint8), reach=zeros(n),
         solids=zeros((n, 2), np.int64), mark=zeros(n, np.int64), pos=zeros((n, 3)), axes=zeros((n, 3, 3)),
-        center=zeros((n, 3)), vel=zeros((n, 3)), rate=zeros((n, 3)), impulse=zeros((n, 6)),
+        center=zeros((n, 3)), vel=zeros((n, 3)), rate=zeros((n, 3)), impulse=zeros((n, 6)), lightness=zeros((n, 4)),
+        principal=zeros((n, 3, 3)), is_pushed=zeros(n, np.uint8),
     )  # fmt: skip
 
 

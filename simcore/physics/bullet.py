@@ -161,7 +161,8 @@ class BulletEngine(Engine):
         self._definitions.append(definition)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or isinstance(definition.shape, Hull | Compound):
             self._uneven.add(row)
-        if definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1:
+        is_top = definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1
+        if is_top and definition.keeps_spin:
             self._tops.append(row)
         if s.stiffness is not None and definition.mass > 0.0:
             self._set_stiffness(row, s.stiffness)
@@ -254,6 +255,12 @@ class BulletEngine(Engine):
         center, turned = self._p.getBasePositionAndOrientation(self._ids[row], self._open())
         d = self._definitions[row]
         return outer_pose(center, turned, d.center_of_mass, d.inertia_axes)
+
+    def state(self, row: int) -> tuple[float, ...]:
+        body, client = self._ids[row], self._open()
+        center, quat = self._p.getBasePositionAndOrientation(body, client)
+        linear, angular = self._p.getBaseVelocity(body, client)
+        return *center, *quat, *linear, *angular
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
         linear, angular = self._p.getBaseVelocity(self._ids[row], self._open())

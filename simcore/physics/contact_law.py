@@ -34,10 +34,8 @@ __all__ = [
     "FOAM",
     "FOAM_STIFFNESS",
     "FRICTIONLESS",
-    "HIT_SPEED",
     "OVERLAP_TIME",
     "POLYCARBONATE",
-    "PUSH_OUT",
     "RUBBER",
     "WALL",
     "FoamStiffness",
@@ -53,11 +51,6 @@ __all__ = [
 
 _Value = TypeVar("_Value", float, FloatArray)
 
-# --- when an impact bounces -----------------------------------------------------------------------------------------
-
-HIT_SPEED = 0.3
-"""Bumpers that meet more slowly do not bounce [m/s]: tires give a robot up to 0.06 m/s in a step of 5 ms."""
-
 # --- springs, dampers and overlaps ----------------------------------------------------------------------------------
 
 _DAMPING_RATIO = 8.0
@@ -70,8 +63,6 @@ _STRONGEST = (1.0, 0.2)
 MuJoCo makes its cone of friction convex: what begins to slide at v is thrown up with mu v c h / m at most. At 2 m/s a
 tube on carpet so hops by 1 mm."""
 _LEAST_RATIO = 0.5  # of damping, that springs are limited by: half a period has 15 steps or more
-PUSH_OUT = (0.2, 0.5)
-"""Of bumpers in walls and each other: share of an overlap that is undone in a step, and how fast at most [m/s]."""
 # --- materials ------------------------------------------------------------------------------------------------------
 
 

@@ -40,6 +40,8 @@ class BodyDefinition:
     pos: Vector = (0.0, 0.0, 0.0)
     """Origin of the shape, field frame [m]."""
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    keeps_spin: bool = True
+    """Whether a body that tumbles in the air keeps its energy to second order."""
     pivot: Vector | None = None
     """A place of a moving body that stays where it is, field frame [m]: the body turns about it; None: it is free."""
 
@@ -97,6 +99,13 @@ class Engine(Protocol):
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Origin [m] and attitude of one body, field frame."""
+        ...
+
+    def state(self, row: int) -> tuple[float, ...]:
+        """Center of mass [m], attitude of the principal axes and velocities [m/s, rad/s] of a moving body, field frame.
+
+        Thirteen numbers: what the loop of robots asks for in each step.
+        """
         ...
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:

@@ -147,6 +147,14 @@ class MuJoCoEngine(Engine):
         cx, cy, cz, w, x, y, z = self._qpos[body].tolist()
         return outer_pose((cx, cy, cz), (x, y, z, w), d.center_of_mass, d.inertia_axes)
 
+    def state(self, row: int) -> tuple[float, ...]:
+        self._require_open()
+        body = self._body[row]
+        cx, cy, cz, w, x, y, z = self._qpos[body].tolist()
+        vx, vy, vz, *spin = self._qvel[body].tolist()
+        wx, wy, wz = rotate((x, y, z, w), (spin[0], spin[1], spin[2]))
+        return cx, cy, cz, x, y, z, w, vx, vy, vz, wx, wy, wz
+
     def velocity(self, row: int) -> tuple[Vector, Vector]:
         self._require_open()
         body = self._body[row]

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
@@ -36,7 +36,6 @@ __all__ = [
     "outline_points",
     "parts_of",
     "round_radius",
-    "shrunk",
     "smallest_thickness",
     "stands",
     "support",
@@ -263,33 +262,6 @@ def smallest_thickness(shape: Shape) -> float:
     points = outline_points(shape)
     height = points @ ConvexHull(points).equations[:, :3].T
     return float((height.max(axis=0) - height.min(axis=0)).min())
-
-
-def shrunk(shape: Shape, by: float) -> Shape:
-    """The same shape with each of its faces moved inward [m], but by no more than a quarter of its thickness.
-
-    A mesh or half space stays as it is.
-    """
-    if isinstance(shape, Mesh | HalfSpace):
-        return shape
-    if isinstance(shape, Compound):
-        return Compound(tuple(Part(_shrunk(part.shape, by), part.offset, part.quat) for part in shape.parts))
-    return _shrunk(shape, by)
-
-
-def _shrunk(shape: Sphere | Cylinder | Box | Hull, by: float) -> Sphere | Cylinder | Box | Hull:
-    """The same of a convex shape."""
-    if isinstance(shape, Box):
-        length, width, height = [size - 2.0 * min(by, 0.25 * size) for size in shape.size]
-        return Box((length, width, height))
-    by = min(by, 0.25 * smallest_thickness(shape))
-    if isinstance(shape, Sphere):
-        return Sphere(shape.radius - by)
-    if isinstance(shape, Cylinder):
-        return Cylinder(shape.radius - by, shape.height - 2.0 * by)
-    planes = np.unique(ConvexHull(shape.points).equations.round(12), axis=0)
-    planes[:, 3] += by
-    return Hull(HalfspaceIntersection(planes, shape.points.mean(axis=0)).intersections)
 
 
 @lru_cache(maxsize=256)

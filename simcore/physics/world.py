@@ -2,8 +2,8 @@
 
 Who touches whom is decided by groups. Every static stands in the world twice: once with its own surface for the
 pieces, once without friction for the robots. All grip on what they drive over (the floor, and the elements named
-`drivable`) is their tires'; bumpers meet walls and each other by `bumper_contacts`, and the engine keeps out of walls
-what does not stand upright, or meets them at another height.
+`drivable`) is their tires'; bumpers meet walls and each other by `robot_dynamics`, and the engine keeps out of walls
+robots that lie.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.loop.robots import prepare as prepare_robots
 from simcore.physics.ball_dynamics import BallDynamics
-from simcore.physics.bumper_contacts import BumperContacts, BumperOutline
+from simcore.physics.ball_dynamics import prepare as prepare_balls
 from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
-from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius, shrunk
-from simcore.physics.substeps import Substepping, Surroundings
+from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
+from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -33,15 +34,18 @@ from simcore.units import GRAVITY, plain_sum
 if TYPE_CHECKING:
     from simcore.physics.field import FieldElement
 
-__all__ = ["CollisionGroup", "PhysicsWorld"]
+__all__ = ["CollisionGroup", "PhysicsWorld", "prepare_loop"]
 
 _STEP = 0.005  # [s], of a world in which nothing is driven
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
-_INSET = (
-    0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
-)
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
+
+
+def prepare_loop() -> None:
+    """Compile the loop of balls and robots for this computer, or load what was compiled before."""
+    prepare_robots()
+    prepare_balls()
 
 
 class CollisionGroup:
@@ -54,6 +58,8 @@ class CollisionGroup:
     ROBOT = 4
     DRIVABLE = 8
     """What robots drive over: the frictionless copies of floor and ramps that only robots touch."""
+    SOLID = 16
+    """What the bumpers of robots meet in plan: frictionless copies that only robots touch that do not stand."""
 
 
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
@@ -66,7 +72,6 @@ class PhysicsWorld:
     Args:
         engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
         floor: Surface of the floor at z = 0, which has no end, or None for no floor.
-        substepping: Limits on movement per sub-step.
         gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
     """
 
@@ -75,7 +80,6 @@ class PhysicsWorld:
         *,
         engine: Engine | str | None = None,
         floor: TerrainSurface | None = CARPET,
-        substepping: Substepping | None = None,
         gravity: float | None = None,
     ) -> None:
         if engine is None or isinstance(engine, str):
@@ -84,7 +88,6 @@ class PhysicsWorld:
             raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
         self.engine = engine
         self.gravity = engine.gravity
-        self.substepping = substepping or Substepping()
         self.floor = floor
         """Material of the floor at z = 0, None where there is none."""
         self._begin()
@@ -103,19 +106,14 @@ class PhysicsWorld:
         self.hanging: list[tuple[int, Vector, float]] = []
         """Of what hangs: engine row, pivot [m], and how far from there it reaches [m]."""
         self._pieces: list[int] = []
-        self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
+        self._boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
-        self.near_solid = self._solid_boxes.are_near
-        """Which places are near a wall or another solid element; see `StaticBoxes.are_near`."""
         self.near_field = self._boxes.are_near
-        """The same for all elements of the field, those that robots drive over too; the floor is left out."""
-        self.is_open = self._solid_boxes.is_clear
-        """Whether a place is far from all walls and other solid elements; see `StaticBoxes.is_clear`."""
+        """Which places are near an element of the field, the floor left out; see `StaticBoxes.are_near`."""
         robot = CollisionGroup.ROBOT
-        self.bumpers = BumperContacts(
-            *(self.engine, self._outlines, self._solid_boxes), ((robot, _ROBOT_MASK), (robot, _ROBOT_MASK | robot))
-        )
-        """Contacts of robots with walls and robots."""
+        lying = _ROBOT_MASK | CollisionGroup.SOLID | robot
+        self.robots = RobotDynamics(self.engine, ((robot, _ROBOT_MASK), (robot, lying)))
+        """What moves the robots, by their motors, tires and bumpers."""
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
         floor = self.floor
         if floor is not None:
@@ -172,10 +170,11 @@ class PhysicsWorld:
             )
         else:
             self._solid.add(row)
-            self._solid_boxes.add(shape, at, quat)
-            inner = shrunk(shape, _INSET)
-            self._add_part(name, inner, at, quat, FRICTIONLESS, CollisionGroup.STATIC, CollisionGroup.ROBOT)
-        self.bumpers.add_static(row, shape, at, quat, surface, is_solid=not drivable)
+            is_met = is_met_in_plan(shape, at, quat)
+            group = CollisionGroup.SOLID if is_met else CollisionGroup.STATIC
+            self._add_part(name, shape, at, quat, FRICTIONLESS, group, CollisionGroup.ROBOT)
+            if is_met:
+                self.robots.add_static(row, shape, at, quat, surface)
         return row
 
     def _add_part(
@@ -238,22 +237,22 @@ class PhysicsWorld:
         inertia: Vector,
         pos: Sequence[float],
         quat: Quaternion = IDENTITY,
-        bumpers: BumperOutline | None = None,
+        bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot; returns its engine row. Without bumpers it meets no robots."""
+        """Add the body of a robot; returns its engine row. Without bumpers it meets neither walls nor robots."""
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
             mass=mass,
             center_of_mass=center_of_mass,
             inertia=inertia,
+            keeps_spin=False,
             quat=quat,
             group=CollisionGroup.ROBOT,
             mask=_ROBOT_MASK,
         )
         self.robot_rows.append(row)
-        if bumpers is not None:
-            self.bumpers.add_robot(row, bumpers)
+        self.robots.add_robot(row, bumpers)
         self.balls.add_body(row, shape, surface, mass, inertia, center=center_of_mass, is_robot=True)
         return row
 
@@ -332,10 +331,10 @@ class PhysicsWorld:
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
 
-    def surroundings(
+    def obstacles(
         self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
-    ) -> Surroundings:
-        """What else than the robot `row` and pieces could reach into an upright box.
+    ) -> tuple[bool, bool]:
+        """Whether a wall, what hangs or another robot than `row` reaches into an upright box, and whether a ramp does.
 
         Args:
             row: Of the robot.
@@ -348,28 +347,18 @@ class PhysicsWorld:
             top: Highest [m].
         """
         reach = math.hypot(half_length, half_width)
-        is_clear = self._boxes.is_clear(x, y, reach)  # of what hangs, too
-        if len(self.robot_rows) > 1 or (self._hanging and not is_clear):
-            low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
-            others = self.engine.overlapping(low, high)
-            if any(other in self._hanging or (other != row and other in self.robot_rows) for other in others):
-                return Surroundings.WALL
-        if is_clear:
-            return Surroundings.OPEN  # the outlines need not be looked at, which takes ten times as long
-        if (self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any():
-            return Surroundings.WALL
-        if not self._ramps:
-            return Surroundings.OPEN
-        # all around: a robot that comes down from a ramp lands beside it
-        near = self._outlines.met(x, y, 0.0, reach, reach, bottom, top)
-        return Surroundings.RAMP if (near & self._is_ramp).any() else Surroundings.OPEN
+        met = self._outlines.met(x, y, yaw, half_length, half_width, bottom, top)
+        is_solid, is_ramp = bool((met & ~self._is_ramp).any()), bool((met & self._is_ramp).any())
+        others = self.engine.overlapping((x - reach, y - reach, bottom), (x + reach, y + reach, top))
+        is_met = any(other in self._hanging or (other != row and other in self.robot_rows) for other in others)
+        return is_solid or is_met, is_ramp
 
     def is_in_solid(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> bool:
         """Whether an upright box meets what stands or hangs on the field and is not driven over.
 
-        The arguments are those of `surroundings`.
+        The arguments are those of `obstacles`.
         """
         reach = math.hypot(half_length, half_width)
         if self._boxes.is_clear(x, y, reach):
@@ -455,7 +444,7 @@ class PhysicsWorld:
 
     def touching(self, row: int) -> set[int]:
         """Rows of the bodies that a robot was in contact with in the last step, walls and robots among them."""
-        return {*self.engine.touching(row), *self.bumpers.touching(row)}
+        return {*self.engine.touching(row), *self.robots.touching(row)}
 
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""

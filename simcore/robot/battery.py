@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.loop.battery import begin_battery, draw, open_voltage
+from simcore.loop.robot_state import BATTERY, records
 from simcore.quantities import DELAY, DURATION, FRACTION, RESISTANCE, VOLTAGE_OR_NONE, Quantity, require_fields
 
 __all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
@@ -111,91 +113,135 @@ class Battery:
     What keeps a robot that draws too much from standing still is the heartbeat: motors stay on until the next one says
     that the voltage is low, and off until the one after, by which it has long recovered. Inductance of the cables
     (2 uH) and the controllers' capacitors (some mF) smooth over less than a millisecond and are left out.
+
+    The loop of robots draws from it together with all motors of its robot (`simcore.loop.battery`).
     """
 
-    __slots__ = (
-        "_boots",
-        "_charge",
-        "_drawn_as",
-        "_eased",
-        "_heard",
-        "_is_low",
-        "_slow_drop",
-        "_starved",
-        "browned_out",
-        "brownouts",
-        "config",
-        "current",
-        "min_voltage",
-        "off_time",
-        "on_brownout",
-        "on_reset",
-        "resets",
-        "tick_browned_out",
-        "tick_min_voltage",
-        "voltage",
-    )
+    __slots__ = ("_config", "_told", "on_brownout", "on_reset", "records")
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
+        self.records = records(BATTERY)
+        """Its record in the arrays of the loop, shape (1,)."""
+        self._set(min_voltage=math.inf)
         self.config = config or BatteryConfig()
-        self.min_voltage = math.inf
-        """Lowest since the start [V]."""
-        self.brownouts = 0
-        """How many times motors began to be off, since the start."""
-        self.off_time = 0.0
-        """For how long they were, since the start [s]."""
-        self.resets = 0
-        """How often the roboRIO went out and had to boot, since the start."""
-        self._eased = 0.0, 0.0  # step [s], and how much of its way the slow drop goes in it
+        self._told = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Called as a brown-out begins, with `voltage` and `current` of that moment."""
+        """Called after a brown-out has begun; `noted` says of that moment."""
         self.on_reset: Callable[[], None] | None = None
-        """Called as the roboRIO goes out, with those of that moment."""
+        """Called after the roboRIO has gone out."""
         self.reset()
+
+    @property
+    def config(self) -> BatteryConfig:
+        """What it is; another one counts from the next step on."""
+        return self._config
+
+    @config.setter
+    def config(self, config: BatteryConfig) -> None:
+        self._config = c = config
+        self._set(
+            full=c.full_voltage, empty=c.empty_voltage, resistance=c.resistance,
+            recovery_resistance=c.recovery_resistance, recovery_time=c.recovery_time, capacity=3600.0 * c.capacity_ah,
+            brownout_voltage=c.brownout_voltage, recovered_voltage=c.recovered_voltage, heartbeat=c.heartbeat,
+            reset_voltage=c.reset_voltage, reset_hold=c.reset_hold, reboot_time=c.reboot_time,
+            browns_out=c.brownout_enabled,
+        )  # fmt: skip
+
+    def _set(self, **values: float) -> None:
+        for name, value in values.items():
+            self.records[name] = value
+
+    def _get(self, name: str) -> float:
+        return float(self.records[name][0])
 
     def reset(self) -> None:
         """Swap in a rested battery with the initial charge; what has been lowest so far stays so."""
-        self._charge = self.config.initial_charge
-        self._slow_drop = 0.0
-        self._drawn_as = 0.0
-        self.current = 0.0
-        """Drawn in the last step [A]; negative while motors feed energy back."""
-        self.voltage = self.open_voltage
-        """At the terminals, under the load of the last step [V]."""
-        self.min_voltage = min(self.min_voltage, self.voltage)
-        self.browned_out = False
-        """Whether motor controllers keep their bridges off, as the last heartbeat told them."""
-        self._is_low = False  # what the roboRIO itself sees, at once
-        self._heard = self.config.heartbeat  # since the last heartbeat [s]
-        self._starved = 0.0  # for how long below the voltage that it lives on [s]
-        self._boots = 0.0  # time until it is back [s]
-        if self.config.brownout_enabled:
-            self._update_brownout(0.0)
+        self._set(charge=self.config.initial_charge)
+        begin_battery(self.records, 0)
         self.begin_tick()
+        self.tell()
 
     def begin_tick(self) -> None:
         """Forget what has been lowest in the last tick."""
-        self.tick_min_voltage = self.voltage
+        self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
+
+    def tell(self) -> None:
+        """Call who wants to know of brown-outs and resets that have begun since the last call."""
+        told, self._told = self._told, (self.brownouts, self.resets)
+        if self._told[1] > told[1] and self.on_reset is not None:
+            self.on_reset()
+        if self._told[0] > told[0] and self.on_brownout is not None:
+            self.on_brownout()
+
+    @property
+    def voltage(self) -> float:
+        """At the terminals, under the load of the last step [V]."""
+        return self._get("voltage")
+
+    @property
+    def current(self) -> float:
+        """Drawn in the last step [A]; negative while motors feed energy back."""
+        return self._get("current")
+
+    @property
+    def noted(self) -> tuple[float, float]:
+        """Voltage and current as the last brown-out or reset began [V, A]."""
+        return self._get("noted_voltage"), self._get("noted_current")
+
+    @property
+    def min_voltage(self) -> float:
+        """Lowest since the start [V]."""
+        return self._get("min_voltage")
+
+    @property
+    def tick_min_voltage(self) -> float:
         """Lowest since the tick began [V]."""
-        self.tick_browned_out = self.browned_out
+        return self._get("tick_min_voltage")
+
+    @property
+    def browned_out(self) -> bool:
+        """Whether motor controllers keep their bridges off, as the last heartbeat told them."""
+        return bool(self.records["is_off"][0])
+
+    @property
+    def tick_browned_out(self) -> bool:
         """Whether outputs were off at any moment since the tick began."""
+        return bool(self.records["tick_was_off"][0])
+
+    @property
+    def brownouts(self) -> int:
+        """How many times motors began to be off, since the start."""
+        return int(self.records["brownouts"][0])
+
+    @property
+    def off_time(self) -> float:
+        """For how long they were, since the start [s]."""
+        return self._get("off_time")
+
+    @property
+    def resets(self) -> int:
+        """How often the roboRIO went out and had to boot, since the start."""
+        return int(self.records["resets"][0])
 
     @property
     def charge(self) -> float:
         """State of charge [0..1]."""
-        return self._charge
+        return self._get("charge")
 
     @property
     def drawn_ah(self) -> float:
-        """Net charge drawn since the start [A h]."""
-        return self._drawn_as / 3600.0
+        """Net charge drawn since the last reset [A h]."""
+        return self._get("drawn") / 3600.0
+
+    @property
+    def energy(self) -> float:
+        """Given at the terminals since the last reset [J]."""
+        return self._get("energy")
 
     @property
     def open_voltage(self) -> float:
         """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
-        c = self.config
-        voltage = c.empty_voltage + (c.full_voltage - c.empty_voltage) * self._charge - self._slow_drop
-        return voltage if voltage > 0.0 else 0.0
+        return float(open_voltage(self.records, 0))
 
     def step(self, h: float, current: float, at_voltage: float | None = None) -> float:
         """Draw a current for a while and return the terminal voltage [V].
@@ -212,58 +258,9 @@ class Battery:
         """
         if not (math.isfinite(h) and math.isfinite(current)):
             raise NonFiniteError(f"battery: step needs finite numbers, got h={h} s, current={current} A")
-        c = self.config
-        if at_voltage is not None and current > 0.0 and at_voltage > 0.0:
-            share = self.open_voltage / (at_voltage + c.resistance * current)
-            if share < 1.0:
-                current *= share
-        self.current = current
-        self._drawn_as += current * h
-        charge = self._charge - current * h / (3600.0 * c.capacity_ah)
-        self._charge = 0.0 if charge < 0.0 else 1.0 if charge > 1.0 else charge
-        # Exact for a constant current: the slow drop relaxes towards I * R_slow.
-        if h != self._eased[0]:
-            self._eased = h, -math.expm1(-h / c.recovery_time)
-        self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * self._eased[1]
-        voltage = self.open_voltage - c.resistance * current
-        if voltage < 0.0:
-            voltage = 0.0
-        self.voltage = voltage
-        if voltage < self.tick_min_voltage:
-            self.tick_min_voltage = voltage
-            self.min_voltage = min(self.min_voltage, voltage)
-        if c.brownout_enabled:
-            self._update_brownout(h)
-        return voltage
-
-    def _update_brownout(self, h: float) -> None:
-        """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s]."""
-        c = self.config
-        v = self.voltage
-        self._is_low = v <= c.recovered_voltage if self._is_low else v < c.brownout_voltage
-        if v < c.reset_voltage:
-            self._starved += h
-            if self._starved > c.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
-                if self._boots == 0.0:
-                    self.resets += 1
-                    if self.on_reset is not None:
-                        self.on_reset()
-                self._boots = c.reboot_time
-        else:
-            self._starved = 0.0
-            self._boots = self._boots - h if self._boots > h else 0.0
-        if self.browned_out:
-            self.off_time += h
-        self._heard += h
-        if self._heard < c.heartbeat - 1e-9:
-            return
-        self._heard = 0.0
-        was_off, self.browned_out = self.browned_out, self._is_low or self._boots > 0.0
-        if self.browned_out and not was_off:
-            self.tick_browned_out = True
-            self.brownouts += 1
-            if self.on_brownout is not None:
-                self.on_brownout()
+        draw(self.records, 0, h, current, math.nan if at_voltage is None else at_voltage)
+        self.tell()
+        return self.voltage
 
 
 class BrownoutLog:
@@ -274,7 +271,7 @@ class BrownoutLog:
     Args:
         number: Of the robot.
         battery: That is watched.
-        consumers: What each consumer draws now, by name [A].
+        consumers: What each consumer drew as the last brown-out began, by name [A].
     """
 
     def __init__(self, number: int, battery: Battery, consumers: Callable[[], Mapping[str, float]]) -> None:
@@ -292,10 +289,10 @@ class BrownoutLog:
         self._reset = self._in_words()
 
     def _in_words(self) -> str:
-        battery = self._battery
         largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
         named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
-        return f"{battery.voltage:.1f} V with {battery.current:.0f} A" + (f", {named}" if named else "")
+        volts, amps = self._battery.noted
+        return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
         """Tell of a reset, and of a series that has begun, in a tick that ended at a time [s]."""

@@ -1,9 +1,7 @@
 """The robot in the world: what it is driven by, and what the world makes of it.
 
-Each sub-step the driver (a velocity to follow, forces, or a drivetrain model) asks for a change of velocity, no larger
-than tires can give; the engine adds gravity, contacts and hits; what really came of it is what the driver sees next.
-Poses are never forced. `DrivenBody` says how the body moves by both; the drivetrain is told what the world did and what
-the bumpers met, so that a robot that leans on a wall stalls its motors.
+In each step of the loop tires and bumpers let it move in its plane (`simcore.loop.robots`); the engine adds gravity,
+ramps and pieces; what really came of it is what tires and motors see next. Poses are never forced.
 """
 
 from __future__ import annotations
@@ -14,22 +12,19 @@ from typing import Any
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import Quaternion, Vector, from_yaw, rotate, rotate_back, rpy, yaw_of
-from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import POSE, require_row
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.driven_body import DrivenBody
 from simcore.robot.mass_distribution import MassDistribution
+from simcore.robot.shaft import ShaftSim
 from simcore.robot.wheel_ground import WheelGround
-from simcore.robot.wheel_loads import LoadTransfer
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.typing import FloatArray
 
 __all__ = ["ChassisSimulation"]
 
-_BESIDE = 0.03  # [m]; what is farther from the bumpers than this and the way of a tick is not met in it
-_MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
 _ZERO: Vector = (0.0, 0.0, 0.0)
+_BESIDE = 0.01  # [m]; ramps that are farther from its wheels than this and the way of a tick are not met in it
 
 
 class ChassisSimulation:
@@ -40,6 +35,7 @@ class ChassisSimulation:
         config: Mass, shape and wheels.
         pose: Start, field frame [m, m, rad].
         drivetrain: A model of motors and tires; None: `follow_velocity` or `apply_forces` drive it.
+        mechanisms: What else turns on the robot, and takes current from its battery.
         name: For messages.
         mass: Mass, center and inertia of the whole robot as it starts; None: as the config says.
     """
@@ -51,6 +47,7 @@ class ChassisSimulation:
         *,
         pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
         drivetrain: WheeledDrive[Any] | None = None,
+        mechanisms: Sequence[ShaftSim] = (),
         name: str = "robot",
         mass: MassDistribution | None = None,
     ) -> None:
@@ -76,18 +73,14 @@ class ChassisSimulation:
             quat=from_yaw(pose[2]),
         )
         self._target: tuple[float, float, float] | None = None
+        self.needs_steps = False
+        """Whether a velocity is followed."""
         self._ground = WheelGround(world, self.row, config)
         world.set_pose(self.row, *self._ground.standing(*pose))
-        self._body = DrivenBody(world, self.row, self._ground.reach, config.wheel_positions, name)
-        self._body.set_mass(self.distribution)
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
-        if drivetrain is not None:
-            drivetrain.set_mass_properties(
-                self.distribution.mass, self.distribution.inertia[2], self.distribution.center
-            )
-        self._transfer = None if drivetrain is None else LoadTransfer(drivetrain.robot)
-        self._h = 0.0  # of the present step [s]
-        self._expected = _ZERO  # what the world is expected to do in it, in the robot's plane [m/s^2, m/s^2, rad/s^2]
+        self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
+        self._dynamics.bind(self._number, self, drivetrain, mechanisms)
+        self._set_mass()
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -110,11 +103,13 @@ class ChassisSimulation:
         if self._drivetrain is not None:
             raise ConfigError(f"{self.name}: its drivetrain moves it; command that, or build the chassis without one")
         self._require_finite("velocity to follow", (vx, vy, omega))
-        self._target = (vx, vy, omega)
+        self._target, self.needs_steps = (vx, vy, omega), True
 
     def coast(self) -> None:
         """Follow nothing and push nothing."""
-        self._target, self._body.force, self._body.torque = None, _ZERO, _ZERO
+        self._target, self.needs_steps = None, False
+        record = self._record
+        record["force"], record["torque"] = _ZERO, _ZERO
 
     def apply_forces(self, force: Vector, torque: Vector = _ZERO) -> None:
         """Push at the center of mass, field frame [N, N m], until the next command.
@@ -123,7 +118,7 @@ class ChassisSimulation:
             NonFiniteError: A value is not finite; the last forces stay.
         """
         self._require_finite("force", (*force, *torque))
-        self._body.force, self._body.torque = force, torque
+        self._record["force"], self._record["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
         """Put the robot somewhere at rest, on the carpet or on what robots drive over [m, m, rad].
@@ -135,9 +130,9 @@ class ChassisSimulation:
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
         self._world.set_pose(self.row, *self._ground.standing(x, y, yaw))
-        self._body.forget()
-        if self._transfer is not None:
-            self._transfer.reset()
+        record = self._record
+        for name in ("h_before", "rest", "followed", "tires", "contact_load"):
+            record[name] = 0.0
         self.read()
 
     def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
@@ -148,80 +143,61 @@ class ChassisSimulation:
             vel: Of the new center of mass, field frame [m/s].
             rate: Angular velocity, field frame [rad/s].
         """
-        self.read()  # what is left of the last step belongs to the old center
         self.distribution, self.vel, self.rate = mass, vel, rate
-        self._body.set_mass(mass)
+        self._set_mass()
         self._engine.set_mass(self.row, mass.mass, mass.center, mass.inertia)
         self._world.balls.set_mass(self.row, mass.mass, mass.center, mass.inertia)
         self._engine.set_velocity(self.row, vel, rate)
-        if self._drivetrain is not None and self._transfer is not None:
-            self._drivetrain.set_mass_properties(mass.mass, mass.inertia[2], mass.center)
-            self._transfer.set_robot(self._drivetrain.robot)
+        self._record["h_before"], self._record["rest"] = 0.0, 0.0
 
-    # --- one sub-step -------------------------------------------------------------------------------------------
-
-    def begin_step(self, h: float, *, may_rest: bool = True) -> list[float]:
-        """Look at what the engine made of the last step, and begin the next one of h [s].
-
-        Args:
-            h: Length: of one step of the engine, or of some that are over before the driver is asked again.
-            may_rest: Whether one part is enough for a robot in which nothing moves.
-
-        Returns:
-            Lengths of the parts in which the drivetrain moves, for `drive` [s]; none without a drivetrain.
-        """
-        self._take_in()
-        self._h = h
-        return [] if self._drivetrain is None else self._begin_drive(h, may_rest)
-
-    def drive(self, h: float) -> None:
-        """Let the drivetrain move in the next part of the step, h [s] long."""
-        assert self._drivetrain is not None
-        self._drivetrain.advance(h)
-
-    def push(self, parts: int = 1) -> None:
-        """Put on the body what the driver changes in the step that has begun.
-
-        Args:
-            parts: Steps of the engine in it; `go_on` must be called before each but the first.
-        """
+    def _set_mass(self) -> None:
+        """Tell record and drivetrain what the robot weighs."""
+        mass, center, inertia = self.distribution
         if self._drivetrain is not None:
-            change, mean, pull = self._drivetrain.change, self._drivetrain.mean_change, self._expected
-        elif self._target is not None:
-            change, mean, pull = self._follow(self._h)
+            self._drivetrain.set_mass_properties(mass, inertia[2], center)
+        (cx, cy, _), (xs, ys) = center, zip(*self.config.wheel_positions, strict=True)
+        record = self._record
+        record["mass"], record["center"], record["inertia"] = mass, center, inertia
+        record["half_base"] = max(0.0, min(max(xs) - cx, cx - min(xs), max(ys) - cy, cy - min(ys)))
+
+    # --- one step -----------------------------------------------------------------------------------------------
+
+    @property
+    def _record(self) -> Any:
+        """Of this robot, in the arrays of the loop."""
+        return self._dynamics.robots[self._number]
+
+    def before_step(self, h: float, *, is_level: bool) -> None:
+        """Which wheels touch, and what drives a chassis without wheels, before a step of the loop of h [s]."""
+        record = self._record
+        if is_level:
+            self._ground.stand()
         else:
-            change = mean = pull = _ZERO
-        self._body.push(self._h, parts, change, mean, pull)
+            self._ground.find(tuple(record["pos"].tolist()), tuple(record["quat"].tolist()))
+        if self._drivetrain is not None:
+            self._drivetrain.wheel_records["is_down"] = self._ground.touching
+        elif self._target is not None:
+            record["drive"] = self._follow(h, record)
 
-    def step(self, h: float, parts: int = 1) -> None:
-        """All of a step of h [s] before the engine's, for a chassis without mechanisms: `begin_step`, `drive`, `push`.
-
-        Args:
-            h: Length [s].
-            parts: See `push`.
-        """
-        for part in self.begin_step(h):
-            self.drive(part)
-        self.push(parts)
-
-    def go_on(self) -> None:
-        """Continue the step before another one of the engine's."""
-        self._body.go_on()
+    def begin_tick(self, dt: float) -> None:
+        """See whether there will be nothing but the floor under its wheels for dt [s]."""
+        self._record["is_on_flat"] = self._world.is_flat(
+            self.pos[0], self.pos[1], self._ground.reach + dt * math.hypot(*self.vel[:2]) + _BESIDE
+        )
 
     def read(self) -> None:
-        """Take pose and velocity from the engine.
+        """Take pose and velocity from the engine, with what is to be added to it.
 
         Raises:
             EngineError: The engine lost the body (a value is not finite).
         """
-        if self._take_in():
-            self._body.level.tell()
-
-    def _take_in(self) -> bool:
-        """What `read` does, without telling the engine; whether the velocity is another than the engine's."""
-        was_pushed, level = self._body.read(), self._body.level
-        self.pos, self.quat, self.vel, self.rate = level.pos, level.quat, level.vel, level.rate
-        return was_pushed
+        self._dynamics.look(self._number)
+        record = self._record
+        x, y, z, a, b, c, d, vx, vy, vz, wx, wy, wz = record["seen"].tolist()
+        rx, ry, rz, qx, qy, qz = record["rest"].tolist()
+        px, py, pz = rotate((a, b, c, d), self.distribution.center)
+        self.pos, self.quat = (x - px, y - py, z - pz), (a, b, c, d)
+        self.vel, self.rate = (vx + rx, vy + ry, vz + rz), (wx + qx, wy + qy, wz + qz)
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -249,11 +225,6 @@ class ChassisSimulation:
     def robot_rate(self) -> Vector:
         """Angular velocity, robot axes [rad/s]."""
         return rotate_back(self.quat, self.rate)
-
-    @property
-    def is_on_its_own(self) -> bool:
-        """Whether nothing but the flat carpet, walls and robots had a hand in its last step."""
-        return self._body.level.is_level and not self._body.level.is_touched
 
     @property
     def ground_velocity(self) -> tuple[float, float, float]:
@@ -299,95 +270,36 @@ class ChassisSimulation:
         """
         return self._ground.under(self.pos, self.quat)
 
-    def surroundings(self, dt: float) -> Surroundings:
-        """What could be met within dt [s]."""
-        c, (x, y, z) = self.config, self.pos
-        grow = self.speed * dt + _BESIDE
-        return self._world.surroundings(
-            *(self.row, x, y, yaw_of(self.quat), 0.5 * c.bumper_length + grow, 0.5 * c.bumper_width + grow),
-            *(z + 0.01, z + c.height),
-        )
-
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _begin_drive(self, h: float, may_rest: bool) -> list[float]:
-        """Tell the drivetrain how the robot moves, what its wheels carry, and what the world is expected to do."""
-        assert self._drivetrain is not None and self._transfer is not None
-        self._ground.find(self.pos, self.quat)
-        down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
-        pull = self._expected_pull(down)
-        felt = rotate_back(self.quat, self._body.level.pulled[0]) if self._body.h_before > 0.0 else _ZERO
-        bump_x, bump_y, bump_turn, bump_height = self._body.bumped()
-        ax, ay, alpha = self._lasting(pull[0] + bump_x, pull[1] + bump_y, pull[2] + bump_turn)
-        over = 1.0 - bump_height / self.distribution.center[2]  # a push at the carpet's height shifts no load
-        scale = 1.0 / self.distribution.mass
-        fx, fy, fz = (f * scale for f in rotate_back(self.quat, self._body.force))
-        turn = rotate_back(self.quat, self._body.torque)[2] / self.distribution.inertia[2]
-        self._transfer.stand(
-            self._ground.touching, down, (felt[0] + over * bump_x + fx, felt[1] + over * bump_y + fy, felt[2] + fz)
-        )
-        self._expected = pull
-        return self._drivetrain.begin_step(
-            h, self.ground_velocity, self._transfer, (ax + fx, ay + fy, alpha + turn), may_rest=may_rest
-        )
-
-    def _follow(self, h: float) -> tuple[Vector, Vector, Vector]:
+    def _follow(self, h: float, record: Any) -> Vector:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.
 
         The wheels that touch carry the whole weight between them, so grip is there in full until the last one lifts.
         What gravity does along a slope is made up for within that grip, so that a robot stands on it. What a wall does
-        is not: pushed against a push that is as stiff as a wall's, a robot rattles. A target that is reached before the
-        end of the sub-step is held from then on.
+        is not: pushed against a push that is as stiff as a wall's, a robot rattles.
 
         Returns:
-            Change of velocity, its mean over the step [m/s, m/s, rad/s], and what the world is expected to do
-            [m/s^2, m/s^2, rad/s^2], in the robot's plane.
+            Acceleration by what drives it, in plan axes, outside forces included [m/s^2, m/s^2, rad/s^2].
         """
         assert self._target is not None
-        self._ground.find(self.pos, self.quat)
         if not any(self._ground.touching):
-            return _ZERO, _ZERO, _ZERO
-        ax, ay, _ = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
+            return _ZERO
+        yaw, (ax, ay, _) = float(record["yaw"]), record["gravity"].tolist()
+        c, s = math.cos(yaw), math.sin(yaw)
         grip = self.config.friction * self._world.gravity
-        vx, vy, omega = self.ground_velocity
+        fx, fy, turn = record["drive"].tolist()
+        plan_x, plan_y, omega = float(record["vx"]), float(record["vy"]), float(record["omega"])
+        vx, vy = c * plan_x + s * plan_y, c * plan_y - s * plan_x
         cx, cy, _ = self.distribution.center
         wanted_x, wanted_y, wanted_turn = self._target  # of the origin; the center of mass turns about it
-        gap_x, gap_y, gap_turn = wanted_x - wanted_turn * cy - vx, wanted_y + wanted_turn * cx - vy, wanted_turn - omega
-        dvx, dvy = gap_x - ax * h, gap_y - ay * h
-        size, spare = math.hypot(dvx, dvy), (grip - math.hypot(ax, ay)) * h
+        dvx, dvy = wanted_x - wanted_turn * cy - vx - ax * h, wanted_y + wanted_turn * cx - vy - ay * h
+        size = math.hypot(dvx, dvy)
         if size > grip * h:
             dvx, dvy = dvx * grip * h / size, dvy * grip * h / size
-            mean_x, mean_y = 0.5 * dvx, 0.5 * dvy
-        else:
-            late = min(1.0, math.hypot(gap_x, gap_y) / spare) if spare > 0.0 else 1.0
-            mean_x = gap_x * (1.0 - 0.5 * late) - 0.5 * ax * h
-            mean_y = gap_y * (1.0 - 0.5 * late) - 0.5 * ay * h
         spin = self._most_spin(self.config.friction) * h
-        domega = max(-spin, min(spin, gap_turn))
-        mean_turn = domega * (1.0 - 0.5 * abs(domega) / spin) if spin > 0.0 else 0.0
-        return (dvx, dvy, domega), (mean_x, mean_y, mean_turn), (ax, ay, 0.0)
-
-    def _expected_pull(self, down: Vector) -> Vector:
-        """What the engine will add in the next sub-step, if it does as in the last one: a slope, pieces that hold.
-
-        Args:
-            down: Gravity, robot axes [m/s^2].
-
-        Returns:
-            Acceleration in the robot's plane [m/s^2, m/s^2, rad/s^2].
-        """
-        if self._body.h_before == 0.0:
-            return down[0], down[1], 0.0
-        ax, ay, _ = rotate_back(self.quat, self._body.level.pulled[0])
-        return self._lasting(ax, ay, rotate_back(self.quat, self._body.level.pulled[1])[2])
-
-    def _lasting(self, ax: float, ay: float, alpha: float) -> Vector:
-        """An acceleration in the robot's plane without what only a hit can give, which lasts for one sub-step."""
-        size, most = math.hypot(ax, ay), _MOST_RESISTANCE * self._world.gravity
-        if size > most:
-            ax, ay = ax * most / size, ay * most / size
-        spin = self._most_spin(_MOST_RESISTANCE)
-        return ax, ay, max(-spin, min(spin, alpha))
+        domega = max(-spin, min(spin, wanted_turn - omega))
+        return fx + (c * dvx - s * dvy) / h, fy + (s * dvx + c * dvy) / h, turn + domega / h
 
     def _most_spin(self, friction: float) -> float:
         """Angular acceleration of a robot whose wheels all pull across their radius with this grip [rad/s^2]."""

@@ -1,4 +1,4 @@
-"""Tank (differential) and mecanum drives, on the motors, tires and solver of the swerve.
+"""Tank (differential) and mecanum drives, on the motors and tires of the swerve.
 
 A tank has two sides of chained wheels, a mecanum drive four wheels whose rollers hold along one diagonal each. The
 roller on the floor turns freely about its axis, so the floor pushes it along that axis alone, at 45 degrees to the
@@ -23,6 +23,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
 from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
@@ -33,6 +34,8 @@ __all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
 FixedT = TypeVar("FixedT", bound=FixedWheelConfig)
 
 _HALF = math.sqrt(0.5)
+_AT_ONCE = 1e9
+"""Slope with which the loop's volts against friction rise with the speed asked for [s/m]: at once, in full."""
 _SIDES = (-1.0, 1.0, 1.0, -1.0)
 """Of d_y: front left, front right, rear left, rear right."""
 
@@ -63,11 +66,12 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         radii = [config.wheel_radius / self._share] * len(wheels)
         super().__init__(config, battery=battery, wheels=wheels, shafts=shafts, radii=radii)
         self._groups = groups
-        self._solver.cos = self._solver.mid_cos = [c for c, _ in directions]
-        self._solver.sin = self._solver.mid_sin = [s for _, s in directions]
-        self._known_emf = config.shaft_motor(1).emf
-        self._volts: tuple[float, ...] = (0.0,) * len(shafts)
-        self._targets: tuple[float, ...] | None = None
+        rows = self.shafts
+        rows["cos"], rows["sin"] = zip(*directions, strict=True)
+        rows["brakes"], rows["known_radius"] = config.brake, config.wheel_radius
+        rows["feedforward"], rows["kp"] = config.shaft_motor(1).emf / config.wheel_radius, config.kp
+        rows["ks"], rows["ks_slope"] = config.friction_volts, _AT_ONCE
+        self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
         """Everything as new: encoders at zero, battery rested, time at zero, wheels rolling with the chassis.
@@ -93,7 +97,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     def stop(self) -> None:
         """Zero command: brake or coast."""
-        self._command((0.0,) * len(self._motors), None)
+        self._command(NEUTRAL, [0.0] * self._driven)
 
     def set_shaft_volts(self, volts: Sequence[float]) -> None:
         """Raw voltage per shaft [V]: left and right; of a mecanum drive front left, front right, rear left, rear right.
@@ -102,46 +106,28 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
             NonFiniteError: When one is missing, NaN or infinite; nothing has changed.
             ConfigError: When there is not one for each shaft.
         """
-        self._command(self._checked("volts", volts), None)
+        self._command(VOLTS, self._checked("volts", volts))
 
     def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
         """Closed loop on board: speed of each shaft's treads against the robot [m/s]; see `set_shaft_volts`."""
-        self._command(self._volts, self._checked("speed", speeds))
+        self._command(TARGET, self._checked("speed", speeds))
 
     def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
         kind = type(self).__name__
-        if len(values) != len(self._motors):
-            raise ConfigError(f"{kind}: need one value for each of {len(self._motors)} shafts, got {len(values)}")
+        if len(values) != self._driven:
+            raise ConfigError(f"{kind}: need one value for each of {self._driven} shafts, got {len(values)}")
         return tuple(checked_number(f"{kind} {what} of shaft {k} ({self._groups[k]})", v) for k, v in enumerate(values))
-
-    def _command(self, volts: tuple[float, ...], targets: tuple[float, ...] | None) -> None:
-        is_other = volts != self._volts or targets != self._targets
-        self._volts, self._targets = volts, targets
-        self._new_command(is_other)
-
-    def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
-        c = self.config
-        request: list[float | None] = list(self._volts)
-        if neutral:
-            request = [0.0] * len(request)
-        elif self._targets is not None:
-            request = [
-                self._known_emf * v / c.wheel_radius + _sign(v) * c.friction_volts + c.kp * (v - w * c.wheel_radius)
-                for v, w in zip(self._targets, self.shaft_speeds, strict=True)
-            ]
-        if not c.brake:
-            request = [v if v != 0.0 else None for v in request]
-        return request, self._stator_limits
 
     # ---------------------------------------------------------------- readings
 
     def shaft_emf(self, shaft: int) -> float:
         """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
-        return self.shaft_speeds[shaft] * self.config.gearing / self.config.motor.kv
+        return float(self.shaft_speeds[shaft]) * self.config.gearing / self.config.motor.kv
 
     def wheel_angles(self) -> list[float]:
         """Direction in which each wheel alone carries the robot [rad]; `wheel_distances` are along it."""
-        return [math.atan2(self._solver.sin[g], self._solver.cos[g]) for g in self._shaft_of_wheel]
+        sin, cos = self.shafts["sin"], self.shafts["cos"]
+        return [math.atan2(sin[g], cos[g]) for g in self._shaft_of_wheel]
 
     def motor_currents(self) -> dict[str, list[float]]:
         """Stator currents in the last inner step, motor by motor [A]: `left` and `right`, or `drive` of a mecanum."""
@@ -150,7 +136,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     @property
     def gearing(self) -> dict[str, list[float]]:
         """Rotor turns per wheel turn, motor by motor, as in `motor_currents` [-]."""
-        return self._by_group([self.config.gearing] * len(self._motors))
+        return self._by_group([self.config.gearing] * self._driven)
 
     def _by_group(self, values: Sequence[float]) -> dict[str, list[float]]:
         found: dict[str, list[float]] = {}
@@ -166,9 +152,8 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     @property
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
-        solver = self._solver
-        arms = [self._share] * len(solver.shafts)
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, arms, self.robot.mass)
+        arms = [self._share] * self._driven
+        return launch_accel(self._shafts, self._contacts, self._static_loads, arms, self.robot.mass)
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
@@ -228,7 +213,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
     def side_speeds(self) -> tuple[float, float]:
         """Speed of the treads against the robot, left and right [m/s]."""
-        left, right = self.shaft_speeds
+        left, right = self.shaft_speeds.tolist()
         return left * self.config.wheel_radius, right * self.config.wheel_radius
 
 
@@ -291,7 +276,3 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
         places = self.robot.positions
         return [vx - omega * y + side * (vy + omega * x) for (x, y), side in zip(places, _SIDES, strict=True)]
-
-
-def _sign(value: float) -> float:
-    return math.copysign(1.0, value) if value != 0.0 else 0.0

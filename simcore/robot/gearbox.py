@@ -23,7 +23,6 @@ from simcore.quantities import (
     require_fields,
 )
 from simcore.robot.dc_motor import MotorModel, as_motor
-from simcore.robot.limited_motor import within
 
 __all__ = [
     "GEARED_FRICTION_VOLTS",
@@ -155,7 +154,9 @@ class GearboxConfig:
     def stall_torque(self, volts: float) -> float:
         """Torque at rest, before friction and within the current limit [N m]."""
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
-        return self.torque_per_amp * within(volts / self.resistance, self.stator_current_limit)
+        return self.torque_per_amp * min(
+            max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit
+        )
 
     def holding_volts(self, torque: float) -> float:
         """Voltage that makes `torque` [N m] at rest [V]."""
@@ -241,7 +242,8 @@ class VelocityController:
     def volts(self, goal: float, velocity: float) -> float:
         """Volts that bring `velocity` to `goal` [rad/s]; a goal of zero brakes only as far as `kp` asks."""
         friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
-        return within(friction + self.kv * goal + self.kp * (goal - velocity), self.max_volts)
+        volts = friction + self.kv * goal + self.kp * (goal - velocity)
+        return min(max(volts, -self.max_volts), self.max_volts)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -267,4 +269,5 @@ class PositionController:
             velocity: How fast it goes [rad/s].
             feedforward: Added before the limit, as `ArmSim.holding_volts` [V].
         """
-        return within(feedforward + self.kp * (goal - position) - self.kd * velocity, self.max_volts)
+        volts = feedforward + self.kp * (goal - position) - self.kd * velocity
+        return min(max(volts, -self.max_volts), self.max_volts)

@@ -101,8 +101,10 @@ class MassBalance:
         old, new = self._chassis.distribution, self.now(masses, radii)
         exchanged = self._exchanged
         is_lighter_or_heavier = abs(new.mass - old.mass) > _MASS_BIT
-        moved = max(abs(a - b) for a, b in zip(new.center, old.center, strict=True))
-        turned = max(abs(a - b) / b for a, b in zip(new.inertia, old.inertia, strict=True))
+        (ax, ay, az), (bx, by, bz) = new.center, old.center
+        moved = max(abs(ax - bx), abs(ay - by), abs(az - bz))
+        (ax, ay, az), (bx, by, bz) = new.inertia, old.inertia
+        turned = max(abs(ax - bx) / bx, abs(ay - by) / by, abs(az - bz) / bz)
         if not (exchanged or is_lighter_or_heavier or moved > _CENTER_BIT or turned > _INERTIA_BIT):
             return
         if moved <= _CENTER_BIT:

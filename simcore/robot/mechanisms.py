@@ -14,7 +14,6 @@ from simcore.quantities import (
     MASS_OR_NONE,
     ROBOT_LENGTH,
     ROBOT_PLACE,
-    Quantity,
     require_fields,
 )
 from simcore.robot.gearbox import GearboxConfig
@@ -54,8 +53,6 @@ class ArmConfig:
     """Where the arm is at first; None is the lower stop [rad]."""
     gravity: float = GRAVITY
     """Zero for an arm that turns about a vertical axis [m/s^2]."""
-    max_step: float = 0.005
-    """Gravity is held for this long, then looked at again [s]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -67,7 +64,6 @@ class ArmConfig:
             max_angle=ANGLE,
             start_angle=ANGLE,
             gravity=ACCELERATION,
-            max_step=Quantity("s", 1e-6, 1.0),
         )
         if not self.min_angle < self.max_angle:
             raise ConfigError(f"ArmConfig: min_angle must be below max_angle, got {self.min_angle}, {self.max_angle}")
@@ -84,13 +80,9 @@ class ArmConfig:
 
 
 class ArmSim(ShaftSim):
-    """A single-jointed arm: J dw/dt = motor - m g c cos(angle) + load.
+    """A single-jointed arm: J dw/dt = motor - m g c cos(angle) + load."""
 
-    Gravity bends the line that `ShaftSim` solves, so the step is cut into pieces of at most `max_step`, each exact
-    for the motor and with gravity at its middle: second order, and stable however stiff the gearing is.
-    """
-
-    __slots__ = ("_max_step", "_weight_torque", "config")
+    __slots__ = ("config",)
 
     def __init__(self, config: ArmConfig) -> None:
         super().__init__(
@@ -101,33 +93,12 @@ class ArmSim(ShaftSim):
             position=config.start,
         )
         self.config = config
-        self._max_step = config.max_step
-        self._weight_torque = config.mass * config.gravity * config.center_of_mass
+        self.record["weight_torque"] = config.mass * config.gravity * config.center_of_mass
 
     @property
     def holding_volts(self) -> float:
         """Voltage that holds the arm where it is against gravity [V]."""
-        return self._weight_torque * math.cos(self.position) * self._resistance / self._kt
-
-    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Move on by `dt` [s], with the volts held."""
-        if self._weight_torque == 0.0 or not 0.0 < dt < math.inf:
-            super().step(dt, battery_voltage)
-            return
-        load = self._load
-        count = math.ceil(dt / self._max_step)
-        h = dt / count
-        current = supply_current = 0.0
-        try:
-            for _ in range(count):
-                self._load = load - self._weight_torque * math.cos(self.position + 0.5 * h * self.velocity)
-                super().step(h, battery_voltage)
-                current += self.current
-                supply_current += self.supply_current
-        finally:
-            self._load = load
-        self.current = current / count
-        self.supply_current = supply_current / count
+        return self.gearbox.holding_volts(float(self.record["weight_torque"][0]) * math.cos(self.position))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

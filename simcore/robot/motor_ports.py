@@ -207,12 +207,13 @@ class SwervePorts:
 
     def _drive_emf(self, k: int) -> float:
         """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
-        state, (drive_gearing, coupling, _) = self._drive.state, self._gears[k]
-        return (drive_gearing * state.wheel_speed[k] + coupling * state.steer_speed[k]) * (1.0 / self._kv[k][0])
+        speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
+        n = len(self._gears)
+        return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
         """The same of its steer motor [V]."""
-        return self._gears[k][2] * self._drive.state.steer_speed[k] * (1.0 / self._kv[k][1])
+        return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Hand the sensors what the model did.
@@ -223,7 +224,8 @@ class SwervePorts:
             roll: [rad]
             rates: About the robot's axes [rad/s], shape (3,).
         """
-        state = self._drive.state
+        n, shafts = len(self._gears), self._drive.shafts
+        angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
         for meter, k in self._drive_meters:
             meter.show_current(self._drive.drive_motors.current[k])
         for meter, k in self._steer_meters:
@@ -235,10 +237,10 @@ class SwervePorts:
             self._steer_encoders,
             self._wheel_encoders,
             self._gears,
-            state.wheel_angle,
-            state.steer_angle,
-            state.wheel_speed,
-            state.steer_speed,
+            angles[:n],
+            angles[n:],
+            speeds[:n],
+            speeds[n:],
             strict=True,
         ):
             drive_gearing, coupling, steer_gearing = gears
@@ -307,7 +309,7 @@ class ShaftPorts:
         gearing = drive.config.gearing
         for meter, k in self._meters:
             meter.show_current(drive.drive_motors.current[k])
-        rows = zip(self._shafts, self._encoders, drive.shaft_angles, drive.shaft_speeds, strict=True)
+        rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)
         for ports, encoder, angle, rate in rows:
             for port in ports:
                 port.write(angle * gearing / math.tau, rate * gearing / math.tau)

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 from simcore.quantities import ANGLE, DURATION, require
-from simcore.robot.wheel_loads import LoadTransfer
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.units import GRAVITY
 
@@ -38,7 +37,6 @@ class PlanarChassis:
         require("planar chassis", "slope", slope, ANGLE)
         self.drive = drive
         self.slope = slope
-        self._transfer = LoadTransfer(drive.robot)
         self.reset()
 
     def reset(
@@ -54,30 +52,31 @@ class PlanarChassis:
         self.time = 0.0
         self.loads: list[float] = []
         """Normal loads in the last step [N]."""
-        self._transfer.reset()
+        for name in ("followed", "tires"):
+            self.drive.robot_record[name] = 0.0
 
     def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
         """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
-        config = self.drive.robot
+        config, record = self.drive.robot, self.drive.robot_record
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         g_along = -GRAVITY * math.sin(self.slope)
         ex = g_along + force[0] / config.mass
         ey = force[1] / config.mass
-        touching = [True] * len(config.positions)
-        gravity = (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope))
-        outside = (c * ex + s * ey, c * ey - s * ex)
         spin_up = force[2] / config.yaw_inertia
-        self._transfer.stand(touching, gravity, (*outside, 0.0))
-        along, across = c * self.vx + s * self.vy, c * self.vy - s * self.vx
-        dx, dy, dw = self.drive.step(h, (along, across, self.omega), self._transfer, (*outside, spin_up))
+        record["gravity"] = (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope))
+        record["felt"] = (c * g_along, -s * g_along, 0.0)  # an outside force acts at the center: it shifts no load
+        record["pull"] = (ex, ey, spin_up)
+        record["yaw"], record["vx"], record["vy"], record["omega"] = self.yaw, self.vx, self.vy, self.omega
+        self.drive.advance_alone(h)
+        dx, dy, dw = self.drive.change
         self.loads = self.drive.normal_loads
-        self.ax = (c * dx - s * dy) / h + ex
-        self.ay = (s * dx + c * dy) / h + ey
+        self.ax, self.ay = dx / h + ex, dy / h + ey
         spin = dw + spin_up * h
         mx, my, mw = self.drive.mean_change
-        self.x += (self.vx + c * mx - s * my + 0.5 * ex * h) * h
-        self.y += (self.vy + s * mx + c * my + 0.5 * ey * h) * h
-        self.yaw += (self.omega + mw + 0.5 * spin_up * h) * h
+        share = 1.0 - float(record["early"][0])  # of what outside forces change, in the mean of the loop's steps
+        self.x += (self.vx + mx + share * ex * h) * h
+        self.y += (self.vy + my + share * ey * h) * h
+        self.yaw += (self.omega + mw + share * spin_up * h) * h
         self.vx += self.ax * h
         self.vy += self.ay * h
         self.omega += spin

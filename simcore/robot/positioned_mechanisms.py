@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import PISTON, SERVO, TARGET
 from simcore.quantities import ANGLE, DURATION, ROBOT_LENGTH, TURN_RATE, require, require_fields
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.gearbox import GearboxConfig
@@ -19,7 +20,6 @@ _SERVO_VOLTS = 6.0  # of the roboRIO's servo rail
 _SERVO_TORQUE = 1.32  # [N m], and
 _SERVO_AMPS = 2.0  # [A], both at stall. Source: REV Smart Robot Servo (REV-41-1097), 13.5 kg cm and 2 A at 6 V
 _SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that swings a light part. Estimate
-_SERVO_STEP = 0.005  # [s]; its controller looks this often
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,11 +84,13 @@ class PistonSim(RackSim):
     0.2
     """
 
-    __slots__ = ("_rest",)
+    __slots__ = ()
 
     def __init__(self, config: PistonConfig) -> None:
         super().__init__(config.rack)
-        self._rest = 0.0 if config.is_double else _VALVE_VOLTS if config.springs_out else -_VALVE_VOLTS
+        record = self.record
+        record["kind"], record["rail"] = PISTON, _VALVE_VOLTS
+        record["idle"] = 0.0 if config.is_double else _VALVE_VOLTS if config.springs_out else -_VALVE_VOLTS
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
@@ -97,18 +99,13 @@ class PistonSim(RackSim):
         Without power it goes where the spring sends it; a valve with two coils stays as it is.
         """
         if volts == 0.0:
-            volts = self._rest
+            volts = float(self.record["idle"][0])
         if volts != 0.0:
             super().set_volts(math.copysign(_VALVE_VOLTS, volts))
 
     def coast(self) -> None:
         """Take the power from the valve."""
         self.set_volts(0.0)
-
-    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Move on by `dt` [s]; air moves it, whatever the battery has."""
-        super().step(dt, _VALVE_VOLTS)
-        self.current = self.supply_current = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,38 +159,28 @@ class ServoSim(ArmSim):
     0.5
     """
 
-    __slots__ = ("_gain", "_is_held", "goal")
+    __slots__ = ()
 
     def __init__(self, config: ServoConfig) -> None:
         super().__init__(config.arm)
-        self._gain = self._ke / (4.0 * _SERVO_SPEED_UP)
-        self._is_held = True
-        self.goal = self.position
-        """Where it goes [rad]."""
+        record = self.record
+        record["kind"], record["rail"] = SERVO, _SERVO_VOLTS
+        record["kp"] = self.gearbox.volts_per_speed / (4.0 * _SERVO_SPEED_UP)
+        self.coast()
+
+    @property
+    def goal(self) -> float:
+        """Where it goes [rad]; where it is while it has no signal."""
+        return self.position if self.record["mode"][0] != TARGET else float(self.record["request"][0])
 
     def set_goal(self, angle: float) -> None:
         """Go there [rad]; within its travel."""
         require("ServoSim", "goal", angle, ANGLE)
-        self.goal = min(max(angle, self._lower), self._upper)
-        self._is_held = False
+        lower, upper = self.stops
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = TARGET, min(max(angle, lower), upper), 1
 
     def coast(self) -> None:
         """No signal: its gear holds it where it is."""
         super().coast()
         self.velocity = 0.0
-        self._is_held = True
-
-    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Move on by `dt` [s]; the servo rail makes its 6 V from what the battery has."""
-        if self._is_held or not 0.0 < dt < math.inf:
-            super().step(dt, battery_voltage)
-            return
-        count = math.ceil(dt / _SERVO_STEP)
-        current = power = 0.0
-        for _ in range(count):
-            self.set_volts(min(max(self._gain * (self.goal - self.position), -_SERVO_VOLTS), _SERVO_VOLTS))
-            super().step(dt / count, _SERVO_VOLTS)
-            current += self.current
-            power += self.supply_current * _SERVO_VOLTS
-        self.current = current / count
-        self.supply_current = power / count / battery_voltage if battery_voltage > 0.0 else 0.0

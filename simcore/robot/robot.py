@@ -89,13 +89,18 @@ class Robot:
         self.battery = Battery(built.battery)
         drivetrain = config.drivetrain
         self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
+        self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
+        """By name, in the order in which they are stepped."""
         self.chassis = ChassisSimulation(
-            world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}", mass=config.whole
+            *(world, config.body),
+            pose=pose,
+            drivetrain=self.drive,
+            mechanisms=tuple(self.mechanisms.values()),
+            name=f"robot {number}",
+            mass=config.whole,
         )
         self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
-        self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
-        """By name, in the order in which they are stepped."""
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
         """The first of its storages."""
@@ -215,23 +220,21 @@ class Robot:
         """Let robot code's devices drive this robot from the next part of a tick on."""
         self.devices = devices
 
-    @property
-    def is_at_rung(self) -> bool:
-        """Whether it hangs, or could catch a rung within a tick."""
-        return any(climber.is_near for climber in self.climbers)
+    def before_step(self, h: float) -> None:
+        """Before a step of h [s]: climbers that hang carry it, and the controllers of robot code look and answer."""
+        if self.climbers:
+            self._let_climbers_push(h)
+        if self.devices is not None:
+            self.devices.step(h, self.drive.yaw_rate)
+        for mechanism in self._estimated:
+            if self.battery.browned_out or not self.drive.enabled:
+                mechanism.coast()
+            mechanism.step(h, self.battery.voltage)
 
-    def begin_step(self, h: float) -> list[float]:
-        """Begin a step of the robot: climbers that hang carry it.
-
-        Args:
-            h: Length of the step [s].
-
-        Returns:
-            Lengths of the parts in which devices, mechanisms and drivetrain move [s].
-        """
+    def _let_climbers_push(self, h: float) -> None:
         near = [climber for climber in self.climbers if climber.is_near]
         if near or self._is_carried:
-            self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
+            self.chassis.read()  # a stiff hook must not push against where the robot was a step ago
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             for climber in near:
                 (fx, fy, fz), (tx, ty, tz) = climber.push(h)
@@ -239,42 +242,8 @@ class Robot:
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)
         self._is_carried = bool(near)
-        return self.chassis.begin_step(h, may_rest=self.devices is None and not self._is_working)
-
-    def step_devices(self, h: float) -> None:
-        """Let the controllers of robot code look and answer for the next h [s]."""
-        if self.devices is not None:
-            self.devices.step(h, self.drive.yaw_rate)
 
     # --- mechanisms -----------------------------------------------------------------------------------------------
-
-    @property
-    def mechanism_current(self) -> float:
-        """What the mechanisms take from the battery [A]."""
-        total = 0.0
-        for mechanism in self.mechanisms.values():
-            total += mechanism.supply_current
-        return total
-
-    def step_mechanisms(self, dt: float) -> None:
-        """Advance all mechanisms by dt [s] at the battery's voltage; disabled or browned out, they coast.
-
-        They load the battery that the drivetrain is about to use, with the mean of this time.
-        """
-        volts = self.battery.voltage
-        is_off = self.battery.browned_out or not self.drive.enabled
-        for mechanism in self.mechanisms.values():
-            if is_off:
-                mechanism.coast()  # until robot code commands volts again, in its next tick
-            mechanism.step(dt, volts)
-        for mechanism in self._estimated:
-            mechanism.step(dt, volts)
-        self.drive.other_current = self.mechanism_current
-
-    @property
-    def _is_working(self) -> bool:
-        """Whether a mechanism is driven or turns."""
-        return any(m.volts or m.velocity for m in self.mechanisms.values())
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
         """Step one more with the others. Its figures are estimates, so it takes no current from the battery."""
@@ -285,9 +254,9 @@ class Robot:
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """What each mechanism and the drive take from the battery [A]."""
-        drawn = {name: mechanism.supply_current for name, mechanism in self.mechanisms.items()}
-        return drawn | {"drive": self.battery.current - self.drive.other_current}
+        """What each mechanism and the drive took from the battery as the last brown-out began [A]."""
+        drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
+        return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 
     # --- pieces ---------------------------------------------------------------------------------------------------
 

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Vector
+from simcore.loop.robot_state import AZIMUTH, CURRENT, DUTY, NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
 from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
-from simcore.robot.motor_bus import MotorReadout
-from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_module import DriveMode, ModuleController, ModuleState, SteerBank, module_targets
-from simcore.robot.wheeled_drive import WheeledDrive, checked_number
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_module import ModuleState, module_targets
+from simcore.robot.wheeled_drive import MotorReadout, WheeledDrive, checked_number, set_motor
 from simcore.typing import FloatArray
 
 __all__ = ["SwerveDrive"]
@@ -48,21 +47,43 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             battery=battery,
             wheels=[WheelContact.of(m, place) for m, place in zip(modules, config.positions, strict=True)],
             radii=[m.wheel_radius for m in config.modules],
+            azimuths=len(modules),
             shafts=[
                 DriveShaft.of(m, inertia=m.drive_inertia, motor=m.limited_drive_motor, wheels=(k,))
                 for k, m in enumerate(modules)
             ],
         )
         self._n = len(modules)
-        self._steer = SteerBank(modules)
         self._zeros = [0.0] * self._n
-        # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
-        self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
-        self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
-        self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
         self._modules = modules
-        self._controller = ModuleController(config.modules, self._static_loads)
+        for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
+            self._set_module(k, built_module, known)
+        self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
+        """Of the azimuths."""
         self.reset()
+
+    def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:
+        """Put a module into the records: what it is, and what the loops on board know of it."""
+        n, load = self._n, self._static_loads[k]
+        wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
+        set_motor(azimuth, module.limited_steer_motor)
+        azimuth["kind"], azimuth["inertia"], azimuth["zero"] = AZIMUTH, module.azimuth_inertia, module.steer_offset
+        azimuth["scrub"] = module.wheel_cof * module.scrub_radius
+        azimuth["coupling"] = module.coupling_ratio * module.drive_motor.kt
+        azimuth["partner"], wheel["partner"] = k, n + k
+        # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
+        wheel["coupled_emf"] = module.coupling_ratio / module.drive_motor.kv
+        wheel["coupled_inertia"] = module.drive_motor.rotor_inertia * module.drive_gearing * module.coupling_ratio
+        drive, steer = known.limited_drive_motor, known.limited_steer_motor
+        wheel["brakes"], azimuth["brakes"] = known.drive_brake, known.steer_brake
+        wheel["known_radius"], wheel["feedforward"] = known.wheel_radius, drive.emf / known.wheel_radius
+        wheel["loop_coupled"], wheel["kp"] = known.coupling_ratio / known.drive_motor.kv, known.drive_kp
+        # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
+        drag = drive.friction + known.rolling_resistance * load * known.wheel_radius
+        wheel["ks"], wheel["ks_slope"] = drag / drive.torque_driving * drive.winding, 20.0
+        scrub = steer.friction + known.wheel_cof * known.scrub_radius * load
+        azimuth["ks"], azimuth["ks_slope"] = scrub / steer.torque_driving * steer.winding, 100.0
+        azimuth["kp"] = known.steer_kp
 
     # ---------------------------------------------------------------- commands
 
@@ -75,25 +96,25 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """
         drive_ = self._checked("drive volts", drive)
         steer_ = self._checked("steer volts", steer)
-        self._command(DriveMode.VOLTS, drive_, steer_)
+        self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Share of the battery voltage per motor, -1..1; see `set_volts` for errors."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
-        self._command(DriveMode.DUTY, drive_, steer_)
+        self._ask(DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Stator current of the drive motors [A] and voltage of the steer motors [V]; see `set_volts` for errors."""
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
-        self._command(DriveMode.TORQUE_CURRENT, drive_, steer_)
+        self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
         """Closed loop on board: ground speed [m/s] and steer angle [rad] per module; see `set_volts` for errors."""
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
-        self._command(DriveMode.STATES, speeds_, angles_)
+        self._ask(TARGET, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
         """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast.
@@ -105,14 +126,16 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             checked_number(f"chassis speed {name}", value)
         positions = [(m.x, m.y) for m in self.config.modules]
         speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
-        self._command(DriveMode.STATES, speeds, angles)
+        self._ask(TARGET, speeds, angles)
 
     def stop(self) -> None:
         """Zero command: every motor to its neutral mode, brake or coast."""
-        self._command(DriveMode.NEUTRAL, self._zeros, self._zeros)
+        self._ask(NEUTRAL, self._zeros, self._zeros)
 
-    def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
-        self._new_command(is_other=self._controller.command(mode, drive, steer))
+    def _ask(self, mode: int, drive: list[float], steer: list[float], *, steer_mode: int | None = None) -> None:
+        self._command(mode, [*drive, *steer])
+        if steer_mode is not None:
+            self.shafts["mode"][self._n :] = steer_mode
 
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
@@ -144,82 +167,31 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                 for (wx, wy), c, s, m in zip(ways, cos, sin, self._modules, strict=True)
             ]
         )
-        self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin, cos, sin)
-        self.steer_motors = MotorReadout([m.winding for m in self._steer.motors])
-        """Of the steer motors in the last inner step."""
-        self._solver.cos = self._solver.mid_cos = cos
-        self._solver.sin = self._solver.mid_sin = sin
-        self._steer_supply = 0.0
-        self._controller.reset()
+        self.shafts["cos"][: self._n], self.shafts["sin"][: self._n] = cos, sin
+        self.shafts["position"][self._n :] = turned
 
-    # ---------------------------------------------------------------- the step
-
-    def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
-        drive, self._steer_volts, limits = self._controller.requests(h, self.state, bus, neutral)
-        return drive, limits
-
-    def _is_parked(self, velocity: Vector, pull: Vector) -> bool:
-        is_turning = any(self.state.steer_speed) or any(self.steer_motors.current)
-        return not is_turning and super()._is_parked(velocity, pull)
-
-    def _open_circuits(self) -> tuple[Sequence[float | None], Sequence[float]]:
-        self._steer_volts = [None] * self._n
-        return super()._open_circuits()
-
-    def _turn_azimuths(self, h: float, loads: Sequence[float], bus: float) -> float:
-        state, solver = self.state, self._solver
-        before = state.steer_speed[:] if self._coupled else None
-        supply = self._steer.step(h, state, self._steer_volts, loads, solver.shaft_current, bus, self.steer_motors)
-        self._steer_supply = 0.5 * (self._steer_supply + supply)
-        solver.mid_cos, solver.mid_sin = state.mid_cos, state.mid_sin
-        if before is not None:
-            solver.emf_offset = [
-                0.5 * k * (old + new) for k, old, new in zip(self._coupled_emf, before, state.steer_speed, strict=True)
-            ]
-            solver.torque_offset = [
-                -j * (new - old) / h
-                for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
-            ]
-        return supply
-
-    def _rest_azimuths(self) -> None:
-        self._steer_supply *= 0.5
-
-    def _back_emf(self) -> list[float]:
-        emfs = super()._back_emf()
-        if self._coupled:
-            emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, self.state.steer_speed, strict=True)]
-        return emfs
-
-    def _background_current(self) -> float:
-        # Azimuths spin up within a step, so what they drew in the last steps says more than their voltage.
-        return self.other_current + self._steer_supply
+    @property
+    def state(self) -> ModuleState:
+        """Angles and speeds of the modules now."""
+        n, angles, speeds = self._n, self.shafts["position"], self.shafts["speed"]
+        cos, sin = self.shafts["cos"], self.shafts["sin"]
+        return ModuleState(angles[:n], speeds[:n], angles[n:], speeds[n:], cos[:n], sin[:n])
 
     # ---------------------------------------------------------------- readings
 
     def wheel_angles(self) -> list[float]:
         """Azimuth of each module, counter-clockwise from forward, any number of turns [rad]."""
-        return self.state.steer_angle[:]
+        return list(self.state.steer_angle.tolist())
 
     def motor_currents(self) -> dict[str, list[float]]:
         """Stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
-        return {"drive": self.drive_motors.current[:], "steer": self.steer_motors.current[:]}
+        return {"drive": self.drive_motors.current, "steer": self.steer_motors.current}
 
     @property
     def gearing(self) -> dict[str, list[float]]:
         """Rotor turns per turn of the wheel, `drive`, and of the azimuth, `steer`, module by module [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
-
-    @property
-    def supply_current(self) -> float:
-        """From the battery in the last inner step, drivetrain only [A]."""
-        return super().supply_current + self.steer_motors.supply_total
-
-    @property
-    def electrical_energy(self) -> float:
-        """Taken by all motors since the reset: the integral of V I [J]."""
-        return super().electrical_energy + self.steer_motors.energy
 
     @property
     def steer_angles(self) -> FloatArray:
@@ -264,8 +236,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def max_angular_accel(self) -> float:
         """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
-        solver = self._solver
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, self._arms(), self.robot.yaw_inertia)
+        return launch_accel(self._shafts, self._contacts, self._static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
 
@@ -274,8 +245,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
-        controller = self._controller
-        return list(controller.steer) if controller.mode is DriveMode.STATES else list(self.state.steer_angle)
+        name = "request" if self.shafts["mode"][self._n] == TARGET else "position"
+        return list(self.shafts[name][self._n :].tolist())
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         if len(values) != self._n:

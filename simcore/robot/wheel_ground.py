@@ -11,7 +11,6 @@ from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_rpy, from_yaw, matrix, multiply
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.level_body import LEVEL_HEIGHT, LEVEL_TILT
 from simcore.typing import FloatArray
 
 __all__ = ["GroundClearance", "WheelGround", "ground_clearance"]
@@ -48,8 +47,12 @@ class WheelGround:
         self.touching = list(self._all_touching)
         """Which wheels were on the ground in the last `find`."""
 
+    def stand(self) -> None:
+        """All wheels touch: it stands level on the flat carpet."""
+        self.touching = self._all_touching
+
     def find(self, pos: Vector, quat: Quaternion) -> None:
-        """Which wheels touch: all of them on the flat carpet, else those whose short ray down meets something.
+        """Which wheels touch, of a robot that does not stand level: those whose short ray down meets something.
 
         And those that touch what carries robots elsewhere: a wheel at the edge of a bar stands on it and pulls there.
 
@@ -57,10 +60,6 @@ class WheelGround:
             pos: Of the robot's origin, field frame [m].
             quat: Attitude of the robot.
         """
-        x, y, _, _ = quat
-        if abs(pos[2]) < LEVEL_HEIGHT and x * x + y * y < LEVEL_TILT**2:
-            self.touching = self._all_touching
-            return
         turn = matrix(quat).T
         start = self._hubs @ turn + pos
         end = self._soles @ turn + pos

@@ -115,9 +115,9 @@ def _load_engine() -> None:
 
 def _prepare_loop() -> Path | None:
     from simcore.loop.compiled import cache_folder
-    from simcore.physics.ball_dynamics import prepare
+    from simcore.physics.world import prepare_loop
 
-    prepare()
+    prepare_loop()
     return cache_folder
 
 

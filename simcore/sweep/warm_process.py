@@ -1,8 +1,9 @@
 """Processes that begin with their imports done: on Linux, where a parent imports once and forks for each task.
 
-`python -m simcore.sweep.warm_process MODULE` imports a module and what its `WARM` names, and nothing else: nothing is
-built, and no thread runs. Each line that it reads asks for one child, which calls the `main` of the module; when a
-child ends, the parent writes its number and its exit code. macOS and Windows cannot fork what has loaded libraries.
+`python -m simcore.sweep.warm_process MODULE` imports a module and what its `WARM` names, has the loop of the physics
+compiled, and nothing else: nothing is built, and no thread runs. Each line that it reads asks for one child, which
+calls the `main` of the module; when a child ends, the parent writes its number and its exit code. macOS and Windows
+cannot fork what has loaded libraries.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from simcore.errors import SimcoreError
+from simcore.physics.world import prepare_loop
 
 __all__ = ["CAN_FORK", "PARENT", "WarmParent"]
 
@@ -136,6 +138,7 @@ def _serve(module: str) -> None:
     for name in main.WARM:
         with contextlib.suppress(ImportError):  # an extra that this project does without
             import_module(name)
+    prepare_loop()  # compiled or loaded once for all children
     is_single = len(os.listdir("/proc/self/task")) == 1  # WPILib of 2027 starts a thread as it is imported
     gc.collect()
     gc.freeze()  # children copy no page because something in it was counted

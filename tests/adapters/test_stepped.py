@@ -21,7 +21,7 @@ def test_it_drives_and_odometry_agrees(runs):
     run = runs[0]
     assert run["true_way"] > 4.5
     assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.02)
-    assert run["turned"] > 1.0
+    assert abs(run["turned"]) > 1.0  # of a tank to more than half a turn, the remainder of a whole one
     assert run["believed_turn"] == pytest.approx(run["turned"], abs=0.03)
 
 

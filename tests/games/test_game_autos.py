@@ -90,18 +90,18 @@ def test_a_red_robot_scores_what_a_blue_one_does(played, name, auto):
 def test_a_red_robot_drives_the_corresponding_path(played, name, auto):
     """Until it meets a piece; a heap that is pushed makes any difference larger.
 
-    On a turned field only rounding differs: 1e-16 of 16 m in each of some 1e4 sub-steps. On a mirrored one the robot's
-    left and right wheels change places, and with them the order in which the tires are solved in rounds.
+    On a turned field only rounding differs, and what the engine makes of it in a robot's contact with the carpet. On a
+    mirrored one the robot's left and right wheels change places as well.
     """
     blue, red = played[name, auto, "blue"], played[name, auto, "red"]
     symmetry = GAMES[name].field.symmetry
     flipped = np.array([symmetry.flip_pose(*pose) for pose in red.run.path])
     apart = np.linalg.norm(flipped[:, :2] - blue.run.path[:, :2], axis=1)
     turned = np.abs(np.remainder(flipped[:, 2] - blue.run.path[:, 2] + math.pi, math.tau) - math.pi)
-    alone = min(blue.touched or len(apart), red.touched or len(apart)) - 1  # a tick with pieces has other sub-steps
+    alone = min(blue.touched or len(apart), red.touched or len(apart)) - 1
     print(f"{name} {auto}: alone for {alone} ticks, {apart[:alone].max():.2e} m apart, {apart.max():.2e} m at last")
     assert alone >= 50
-    tolerance = 1e-9 if symmetry.keeps_hands else 1e-4
+    tolerance = 1e-5 if symmetry.keeps_hands else 1e-4
     assert apart[:alone].max() < tolerance and turned[:alone].max() < tolerance
     assert apart[-1] < 0.1, "both end at one place"
 
@@ -124,8 +124,8 @@ def test_a_red_shot_flies_as_the_corresponding_blue_one(played, name, auto):
     n = min(len(flipped), len(blue.points), 25)
     apart = np.linalg.norm(flipped[:n] - np.array(blue.points)[:n], axis=1)
     if GAMES[name].field.symmetry.keeps_hands:
-        assert apart.max() < 1e-6
+        assert apart.max() < 1e-5
     else:
         (shooter,) = played[name, auto, "blue"].run.match.robots[0].shooters
         assert shooter.config.launch.barrels == (0.0,), "a robot is not mirrored itself; this one is its own image"
-        assert apart.max() < 1e-6
+        assert apart.max() < 1e-5

@@ -133,7 +133,8 @@ def test_the_arm_of_the_drawn_robot_goes_up_with_its_elevator():
         before = dict(zip(names, robot.component_poses(), strict=True))
         for _ in range(60):
             robot.mechanisms["elevator"].set_volts(8.0)
-            robot.step_mechanisms(0.02)
+            for mechanism in robot.mechanisms.values():
+                mechanism.step(0.02)
         after = dict(zip(names, robot.component_poses(), strict=True))
         rise = {name: float(after[name][2] - before[name][2]) for name in names}
         height = robot.mechanisms["elevator"].height

@@ -55,7 +55,8 @@ def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
         for volts in (3.0, -3.0):
             for _ in range(40):
                 robot.mechanisms["hood"].set_volts(volts)
-                robot.step_mechanisms(0.02)
+                for mechanism in robot.mechanisms.values():
+                    mechanism.step(0.02)
             row = robot.component_poses()[[c.name for c in COMPONENTS].index("hood")]
             w, x, y, z = row[3:]
             to_edge = np.array(rotate((x, y, z, w), (-math.cos(edge), 0.0, math.sin(edge))))
@@ -71,7 +72,8 @@ def test_rollers_ride_on_the_intake_and_clear_the_bumper():
         robot = sim.robots[0]
         for _ in range(60):
             robot.mechanisms["intake_deploy"].set_volts(6.0)
-            robot.step_mechanisms(0.02)
+            for mechanism in robot.mechanisms.values():
+                mechanism.step(0.02)
             rows = robot.component_poses()
             for name in ("intake roller, lower", "intake roller, upper"):
                 x, _, z = rows[names.index(name), :3]

@@ -157,5 +157,5 @@ def test_a_sprint_takes_as_long_as_a_team_measured(mass, limit):
         drive.set_volts(ramped, ramped)
         chassis.step(0.005)
     late = (chassis.x - 250 * 0.0254) / chassis.vx
-    assert chassis.time - late == pytest.approx(1.78, rel=0.02 if math.isfinite(limit[0]) else 0.055)
+    assert chassis.time - late == pytest.approx(1.78, rel=0.02 if math.isfinite(limit[0]) else 0.065)
     assert (drive.battery.brownouts > 0) == math.isinf(limit[0]) and drive.battery.resets == 0

@@ -144,7 +144,7 @@ def test_a_piece_above_a_swinging_body_sleeps_and_one_that_it_hits_wakes(engine_
     with Match(game, engine=engine_name) as match:
         body = match.hanging[0]
         above, beside = match.pieces.spawn("Ball", np.array([[4.0, 4.0, 1.86], [4.36, 4.0, 0.2]]))
-        body.pull((4.0, 4.0, 0.4), (200.0, 0.0, 0.0))
+        body.pull((4.0, 4.0, 0.4), (800.0, 0.0, 0.0))  # for one step of 5 ms
         match.play(0.5)
         assert match.pieces.state.pos[beside, 0] > 4.37, "it was pushed away"
         match.play(2.0)

@@ -62,14 +62,11 @@ class Pin:
     def fuel(self) -> np.ndarray:
         return self.pieces.state.pos[self.slots]
 
-    def drive(self, speed: float, seconds: float, each=lambda: None, *, fewest: int = 1) -> None:
-        """Drive at a speed [m/s] for a time, with so many sub-steps at least."""
+    def drive(self, speed: float, seconds: float, each=lambda: None) -> None:
+        """Drive at a speed [m/s] for a time."""
         self.robot.follow_velocity(speed, 0.0, 0.0)
         for _ in range(round(seconds / DT)):
-            self.motion.begin_tick()
-            planned, _ = self.motion.count_steps(DT)
-            self.motion.advance(steps=None if planned >= fewest else (fewest, 1))
-            self.motion.end_tick()
+            self.motion.tick()
             each()
 
 
@@ -222,28 +219,22 @@ def test_random_pins_on_the_field_lose_no_fuel(field, whole):
 
 
 @pytest.mark.parametrize("speed", [2.4, 2.9])
-def test_a_robot_that_drives_through_loose_fuel_hits_it_as_in_sixteen_steps(speed):
-    """It takes one step a tick, of 48 and 58 mm; bumpers come no deeper, and fuel goes as far.
-
-    How far fuel comes in the mean of 54 pieces differs by 2 to 5 % from field to field, so means of four by 2.5 %.
-    """
-    ways: dict[int, list[float]] = {1: [], 16: []}
+def test_bumpers_of_a_robot_that_drives_through_loose_fuel_press_it_in_and_no_more(speed):
+    """It moves by 12 and 15 mm in a step of its body; m v^2 / 2 of a ball goes into less than 65 mm of foam."""
+    grid = np.array([(x, y) for x in np.arange(3.0, 5.6, 0.3) for y in np.arange(3.2, 4.9, 0.3)])
+    grid += np.random.default_rng(0).uniform(-0.06, 0.06, grid.shape)
     deepest = [0.0]
-    for fewest, seed in ((fewest, seed) for fewest in ways for seed in range(4)):
-        grid = np.array([(x, y) for x in np.arange(3.0, 5.6, 0.3) for y in np.arange(3.2, 4.9, 0.3)])
-        grid += np.random.default_rng(seed).uniform(-0.06, 0.06, grid.shape)
-        with PhysicsWorld() as world:
-            pin = Pin(world, np.column_stack((grid, np.full(len(grid), RADIUS))), (2.2, 4.0, 0.0))
-            start = pin.fuel.copy()
+    with PhysicsWorld() as world:
+        pin = Pin(world, np.column_stack((grid, np.full(len(grid), RADIUS))), (2.2, 4.0, 0.0))
+        start = pin.fuel.copy()
 
-            def look(pin=pin, fewest=fewest):
-                low = pin.fuel[pin.fuel[:, 2] < 1.5 * RADIUS]
-                if fewest == 1 and len(low):
-                    gap = Footprint(*pin.robot.footprint).gap(low) - RADIUS
-                    deepest[0] = max(deepest[0], -float(gap.min()))
+        def look():
+            low = pin.fuel[pin.fuel[:, 2] < 1.5 * RADIUS]
+            if len(low):
+                gap = Footprint(*pin.robot.footprint).gap(low) - RADIUS
+                deepest[0] = max(deepest[0], -float(gap.min()))
 
-            pin.drive(speed, 3.5 / speed, look, fewest=fewest)
-            ways[fewest].append(float(np.linalg.norm(pin.fuel - start, axis=1).mean()))
-            assert pin.robot.pos[0] > 5.0, "the robot went through"
-    assert deepest[0] < 0.065
-    assert np.mean(ways[1]) == pytest.approx(np.mean(ways[16]), rel=0.075)
+        pin.drive(speed, 3.5 / speed, look)
+        assert pin.robot.pos[0] > 5.0, "the robot went through"
+        assert float(np.linalg.norm(pin.fuel - start, axis=1).mean()) > 0.5
+    assert 0.001 < deepest[0] < 0.065

@@ -137,29 +137,8 @@ def test_a_robot_that_is_carried_forgets_how_it_moved(ticks):
         assert (robot.chassis.pos[0] > 1.3) == (ticks == 100)
         robot.reset((3.0, 3.0, 0.0))
         fresh = make(world, (6.0, 3.0, 0.0))
-        for one in (robot, fresh):
-            one.chassis.step(0.005)
+        world.robots.advance(0.005, world.gravity)
         assert robot.chassis.normal_loads == pytest.approx(fresh.chassis.normal_loads, abs=0.5)
-
-
-def test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand():
-    """1.5 g at most is told to the drivetrain, of the hit itself; more would spin its wheels."""
-    wall = FieldElement(name="wall", shape=Box((0.5, 4.0, 1.0)), position=np.array([2.0, 0.0, 0.5]))
-    with PhysicsWorld() as world:
-        world.add_field([wall])
-        robot = make(world)
-        told = []
-        begin = robot.drive.begin_step
-
-        def begin_step(h, velocity, loads, pull, **settings):
-            told.append(math.hypot(*pull[:2]))
-            return begin(h, velocity, loads, pull, **settings)
-
-        robot.drive.begin_step = begin_step  # type: ignore[method-assign]
-        robot.drive.set_chassis_speeds(3.5, 0.0, 0.0)
-        advance(world, robot, 60)
-        assert robot.chassis.pose[0] < 1.4
-        assert max(told) == pytest.approx(1.5 * world.gravity, rel=1e-6)
 
 
 def test_a_supply_limit_holds_while_the_motors_feed_the_battery():

@@ -67,7 +67,7 @@ def test_the_floor_has_no_end(away):
             robot.follow_velocity(2.0, 0.0, 0.5)
         motion = Motion(world, robots=[BareRobot(robot) for robot in robots])
         for _ in range(50):
-            motion.tick(steps=(2, 1))
+            motion.tick()
         for name in shapes:
             middle, far = (world.engine.pose(pieces[name, x])[0] for x in (0.0, away))
             assert far == pytest.approx((middle[0] + away, middle[1], middle[2]), abs=1e-3)

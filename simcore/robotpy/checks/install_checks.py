@@ -201,7 +201,7 @@ def check_loop(prepare: Callable[[], Path | None]) -> Finding:
     if folder is None:
         return warn(
             "loop",
-            "the physics is compiled anew in every run, which takes 15 s: no folder to keep it in can be written",
+            "the physics is compiled anew in every run, for half a minute: no folder to keep it in can be written",
             "let your user write the folder .cache in its home, or set XDG_CACHE_HOME to one that it can",
         )
     return ok("loop", f"the physics is compiled, and kept in {folder}")

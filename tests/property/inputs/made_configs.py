@@ -43,7 +43,7 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult CompiledModel DriveShaft FollowerGroup "
+    "AutoRun BodyDefinition BuiltDevice BuiltRobot BumperPart CommandResult CompiledModel DriveShaft FollowerGroup "
     "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "

@@ -54,9 +54,9 @@ def test_folders_that_cannot_be_written_are_no_error(monkeypatch, tmp_path):
 
 def test_it_is_said_once_before_something_is_compiled(monkeypatch, capsys):
     monkeypatch.setattr(compiled, "_told", False)
-    compiled.announce()
-    compiled.announce()
-    assert capsys.readouterr().err == "Preparing the physics for this computer, once, 15 s ...\n"
+    compiled.announce("a.function_of_nobody")
+    compiled.announce("a.function_of_nobody")
+    assert capsys.readouterr().err == "Preparing the physics for this computer, once, half a minute ...\n"
 
 
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.loop.motor import line_in_force
 from simcore.robot.dc_motor import MOTOR_NAMES, as_motor, motor
 from simcore.robot.limited_motor import LimitedMotor
 
@@ -68,7 +69,7 @@ def test_a_falcon_at_4_volts_has_the_torque_of_the_dynamometer():
     """2.15 N m and 39 A from a 12 V supply; at 12 V its own 4.69 N m and 257 A (motors.vex.com)."""
     m = LimitedMotor.of(motor("Falcon 500"), gearing=1.0)
     for volts, torque, supply in ((4.0, 2.15, 39.0), (12.0, 4.69, 257.0)):
-        at, resistance = m.line_in_force(volts, 12.0, 0.0, math.inf)
+        at, resistance = line_in_force(volts, 12.0, 0.0, math.inf, m.resistance, m.winding)
         amps = at / resistance
         assert amps * m.torque_driving == pytest.approx(torque, rel=0.005)
         assert amps * at / 12.0 == pytest.approx(supply, rel=0.01)
@@ -90,7 +91,7 @@ def test_less_duty_never_draws_more_than_full_duty(volts, bus, emf, limit, share
     """The smallest of (V - e) / R_winding, (V_bus - e) / R and the limit while driving; the first while it brakes."""
     model = motor("Kraken X60")
     m = LimitedMotor.of(replace(model, supply_resistance=share * model.resistance), gearing=1.0)
-    at, resistance = m.line_in_force(volts, bus, emf, limit)
+    at, resistance = line_in_force(volts, bus, emf, limit, m.resistance, m.winding)
     volts = max(-bus, min(bus, volts))
     amps = (at - emf) / resistance
     if (volts - emf) * volts > 0.0:

@@ -78,16 +78,16 @@ def test_elevator_keeps_its_weight_when_a_load_is_added():
 
 
 def test_coasting_arm_swings_like_a_pendulum():
-    """Energy m g c sin(angle) + J w^2 / 2 stays: second order, so within a thousandth at 5 ms pieces."""
+    """Energy m g c sin(angle) + J w^2 / 2 stays: second order, (omega h)^2 / 12 of 11 J with omega^2 = m g c / J."""
     swinging = arm(min_angle=-4.0, max_angle=1.0, start_angle=-0.5)
     swinging.coast()
     lowest = math.inf
     for _ in range(200):
         swinging.step(0.02)
         energy = 3.0 * GRAVITY * 0.25 * math.sin(swinging.position) + swinging.kinetic_energy
-        assert energy == pytest.approx(3.0 * GRAVITY * 0.25 * math.sin(-0.5), abs=0.005)
+        assert energy == pytest.approx(3.0 * GRAVITY * 0.25 * math.sin(-0.5), abs=5e-5)
         lowest = min(lowest, swinging.position)
-    assert lowest == pytest.approx(-math.pi + 0.5, abs=0.01)  # as high on the other side
+    assert lowest == pytest.approx(-math.pi + 0.5, abs=1e-3)  # as high on the other side; seen every 20 ms
 
 
 def test_arm_stays_stable_behind_a_stiff_gear():
@@ -137,7 +137,6 @@ def test_all_answer_the_protocol():
         (arm, {"mass": math.nan}),
         (arm, {"min_angle": 2.0}),
         (arm, {"start_angle": 3.0}),
-        (arm, {"max_step": 0.0}),
         (elevator, {"carriage_mass": 0.0}),
         (elevator, {"drum_radius": -0.1}),
         (elevator, {"start_height": 2.0}),

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from simcore.robot.swerve_module import desaturate, module_targets, optimize
+from simcore.loop.robots import optimize
+from simcore.robot.swerve_module import desaturate, module_targets
 
 
 def test_optimize_turns_at_most_a_quarter():

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
+from scipy.optimize import brentq
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, SimMotor
 from simcore.robot.shaft import ShaftSim
@@ -196,17 +198,22 @@ def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
     assert sim.velocity < 0.0
 
 
-def test_a_step_that_ends_in_the_stop_takes_the_right_charge():
-    """Brute force with fine steps meets the stop at the same instant."""
-    coarse, fine = (ShaftSim(gearbox(), 0.05, upper_stop=0.3) for _ in range(2))
-    for sim in (coarse, fine):
-        sim.set_volts(12.0)
-    coarse.step(0.1)
+@pytest.mark.parametrize("h", [STEP, 1e-4])
+def test_a_shaft_that_meets_its_stop_takes_the_right_charge(h):
+    """J w = (torque per current) x charge until it hits, then it stalls; the step of the hit is one of moving."""
+    sim, box = ShaftSim(gearbox(), 0.05, upper_stop=0.3), gearbox()
+    free, tau, stall = box.free_speed(12.0), sim.time_constant, box.motors * 12.0 / box.resistance
+    hit = brentq(lambda t: free * (t - tau * (1.0 - math.exp(-t / tau))) - 0.3, 1e-3, 0.1)
+    speed = free * (1.0 - math.exp(-hit / tau))
+    exact = 0.05 * speed * box.motors / box.torque_per_amp + stall * (0.1 - hit)
     charge = 0.0
-    for _ in range(1000):
-        fine.step(1e-4)
-        charge += fine.current * 1e-4
-    assert coarse.current * 0.1 == pytest.approx(charge, rel=1e-9)
+    sim.set_volts(12.0)
+    for _ in range(round(0.1 / h)):
+        sim.step(h)
+        charge += sim.current * h
+    missing = h * stall * speed / free
+    assert exact - 1.05 * missing < charge < exact + 1e-9
+    assert sim.position == 0.3 and missing < 0.02 * exact
 
 
 def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import STEP
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.planar_chassis import PlanarChassis
@@ -55,9 +56,9 @@ def test_no_force_is_beyond_its_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):
-        drive.step(0.00125, velocity)
+        drive.step(STEP, velocity)  # one step of the loop: no mean of several directions
         for k, (fx, fy) in enumerate(drive.wheel_forces):
-            c, s = drive.state.mid_cos[k], drive.state.mid_sin[k]
+            c, s = drive.state.cos[k], drive.state.sin[k]
             along, across = c * fx + s * fy, (c * fy - s * fx) / grain
             assert math.hypot(along, across) <= 1.2 * drive.normal_loads[k] * (1.0 + 1e-9)
 

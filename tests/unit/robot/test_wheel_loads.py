@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from simcore.errors import NonFiniteError
+from simcore.loop.robot_state import STEP
 from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.wheel_loads import LoadTransfer, normal_loads
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheel_loads import normal_loads
 from simcore.units import GRAVITY
 
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
@@ -75,41 +78,71 @@ class TestLoads:
         assert loads == pytest.approx([50.0 * GRAVITY / 4.0, 0.0, 50.0 * GRAVITY / 4.0] * 2)
 
 
-class TestLoadTransfer:
+class TestLag:
+    """Loads from step to step of the loop: they follow what tires do to the chassis, of the step before."""
+
     LEVEL = (0.0, 0.0, -GRAVITY)
     LAG = 0.010
+    BRAKED = SwerveModuleConfig(x=0, y=0, wheel_cof=0.6, rolling_resistance=0.0, drive_friction_volts=20.0)
+    """Its wheels are held: they slide, with mu m g at any load and speed."""
+
+    @classmethod
+    def sliding(cls, vx, vy, *, cof=0.6, yaw=0.0) -> PlanarChassis:
+        """A robot that slides over the field with held wheels."""
+        module = replace(cls.BRAKED, wheel_cof=cof)
+        # What lifted wheels leave unbalanced does not turn it.
+        config = replace(SwerveConfig.square(0.527, module), yaw_inertia=1000.0)
+        robot = PlanarChassis(SwerveDrive(config))
+        robot.reset(yaw=yaw, vx=vx, vy=vy)
+        return robot
 
     @staticmethod
     def to_the_rear(loads):
         return sum(loads[2:]) - sum(loads[:2])
 
-    @pytest.mark.parametrize("h", [0.005, 0.00125])
+    @pytest.mark.parametrize("h", [0.005, STEP, 0.00025])
     def test_loads_follow_the_tires_with_the_lag_at_any_step(self, h):
-        """In the middle of a step at t: 2 m h_c / wheelbase times a (1 - exp(-t / lag)); exactly, for a constant a."""
-        transfer = LoadTransfer(SQUARE)
-        transfer.stand([True] * 4, self.LEVEL, (0.0, 0.0, 0.0))
+        """After n steps of the loop 2 m h_c / wheelbase times a (1 - exp(-t / lag)); a reading is a mean of them."""
+        robot = self.sliding(6.0, 0.0)
+        count = math.ceil(h / STEP - 1e-9)
         for k in range(round(0.02 / h)):
-            transfer.follow(h, 3.0, 0.0, 0.0)
-            followed = 1.0 - math.exp(-(k + 1.5) * h / self.LAG)
-            expected = 2 * 55.0 * 3.0 * 0.2 / 0.527 * followed
-            assert self.to_the_rear(transfer.loads(h)) == pytest.approx(expected, rel=1e-9)
+            robot.step(h)
+            assert robot.ax == pytest.approx(-0.6 * GRAVITY)
+            times = [(k + part / count) * h for part in range(count)]
+            followed = np.mean([1.0 - math.exp(-t / self.LAG) for t in times])
+            expected = -2 * 55.0 * 0.6 * GRAVITY * 0.2 / 0.527 * followed
+            assert self.to_the_rear(robot.loads) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
-    def test_what_was_transferred_stays_in_the_field_while_the_robot_turns(self):
-        transfer = LoadTransfer(SQUARE)
-        transfer.stand([True] * 4, self.LEVEL, (0.0, 0.0, 0.0))
-        transfer.follow(1.0, 3.0, 0.0, math.pi / 2)
-        loads = transfer.loads(1e-12)
-        assert self.to_the_rear(loads) == pytest.approx(0.0, abs=1e-6)
-        assert loads[0] + loads[2] - loads[1] - loads[3] == pytest.approx(2 * 55.0 * 3.0 * 0.2 / 0.527)
+    @pytest.mark.parametrize("turn", [10.0, -25.0])
+    def test_what_was_transferred_stays_in_the_field_while_the_robot_turns(self, turn):
+        """On ice: with what it has followed before, the only thing that is left to fade."""
+        robot = self.sliding(0.0, 0.0, cof=1e-9)
+        robot.reset(omega=turn)
+        robot.drive.robot_record["followed"] = (3.0, 0.0, 0.0)
+        for k in range(50):
+            robot.step(STEP)
+            left = 2 * 55.0 * 3.0 * 0.2 / 0.527 * math.exp(-(k + 1) * STEP / self.LAG)
+            loads, turned = robot.loads, turn * k * STEP
+            assert self.to_the_rear(loads) == pytest.approx(left * math.cos(turned), abs=1e-4)
+            to_the_left = loads[0] + loads[2] - loads[1] - loads[3]
+            assert to_the_left == pytest.approx(left * math.sin(turned), abs=1e-4)
 
-    @pytest.mark.parametrize("world", [(2.0, -4.0, 0.5), (0.0, 14.0, 0.0), (-20.0, 9.0, 3.0), (0.0, 0.0, -20.0)])
-    @pytest.mark.parametrize("touching", [[True] * 4, [True, False, True, True], [False] * 4])
-    def test_at_last_they_are_those_of_the_acceleration(self, world, touching):
-        """Also where a wheel lifts, and in free fall."""
-        transfer = LoadTransfer(SQUARE)
-        transfer.stand(touching, self.LEVEL, world)
-        transfer.follow(1.0, 1.0, 0.5, 0.0)
-        whole = (world[0] + 1.0, world[1] + 0.5, world[2])
-        assert transfer.loads(1.0) == pytest.approx(normal_loads(SQUARE, touching, self.LEVEL, whole), abs=1e-6)
-        transfer.reset()
-        assert transfer.loads(1e-12) == pytest.approx(normal_loads(SQUARE, touching, self.LEVEL), abs=1e-6)
+    @pytest.mark.parametrize("way", [(4.0, 0.0), (2.4, -3.2), (0.0, 4.0)])
+    @pytest.mark.parametrize("off", [(), (1,), (0, 1, 2, 3)])
+    @pytest.mark.parametrize("cof", [0.6, 2.5])
+    def test_at_last_they_are_those_of_the_acceleration(self, cof, off, way):
+        """Also where a wheel is off the ground, or lifts, and in the air; they are late by a turn of omega lag."""
+        robot = self.sliding(*way, cof=cof, yaw=0.3)
+        down = [k not in off for k in range(4)]
+        robot.drive.wheel_records["is_down"] = down
+        robot.run(0.1, h=STEP)
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        accel = (c * robot.ax + s * robot.ay, c * robot.ay - s * robot.ax, 0.0)
+        assert math.hypot(*accel) == pytest.approx(cof * GRAVITY if any(down) else 0.0, rel=1e-3)
+        wanted = normal_loads(robot.drive.robot, down, self.LEVEL, accel)
+        late = 2 * 55.0 * cof * GRAVITY * 0.2 / 0.527 * abs(robot.omega) * self.LAG
+        assert late < 1.0
+        assert robot.loads == pytest.approx(wanted, abs=late + 0.03)  # and 0.1 s are 10 lags: exp(-10) is left
+        robot.reset()
+        robot.step(1e-9)
+        assert robot.loads == pytest.approx(normal_loads(SQUARE, down, self.LEVEL), abs=1e-3)

@@ -1,0 +1,179 @@
+"""A battery, the roboRIO that it feeds, and the voltage on which all motors of a robot agree with it."""
+
+from __future__ import annotations
+
+import math
+
+from simcore.loop.compiled import compiled
+from simcore.loop.motor import line_in_force, within
+from simcore.loop.robot_state import Records
+
+__all__ = ["begin_battery", "bus_voltage", "draw", "open_voltage", "watch_brownout"]
+
+
+@compiled
+def open_voltage(batteries: Records, i: int) -> float:
+    """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
+    b = batteries[i]
+    voltage: float = b.empty + (b.full - b.empty) * b.charge - b.slow_drop
+    return max(0.0, voltage)
+
+
+@compiled
+def begin_battery(batteries: Records, i: int) -> None:
+    """Swap in a rested battery; its charge is set already, and what has been lowest stays so."""
+    b = batteries[i]
+    b.slow_drop = 0.0
+    b.drawn = 0.0
+    b.energy = 0.0
+    b.current = 0.0
+    b.voltage = open_voltage(batteries, i)
+    b.min_voltage = min(b.min_voltage, b.voltage)
+    b.is_off = 0
+    b.is_low = 0
+    b.heard = b.heartbeat
+    b.starved = 0.0
+    b.boots = 0.0
+    if b.browns_out:
+        watch_brownout(batteries, i, 0.0)
+
+
+@compiled
+def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
+    """Draw a current for a step.
+
+    Args:
+        batteries: All.
+        i: Which.
+        h: Step [s].
+        current: Net current drawn [A], constant over the step; negative charges.
+        at_voltage: What the current was worked out with [V]. Motors draw at most in proportion to it, so a load that
+            would pull the terminals below draws less; NaN: it does not depend on the voltage.
+
+    Returns:
+        Whether a brown-out or a reset has begun.
+    """
+    b = batteries[i]
+    if current > 0.0 and at_voltage > 0.0:
+        share = open_voltage(batteries, i) / (at_voltage + b.resistance * current)
+        if share < 1.0:
+            current *= share
+    b.current = current
+    b.drawn += current * h
+    b.charge = min(1.0, max(0.0, b.charge - current * h / b.capacity))
+    # Exact for a constant current: the slow drop relaxes towards I * R_slow.
+    b.slow_drop += (b.slow_drop - current * b.recovery_resistance) * math.expm1(-h / b.recovery_time)
+    voltage = max(0.0, open_voltage(batteries, i) - b.resistance * current)
+    b.voltage = voltage
+    b.energy += (at_voltage if at_voltage > 0.0 else voltage) * current * h
+    b.tick_min_voltage = min(b.tick_min_voltage, voltage)
+    b.min_voltage = min(b.min_voltage, voltage)
+    return watch_brownout(batteries, i, h) if b.browns_out else False
+
+
+@compiled
+def watch_brownout(batteries: Records, i: int, h: float) -> bool:
+    """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s].
+
+    Returns:
+        Whether a brown-out or a reset has begun.
+    """
+    b = batteries[i]
+    v = b.voltage
+    has_begun = False
+    level = b.recovered_voltage if b.is_low else b.brownout_voltage
+    b.is_low = 1 if v < level or (b.is_low and v == level) else 0
+    if v < b.reset_voltage:
+        b.starved += h
+        if b.starved > b.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
+            if b.boots == 0.0:
+                b.resets += 1
+                has_begun = True
+            b.boots = b.reboot_time
+    else:
+        b.starved = 0.0
+        b.boots = max(0.0, b.boots - h)
+    if b.is_off:
+        b.off_time += h
+    b.heard += h
+    if b.heard > b.heartbeat - 1e-9:
+        b.heard = 0.0
+        was_off = b.is_off
+        b.is_off = 1 if b.is_low or b.boots > 0.0 else 0
+        if b.is_off:
+            b.tick_was_off = 1
+            if not was_off:
+                b.brownouts += 1
+                has_begun = True
+    if has_begun:
+        b.noted_voltage = v
+        b.noted_current = b.current
+    return has_begun
+
+
+@compiled
+def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
+    """Voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
+
+    Four stalled motors have less resistance together than the battery, so last step's current must not set this
+    step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
+
+    Args:
+        batteries: All.
+        i: Which.
+        guess: Voltage of the last step [V].
+        other_current: Drawn by everything else [A].
+        shafts: All, with their requests.
+        first: Of the robot.
+        last: The one behind its last.
+    """
+    b = batteries[i]
+    source = open_voltage(batteries, i)
+    if b.resistance == 0.0:
+        return source
+    bus = guess if guess > 1e-3 else source
+    if bus < 1e-3:
+        return 0.0
+    for _ in range(8):
+        total = other_current
+        rise = 0.0  # d total / d bus
+        for k in range(first, last):
+            s = shafts[k]
+            if s.is_open or s.rail > 0.0:
+                continue
+            emf = s.emf * s.speed + s.emf_offset
+            v, resistance = line_in_force(s.wanted, bus, emf, s.limit, s.resistance, s.winding)
+            if v >= bus:
+                amps = (bus - emf) / resistance
+                drawn = amps
+                slope = 1.0 / resistance
+            elif v <= -bus:
+                amps = (-bus - emf) / resistance
+                drawn = -amps
+                slope = 1.0 / resistance
+            else:
+                amps = (v - emf) / resistance
+                drawn = v * amps / bus
+                slope = -drawn / bus
+            if amps > s.limit or amps < -s.limit:
+                amps = within(amps, s.limit)
+                drawn = (emf + amps * s.winding) * amps / bus
+                slope = -drawn / bus
+            if drawn > s.supply_limit or drawn < -s.supply_limit:
+                drawn = within(drawn, s.supply_limit)
+                slope = 0.0
+            total += drawn * s.count
+            rise += slope * s.count
+        miss = source - b.resistance * total - bus
+        if -1e-4 < miss < 1e-4:
+            break
+        steep = 1.0 + b.resistance * rise
+        # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
+        if steep > 0.2:
+            new = bus + miss / steep
+        else:
+            new = 0.5 * bus if miss < 0.0 else source
+        bus = new if new > 0.0 else 0.5 * bus
+        if bus < 1e-3:
+            return 0.0
+    return bus

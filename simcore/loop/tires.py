@@ -1,0 +1,428 @@
+"""Chassis, wheels and motors in one implicit step.
+
+Unknown are the chassis velocity u = (vx, vy, omega) and the speed w of every drive shaft. Per wheel, with unit vectors
+along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a_t u:
+
+    slip          s = (r w - v_l, -v_t)
+    tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
+    shaft         J (w - w_old) / h = T(mean w) - r sum F_l       T: motor, limits, gears, friction (motor.py)
+    chassis       M (u - u_old) / h = sum A^T (F + rolling drag)
+
+Slip is that at the end of the step, seen in the robot's axes of the end (backward Euler), so it is stable for any h, J
+and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
+speed of its shaft (`end_weight`).
+
+A tread with grain q (mu across over mu along) has its forces on an ellipse. With q s_t for the slip across and F_t / q
+for the force across all of this holds: F = (c s_l, q c q s_t).
+
+For a given c the shafts are linear in u and are eliminated by hand; a symmetric 3 x 3 system is left. c is that of the
+last step's slip, corrected with what came out (the force only has to fall to mu N, so the slip grows by the wheel's own
+compliance times |F| - mu N) at most `ROUNDS` times. At last every force is put on its friction circle, and chassis and
+shafts are moved by these same forces: no force without its reaction, no wheel beyond mu N.
+"""
+
+from __future__ import annotations
+
+import math
+
+from simcore.loop.compiled import compiled
+from simcore.loop.motor import LOCKED, line_in_force, solve_limited, torque_line
+from simcore.loop.robot_state import Records
+from simcore.loop.shaft import book, fit
+
+__all__ = ["share_loads", "step_tires"]
+
+ROUNDS = 4
+_SLIDE = 0.05
+"""Slip of a tire that slides for good [m/s]."""
+_TOLERANCE = 0.1
+"""Relative change of a sliding wheel's slip that ends the rounds; its force is put on the circle anyway."""
+_NEARLY = 0.9
+"""Share of its grip from which on a tire that slides has all of it: its slip was that of the step before."""
+_SAME_PLACE = 1e-6
+"""Contacts that spread by less [m^2] are one point."""
+
+
+@compiled
+def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: float, want_y: float) -> None:
+    """Share a vertical force so that wheels carry it with its moments about the center of mass, into `wheels.load`.
+
+        sum N_i = F,   sum N_i x_i = want_x,   sum N_i y_i = want_y
+
+    With more than three wheels the load with the least squares is taken (equal springs under every wheel). A wheel that
+    would have to pull on the floor lifts instead. Where the middle wheels are lowered, they carry all, together with
+    the end toward which the load leans.
+
+    Args:
+        wheels: All.
+        first: Of the robot.
+        last: The one behind its last.
+        force_z: F [N].
+        want_x: [N m]
+        want_y: [N m]
+    """
+    rear = math.inf
+    front = -math.inf
+    for k in range(first, last):
+        wheel = wheels[k]
+        wheel.load = 0.0
+        if wheel.is_down and wheel.is_lowered:
+            rear = min(rear, wheel.x)
+            front = max(front, wheel.x)
+    if force_z <= 0.0:
+        return
+    if rear <= front:  # there are lowered ones
+        lean = want_x / force_z
+        if lean > front:
+            low, high = front, math.inf
+        elif lean < rear:
+            low, high = -math.inf, rear
+        else:
+            low, high = rear, front
+    else:
+        low, high = -math.inf, math.inf
+    for k in range(first, last):  # `along` marks who may carry
+        wheel = wheels[k]
+        is_candidate = wheel.is_down == 1 and low <= wheel.x <= high
+        if is_candidate and -math.inf < low and high < math.inf and wheel.is_lowered == 0:
+            is_candidate = False
+        wheel.along = 1.0 if is_candidate else 0.0
+    while True:
+        n = 0.0
+        mean_x = 0.0
+        mean_y = 0.0
+        for k in range(first, last):
+            wheel = wheels[k]
+            n += wheel.along
+            mean_x += wheel.along * wheel.x
+            mean_y += wheel.along * wheel.y
+        if n == 0.0:
+            return
+        mean_x /= n
+        mean_y /= n
+        xx = 0.0
+        yy = 0.0
+        xy = 0.0
+        for k in range(first, last):
+            wheel = wheels[k]
+            dx = wheel.x - mean_x
+            dy = wheel.y - mean_y
+            xx += wheel.along * dx * dx
+            yy += wheel.along * dy * dy
+            xy += wheel.along * dx * dy
+        det = xx * yy - xy * xy
+        spread = xx + yy
+        a = 0.0  # the inverse of ((xx, xy), (xy, yy)), as far as it exists
+        b = 0.0
+        c = 0.0
+        if spread >= n * _SAME_PLACE:
+            if det > 1e-9 * spread * spread:
+                a = yy / det
+                b = -xy / det
+                c = xx / det
+            else:  # contacts on one line: only the moment along it can be met
+                a = xx / (spread * spread)
+                b = xy / (spread * spread)
+                c = yy / (spread * spread)
+        more_x = want_x - mean_x * force_z
+        more_y = want_y - mean_y * force_z
+        slope_x = a * more_x + b * more_y
+        slope_y = b * more_x + c * more_y
+        lowest = -1e-12 * force_z
+        out = -1
+        for k in range(first, last):
+            wheel = wheels[k]
+            if wheel.along > 0.0:
+                wheel.load = force_z / n + slope_x * (wheel.x - mean_x) + slope_y * (wheel.y - mean_y)
+                if wheel.load < lowest:
+                    lowest = wheel.load
+                    out = k
+        if out < 0:
+            break
+        wheels[out].along = 0.0  # it lifts; at least one stays, as the loads add up to F > 0
+        wheels[out].load = 0.0
+    for k in range(first, last):
+        wheels[k].load = max(0.0, wheels[k].load)
+
+
+@compiled
+def step_tires(robot, shafts, first_shaft, n_shafts, wheels, first_wheel, last_wheel, h, bus, vx, vy, omega):
+    """Move drive shafts by a step, and find the change of the chassis velocity.
+
+    Args:
+        robot: Record of the robot.
+        shafts: All.
+        first_shaft: Of the robot; those with wheels come first.
+        n_shafts: How many have wheels.
+        wheels: All.
+        first_wheel: Of the robot.
+        last_wheel: The one behind its last.
+        h: Step [s].
+        bus: Battery voltage [V].
+        vx: Velocity of the point under the center of mass before the step, with the outside forces of the step already
+            added, in robot axes at its END: forward [m/s].
+        vy: To the left [m/s].
+        omega: [rad/s]
+
+    Returns:
+        Change of the velocity, robot axes in the MIDDLE of the step [m/s, m/s, rad/s].
+    """
+    mass_h = robot.mass / h
+    turn_h = robot.inertia[2] / h
+    # Effective inverse mass at one contact: 1/m for one that slides alone, more when others do too.
+    compliance = (0.5 + 0.5 * (last_wheel - first_wheel)) / mass_h
+    for g in range(first_shaft, first_shaft + n_shafts):
+        _begin_shaft(shafts, g, h, bus)
+        _touch(shafts, g, wheels, first_wheel, vx, vy, omega)
+    ux = vx
+    uy = vy
+    uw = omega
+    is_sliding = False
+    for count in range(ROUNDS):
+        ux, uy, uw = _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega)
+        for _ in range(ROUNDS):  # rolling drag of wheels that only start to roll in this step
+            changed = False
+            for g in range(first_shaft, first_shaft + n_shafts):
+                s = shafts[g]
+                speed = abs(s.cos * ux + s.sin * uy + s.arm * uw)
+                most = s.most_drag * s.touching
+                drag = s.drag * speed
+                if drag > 1.05 * most or (drag < 0.95 * most and speed > s.slip_speed):
+                    s.drag = most / speed
+                    changed = True
+            if not changed:
+                break
+            ux, uy, uw = _move_chassis(
+                shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega
+            )
+        settled = True
+        is_sliding = False
+        for g in range(first_shaft, first_shaft + n_shafts):
+            one_settled, one_slides = _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count)
+            settled = settled and one_settled
+            is_sliding = is_sliding or one_slides
+        if settled:
+            break
+    # Every force on its friction circle; the shafts then follow these same forces.
+    sum_x = 0.0
+    sum_y = 0.0
+    sum_n = 0.0
+    fastest = 0.0
+    for g in range(first_shaft, first_shaft + n_shafts):
+        s = shafts[g]
+        v_l = s.cos * ux + s.sin * uy + s.arm * uw
+        drag = 0.0
+        if s.drag > 0.0:
+            drag = min(s.most_drag, max(-s.most_drag, s.drag * v_l / s.touching))
+        has_changed = False
+        total = 0.0
+        for k in range(first_wheel + s.first, first_wheel + s.last):
+            wheel = wheels[k]
+            if wheel.grip <= 0.0:
+                wheel.force_x = 0.0
+                wheel.force_y = 0.0
+                continue
+            along = wheel.along
+            across = wheel.across
+            size = math.sqrt(along * along + across * across)
+            if size > wheel.grip or (wheel.slip > s.s0 and size > _NEARLY * wheel.grip):
+                along *= wheel.grip / size
+                across *= wheel.grip / size
+                has_changed = True
+            total += along
+            along -= drag
+            size = math.sqrt(along * along + across * across)
+            if size > wheel.grip:
+                along *= wheel.grip / size
+                across *= wheel.grip / size
+            fastest = max(fastest, wheel.slip)
+            across *= s.grain
+            fx = s.cos * along - s.sin * across
+            fy = s.sin * along + s.cos * across
+            wheel.force_x = fx
+            wheel.force_y = fy
+            sum_x += fx
+            sum_y += fy
+            sum_n += wheel.x * fy - wheel.y * fx
+        if has_changed:
+            s.speed, s.current, s.volts, _, _ = solve_limited(
+                s.inertia / h, s.push - s.radius * total, s.i0, s.i1, s.limit, s.line_emf, s.line_resistance,
+                s.driving, s.driven, s.friction, s.emf_offset, s.before, s.power,
+            )  # fmt: skip
+        if s.is_open:
+            s.volts = 0.0
+        s.position += s.speed * h  # as the robot itself moves
+        book(shafts, g, h, bus)
+    robot.is_sliding = 1 if is_sliding and fastest > _SLIDE else 0
+    return sum_x / mass_h, sum_y / mass_h, sum_n / turn_h
+
+
+@compiled
+def _begin_shaft(shafts, g, h, bus):
+    """Start a step of a drive shaft: motor and inertia."""
+    s = shafts[g]
+    fit(shafts, g, h)
+    s.before = s.speed
+    s.power = s.supply_limit * bus
+    emf = s.emf_offset
+    resistance = s.winding
+    volts = 0.0
+    s.line_emf = s.weight * s.emf
+    if not s.is_open:
+        volts, resistance = line_in_force(s.wanted, bus, emf + s.emf * s.speed, s.limit, s.resistance, s.winding)
+    s.line_resistance = resistance
+    # Back-EMF of the mean speed, from that at the end of the step.
+    s.emf_offset = emf + (s.emf - s.line_emf) * s.speed
+    s.i0, s.i1, s.t0, s.t1 = torque_line(
+        s.is_open == 1, volts, bus, s.emf_offset, s.speed, s.limit, s.power, s.line_emf, resistance,
+        s.driving, s.driven, s.friction,
+    )  # fmt: skip
+    s.push = s.inertia / h * s.speed + s.torque_offset
+    s.weighted = h
+
+
+@compiled
+def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
+    """Start a step: wheels on the carpet, and their rolling drag, a constant force, as one over their speed."""
+    s = shafts[g]
+    s.s0 = abs(s.before * s.radius) * s.slip_ratio + s.slip_speed
+    drag = 0.0
+    count = 0
+    s.arm = 0.0
+    for k in range(first_wheel + s.first, first_wheel + s.last):
+        wheel = wheels[k]
+        wheel.grip = wheel.cof * wheel.load
+        if wheel.grip > 0.0:
+            drag += wheel.rolling * wheel.load
+            wheel.slip = max(wheel.slip, s.s0)
+            s.arm = wheel.x * s.sin - wheel.y * s.cos
+            count += 1
+    s.touching = count
+    s.most_drag = drag / count if count else 0.0
+    s.drag = drag / max(abs(s.cos * vx + s.sin * vy + s.arm * omega), s.slip_speed)
+
+
+@compiled
+def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega):
+    """Chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
+
+    M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along as
+    well, so that part is isotropic (it does not depend on the steer angle); the rest has a direction: the shaft's
+    yielding, and with a grain what there is more along than across.
+    """
+    a11 = mass_h
+    a22 = mass_h
+    a33 = turn_h
+    a12 = 0.0
+    a13 = 0.0
+    a23 = 0.0
+    b1 = mass_h * vx
+    b2 = mass_h * vy
+    b3 = turn_h * omega
+    for g in range(first_shaft, first_shaft + n_shafts):
+        s = shafts[g]
+        rc = 0.0
+        rq = 0.0
+        for k in range(first_wheel + s.first, first_wheel + s.last):
+            wheel = wheels[k]
+            if wheel.grip > 0.0:
+                c = wheel.grip / wheel.slip
+                rc += c
+                c *= s.grain * s.grain
+                rq += c
+                a13 -= c * wheel.y
+                a23 += c * wheel.x
+                a33 += c * (wheel.x * wheel.x + wheel.y * wheel.y)
+        a11 += rq
+        a22 += rq
+        more = rc - rq
+        rc *= s.radius
+        s.stiffness = rc
+        inertia = s.inertia / s.weighted
+        share = rc / (inertia + s.t1 + s.radius * rc)
+        e = s.drag + more - share * rc
+        b = share * (s.push + s.t0)
+        a11 += e * s.cos * s.cos
+        a12 += e * s.cos * s.sin
+        a13 += e * s.cos * s.arm
+        a22 += e * s.sin * s.sin
+        a23 += e * s.sin * s.arm
+        a33 += e * s.arm * s.arm
+        b1 += b * s.cos
+        b2 += b * s.sin
+        b3 += b * s.arm
+    # L D L^T by hand.
+    l21 = a12 / a11
+    l31 = a13 / a11
+    d2 = a22 - l21 * a12
+    e23 = a23 - l21 * a13
+    l32 = e23 / d2
+    y2 = b2 - l21 * b1
+    uw = (b3 - l31 * b1 - l32 * y2) / (a33 - l31 * a13 - l32 * e23)
+    uy = y2 / d2 - l32 * uw
+    return b1 / a11 - l21 * uy - l31 * uw, uy, uw
+
+
+@compiled
+def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
+    """A shaft exactly, given the chassis; then its tires' forces and, where a tire slides, a better slip.
+
+    Returns:
+        Whether slips and torque line need no further round, and whether a tire slides.
+    """
+    s = shafts[g]
+    v_l = s.cos * ux + s.sin * uy + s.arm * uw
+    last = s.speed
+    inertia = s.inertia / s.weighted
+    s.speed, s.current, s.volts, t0, t1 = solve_limited(
+        inertia + s.radius * s.stiffness, s.push + s.stiffness * v_l, s.i0, s.i1, s.limit, s.line_emf,
+        s.line_resistance, s.driving, s.driven, s.friction, s.emf_offset, s.before, s.power,
+    )  # fmt: skip
+    settled = True
+    if t0 != s.t0 or t1 != s.t1:
+        miss = t0 - s.t0 - (t1 - s.t1) * s.speed
+        if t1 == LOCKED or s.t1 == LOCKED or abs(miss) > 0.02 * s.s0 * s.stiffness:
+            settled = False
+            turned = s.speed < 0.0 < last or last < 0.0 < s.speed
+            if turned and s.friction > 0.0 and t1 != LOCKED:
+                # The chassis made this shaft turn round, with friction that acted the other way: between the two,
+                # friction may hold it.
+                t0 = 0.0
+                t1 = LOCKED
+        s.t0 = t0
+        s.t1 = t1
+    is_sliding = False
+    excess_along = 0.0
+    slides = False
+    rim = s.radius * s.speed - v_l
+    for k in range(first_wheel + s.first, first_wheel + s.last):
+        wheel = wheels[k]
+        if wheel.grip <= 0.0:
+            continue
+        c = wheel.grip / wheel.slip
+        wheel.along = c * rim
+        wheel.across = c * s.grain * (s.sin * (ux - uw * wheel.y) - s.cos * (uy + uw * wheel.x))
+        size = math.sqrt(wheel.along * wheel.along + wheel.across * wheel.across)
+        if size > wheel.grip or wheel.slip > s.s0:
+            slides = True
+            if size > 0.0:
+                excess_along += wheel.along / size * (size - wheel.grip)
+    if slides:
+        # What the slip would be at the grip: the shaft yields to what all its contacts lose or gain together (one of
+        # three that took it all for its own would swing between two wrong slips), the chassis to each one's share.
+        excess_along *= s.radius * s.radius / (inertia + s.t1)
+        for k in range(first_wheel + s.first, first_wheel + s.last):
+            wheel = wheels[k]
+            size = math.sqrt(wheel.along * wheel.along + wheel.across * wheel.across)
+            if wheel.grip > 0.0 and (size > wheel.grip or wheel.slip > s.s0):
+                share = wheel.along / size if size > 0.0 else 0.0
+                excess = size - wheel.grip
+                wanted = max(s.s0, size * wheel.slip / wheel.grip + share * excess_along + compliance * excess)
+                if count > 1:
+                    wanted = math.sqrt(wanted * wheel.slip)
+                if abs(wanted - wheel.slip) > _TOLERANCE * wheel.slip:
+                    settled = False
+                wheel.slip = wanted
+                if excess > 0.0 or wanted > s.s0:
+                    is_sliding = True
+    return settled, is_sliding
