@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from simcore.errors import SimcoreError
-from simcore.physics.world import prepare_loop
 
 __all__ = ["CAN_FORK", "PARENT", "WarmParent"]
 
@@ -138,6 +137,8 @@ def _serve(module: str) -> None:
     for name in main.WARM:
         with contextlib.suppress(ImportError):  # an extra that this project does without
             import_module(name)
+    from simcore.physics.world import prepare_loop  # here: who asks for a process needs no physics
+
     prepare_loop()  # compiled or loaded once for all children
     is_single = len(os.listdir("/proc/self/task")) == 1  # WPILib of 2027 starts a thread as it is imported
     gc.collect()
