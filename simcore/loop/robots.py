@@ -16,10 +16,10 @@ import numpy.typing as npt
 from simcore.loop.battery import bus_voltage, draw
 from simcore.loop.bumpers import place_parts, touch_outlines, touch_robots
 from simcore.loop.compiled import announce, compiled
+from simcore.loop.motor import within
 from simcore.loop.robot_state import (
     AZIMUTH,
     BATTERY,
-    NEUTRAL,
     OUTLINE,
     PART,
     ROBOT,
@@ -66,11 +66,7 @@ def rotate(quat, x, y, z):
 @compiled
 def rotate_back(quat, x, y, z):
     """A vector of the field in the axes of a body."""
-    a, b, c, w = -quat[0], -quat[1], -quat[2], quat[3]
-    tx = 2.0 * (b * z - c * y)
-    ty = 2.0 * (c * x - a * z)
-    tz = 2.0 * (a * y - b * x)
-    return x + w * tx + b * tz - c * ty, y + w * ty + c * tx - a * tz, z + w * tz + a * ty - b * tx
+    return rotate((-quat[0], -quat[1], -quat[2], quat[3]), x, y, z)
 
 
 @compiled
@@ -162,7 +158,7 @@ def _begin_robot(robots, r, gravity):
             pull_x *= most / size
             pull_y *= most / size
         most = most * robot.mass * robot.half_base / robot.inertia[2]
-        pull_turn = min(most, max(-most, pull_turn))
+        pull_turn = within(pull_turn, most)
         for k in range(3):
             robot.vel[k] += robot.rest[k]
             robot.rate[k] += robot.rest[3 + k]
@@ -327,7 +323,7 @@ def move_robots(
     count = math.ceil(h / STEP - 1e-9)
     dt = h / count
     n = len(robots)
-    found = _room()
+    found = np.zeros((2, 6))
     for r in range(n):
         robots[r].early = 0.5 - 0.5 / count
         _begin_call(robots, r, shafts, wheels)
@@ -354,11 +350,6 @@ def move_robots(
         for i in range(robot.first_shaft, robot.last_shaft):
             shafts[i].mean_current /= h
             shafts[i].mean_supply /= h
-
-
-@compiled
-def _room():
-    return np.zeros((2, 6))
 
 
 @compiled
@@ -404,15 +395,13 @@ def _ask(robots, r, shafts, battery):
         if is_drive:
             if s.kind == WHEELS and s.partner >= 0:
                 s.emf_offset = s.coupled_emf * shafts[robot.first_shaft + s.partner].speed
+            s.limit = s.stator_limit
             if battery.is_off:
                 s.is_open = 1
-                s.limit = s.stator_limit
-            elif not robot.is_enabled or s.mode == NEUTRAL:
+            elif not robot.is_enabled:
                 s.is_open = 0 if s.brakes else 1
                 s.wanted = 0.0
-                s.limit = s.stator_limit
             elif s.mode == TARGET:
-                s.limit = s.stator_limit
                 s.is_open = 0
                 _follow_target(shafts, i, robot.first_shaft)
             else:
@@ -453,7 +442,7 @@ def _follow_target(shafts, i, first_shaft):
     s = shafts[i]
     if s.kind == AZIMUTH:
         _, error = optimize(0.0, s.request, s.position)
-        s.wanted = s.kp * error + s.ks * min(1.0, max(-1.0, s.ks_slope * error))
+        s.wanted = s.kp * error + s.ks * within(s.ks_slope * error, 1.0)
         return
     speed = s.request
     turning = 0.0
@@ -465,7 +454,7 @@ def _follow_target(shafts, i, first_shaft):
     s.wanted = (
         s.feedforward * speed
         + s.kp * (speed - s.speed * s.known_radius)
-        + s.ks * min(1.0, max(-1.0, s.ks_slope * speed))
+        + s.ks * within(s.ks_slope * speed, 1.0)
         + s.loop_coupled * turning
     )
     if s.wanted == 0.0 and not s.brakes:
@@ -542,10 +531,7 @@ def _move(robots, r, shafts, wheels, batteries, h, part):
             half = 0.5 * old_turn * h
             c = math.cos(robot.yaw + 2.0 * half)
             s = math.sin(robot.yaw + 2.0 * half)
-            jx, jy, jn = step_tires(
-                robot, shafts, robot.first_shaft, robot.drive_shafts, wheels, robot.first_wheel, robot.last_wheel,
-                h, bus, c * vx + s * vy, c * vy - s * vx, omega,
-            )  # fmt: skip
+            jx, jy, jn = step_tires(robot, shafts, wheels, h, bus, c * vx + s * vy, c * vy - s * vx, omega)
             robot.tires[0] = jx / h
             robot.tires[1] = jy / h
             c = math.cos(robot.yaw + half)

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from simcore.loop.compiled import compiled
-from simcore.loop.motor import LOCKED, line_in_force, solve_limited, torque_line
+from simcore.loop.motor import LOCKED, line_in_force, solve_limited, torque_line, within
 from simcore.loop.robot_state import Records
 from simcore.loop.shaft import book, fit
 
@@ -146,17 +146,13 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
 
 @compiled
-def step_tires(robot, shafts, first_shaft, n_shafts, wheels, first_wheel, last_wheel, h, bus, vx, vy, omega):
+def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
     """Move drive shafts by a step, and find the change of the chassis velocity.
 
     Args:
         robot: Record of the robot.
-        shafts: All.
-        first_shaft: Of the robot; those with wheels come first.
-        n_shafts: How many have wheels.
+        shafts: All; of the robot's, those with wheels come first.
         wheels: All.
-        first_wheel: Of the robot.
-        last_wheel: The one behind its last.
         h: Step [s].
         bus: Battery voltage [V].
         vx: Velocity of the point under the center of mass before the step, with the outside forces of the step already
@@ -167,10 +163,13 @@ def step_tires(robot, shafts, first_shaft, n_shafts, wheels, first_wheel, last_w
     Returns:
         Change of the velocity, robot axes in the MIDDLE of the step [m/s, m/s, rad/s].
     """
+    first_shaft = robot.first_shaft
+    n_shafts = robot.drive_shafts
+    first_wheel = robot.first_wheel
     mass_h = robot.mass / h
     turn_h = robot.inertia[2] / h
     # Effective inverse mass at one contact: 1/m for one that slides alone, more when others do too.
-    compliance = (0.5 + 0.5 * (last_wheel - first_wheel)) / mass_h
+    compliance = (0.5 + 0.5 * (robot.last_wheel - first_wheel)) / mass_h
     for g in range(first_shaft, first_shaft + n_shafts):
         _begin_shaft(shafts, g, h, bus)
         _touch(shafts, g, wheels, first_wheel, vx, vy, omega)
@@ -213,7 +212,7 @@ def step_tires(robot, shafts, first_shaft, n_shafts, wheels, first_wheel, last_w
         v_l = s.cos * ux + s.sin * uy + s.arm * uw
         drag = 0.0
         if s.drag > 0.0:
-            drag = min(s.most_drag, max(-s.most_drag, s.drag * v_l / s.touching))
+            drag = within(s.drag * v_l / s.touching, s.most_drag)
         has_changed = False
         total = 0.0
         for k in range(first_wheel + s.first, first_wheel + s.last):
@@ -278,7 +277,6 @@ def _begin_shaft(shafts, g, h, bus):
         s.driving, s.driven, s.friction,
     )  # fmt: skip
     s.push = s.inertia / h * s.speed + s.torque_offset
-    s.weighted = h
 
 
 @compiled
