@@ -208,7 +208,14 @@ def test_the_drawing_follows_the_slider(run, browser):
     low, high = (np.concatenate(seen[number]).max(axis=0) for seen in (early, later))
     assert np.abs(high - low).max() > 100, "the slider moves it"
     said = visitor.evaluate("document.querySelector('.of-robot span').innerText")
-    assert said == {"rebuilt": "9 cm up, front 20\u00b0 up", "reefscape": ""}[name]
+    times, poses = run.recording.poses("Sim/Robot/Pose3d")
+    pose = poses[int(np.searchsorted(times, 3.16 - 1e-9))]
+    front = np.degrees(np.arcsin(attitude(pose).apply([1.0, 0.0, 0.0])[2]))
+    numbers = re.fullmatch(r"(\d+) cm up, front (\d+)\u00b0 up", said)
+    assert (numbers is not None) == (name == "rebuilt"), said
+    if numbers:
+        assert front > 10.0, "it climbs the bump"
+        assert [int(text) for text in numbers.groups()] == pytest.approx([100.0 * pose[2], front], abs=0.6)
 
 
 def test_a_robot_that_tumbles_is_drawn_in_three_dimensions(run, browser, tmp_path):
