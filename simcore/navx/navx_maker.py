@@ -20,6 +20,7 @@ from wpimath.geometry import Quaternion, Rotation2d, Rotation3d
 
 from simcore.devices.answers import Answers
 from simcore.devices.makers import Maker
+from simcore.devices.recorder import after_call
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot.motor_ports import GyroPort
 
@@ -106,16 +107,13 @@ class Navx3Port:
         self._yaw, *self._angles = (sim.getDouble(name) for name in _NAVX3_ANGLES)
         self._rates = [sim.getDouble(name) for name in _NAVX3_RATES]
         self._quaternions = [[sim.getDouble(f"{name} {part}") for part in "WXYZ"] for name in _NAVX3_QUATERNIONS]
-        self._shown = float(self._yaw.get())
-        self._zero = 0.0
+        self._turned = self._zero = 0.0  # [deg]
+        _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """See `simcore.robot.motor_ports.GyroPort`."""
-        turned = math.degrees(yaw)
-        if self._yaw.get() != self._shown:  # robot code has reset it
-            self._zero = math.remainder(self._zero + self._shown - self._yaw.get(), 360.0)
+        self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
-        self._shown = self._yaw.get()
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
             value.set(angle)
         for value, rate in zip(self._rates, rates, strict=True):
@@ -124,6 +122,19 @@ class Navx3Port:
         for parts in self._quaternions:
             for value, part in zip(parts, (q.W(), q.X(), q.Y(), q.Z()), strict=True):
                 value.set(part)
+
+    def zero(self) -> None:
+        """Make yaw zero."""
+        self._zero = self._turned
+
+
+_navx3: dict[int, Navx3Port] = {}  # by CAN id
+
+
+def _note_reset(made: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    device = MAKER.device_of(made)
+    if device is not None and device.device_id in _navx3:
+        _navx3[device.device_id].zero()
 
 
 _answers = Answers[NavxPort]()
@@ -170,6 +181,7 @@ class _Studica(Maker):
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: made.getPort())
         navx.AHRS.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
         self.devices.record(navx.Navx, "navX3", _number_of_navx3)
+        after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)
         _answers.wrap(navx.AHRS, _COMMANDS, also_original=True)
 

@@ -71,23 +71,37 @@ def spark_of_controller(controller: Any) -> Key | None:
 
 # --- a team's own simulation ------------------------------------------------------------------------------------------
 
-_SIMS = (rev.SparkMaxSim, rev.SparkFlexSim)
-_WRITES = (
-    *("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage"),
-    *(f"get_{encoder}_encoder_sim" for encoder in ("relative", "absolute", "alternate", "external")),
-)
-"""What writes, and what gives away something to write with."""
+_SIMS = [getattr(rev, f"Spark{name}Sim") for name in ("Max", "Flex") if hasattr(rev, f"Spark{name}Sim")]
+_SIMS += [rev.SparkSim] if hasattr(rev, "SparkSim") else []
+_SENSORS = ("RelativeEncoder", "AbsoluteEncoder", "MaxAlternateEncoder", "ExternalEncoder", "AnalogSensor")
+_SENSOR_SIMS = [getattr(rev, f"Spark{name}Sim") for name in _SENSORS if hasattr(rev, f"Spark{name}Sim")]
+_GETTERS = [
+    f"get_{name}_sim"
+    for name in ("relative_encoder", "absolute_encoder", "alternate_encoder", "external_encoder", "analog_sensor")
+]
+_WRITES = ("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage")
+_SENSOR_WRITES = ("iterate", "set_position", "set_velocity", "set_inverted", "set_zero_offset", "set_voltage")
 _simulated: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
 
 
 def _note_simulation(sim: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    _simulated[sim] = _key(args[0] if args else next(v for v in settings.values() if isinstance(v, rev.SparkBase)))
+    _simulated[sim] = _key(next(v for v in (*args, *settings.values()) if isinstance(v, rev.SparkBase)))
+
+
+def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    if sim in _simulated:
+        _simulated[sensor] = _simulated[sim]
 
 
 def watch_simulations(may_write: Callable[[Key], bool]) -> None:
-    """Ask before each write of a team's `SparkMaxSim` and `SparkFlexSim`; see `Maker.watch_simulations`."""
+    """Ask before each write of a team's simulated SPARKs and of the sensors on them; see `Maker.watch_simulations`."""
+    for classes, writes in ((_SIMS, _WRITES), (_SENSOR_SIMS, _SENSOR_WRITES)):
+        for cls in classes:
+            after_call(cls, "__init__", _note_simulation)
+            for name in (season.own_name(cls, write) for write in writes):
+                if hasattr(cls, name):
+                    guard(cls, name, _simulated.get, may_write)
     for cls in _SIMS:
-        after_call(cls, "__init__", _note_simulation)
-        for name in (season.own_name(cls, write) for write in _WRITES):
+        for name in (season.own_name(cls, getter) for getter in _GETTERS):
             if hasattr(cls, name):
-                guard(cls, name, _simulated.get, may_write, drops=not name.startswith("get"))
+                after_call(cls, name, _note_sensor)

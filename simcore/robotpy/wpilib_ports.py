@@ -7,11 +7,13 @@ exactly the same every time.
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
 from simcore.devices.answers import Answers
+from simcore.devices.recorder import after_call
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.quantities import GEARING, POSITIVE, require
 
@@ -219,6 +221,8 @@ def _port_of(encoder: Any) -> tuple[str, int]:
 class WPILibGyroPort:
     """An `ADXRS450_Gyro` or `AnalogGyro`: clockwise positive in degrees, as these are; `reset()` works.
 
+    What another simulation writes into it lasts until the next `write`.
+
     Args:
         gyro: Of the robot code.
 
@@ -233,19 +237,28 @@ class WPILibGyroPort:
             self._sim = AnalogGyroSim(gyro)
         else:
             raise ConfigError(f"WPILibGyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
-        self._gyro = gyro
-        self._shown = 0.0
-        self._offset = 0.0
+        self._turned = self._zero = 0.0  # clockwise [deg]
+        _gyros[gyro] = self
+        for cls in (ADXRS450_Gyro, AnalogGyro):
+            after_call(cls, "reset", _note_reset)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
-        shown = float(self._gyro.getAngle())
-        if abs(shown - self._shown) > 1e-6:  # robot code has reset it
-            self._offset += shown - self._shown
-        self._shown = self._offset - math.degrees(yaw)
-        self._sim.setAngle(self._shown)
+        self._turned = -math.degrees(yaw)
+        self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
-        self._shown = float(self._gyro.getAngle())  # as the device rounds it
+
+    def reset(self) -> None:
+        """Robot code has made its angle zero."""
+        self._zero = self._turned
+
+
+_gyros: weakref.WeakKeyDictionary[Any, WPILibGyroPort] = weakref.WeakKeyDictionary()
+
+
+def _note_reset(gyro: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    if gyro in _gyros:
+        _gyros[gyro].reset()
 
 
 _AXES = ("x", "y", "z")
