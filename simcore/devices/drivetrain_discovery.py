@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import connect_drivetrain, drivetrain_config
 from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel
 from simcore.devices.makers import MakersDrivetrain, find_device, makers
@@ -59,9 +60,12 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
     if table.has_devices:
         found = _described(table)
     else:
+        _refuse(table.of_devices, "describes motors, and kind, controller and drive (or left and right) are not there")
         for maker in makers():
             ready = maker.drivetrain(settings, folder)
             if ready is not None:
+                corrections = (*(["kind"] if table.kind else []), *table.corrections)
+                _refuse(corrections, "corrects what is found, but the program's own SwerveDrivetrain says that")
                 return ready
         found = _discovered(graph)
         if table.kind and table.kind != found.kind:
@@ -70,6 +74,7 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
             )
         if found.kind == "swerve":
             found = with_beliefs(found, graph)
+        found = _corrected(in_meters(found), table)
     if found.gyro is None:
         found = replace(found, gyro=_gyro(table.gyro))
     found = complete_measures(found, settings, folder)
@@ -92,6 +97,35 @@ def _discovered(graph: ObjectGraph) -> FoundDrivetrain:
         f"no drivetrain found: {why or 'the program builds none of SwerveDrivetrain, Kinematics, DifferentialDrive'}; "
         f"a [drivetrain] table in {FILE_NAME} describes it (docs/which_robots.md), until then there is no field"
     )
+
+
+def _refuse(keys: Sequence[str], why: str) -> None:
+    if keys:
+        raise ConfigError(f"{FILE_NAME} [drivetrain]: {keys[0]} {why}")
+
+
+def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
+    """What was found, with signs, zeros and places as simcore.toml has them."""
+    n = len(found.wheels)
+    _refuse(table.of_swerve if found.kind != "swerve" else (), f"belongs to a swerve drive, this is a {found.kind}")
+    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to wheels with places of their own")
+    for key, row in (("zeros_deg", table.zeros), ("x", table.places), ("wheel_distances", table.wheel_distances)):
+        _refuse((key,) if row and len(row) != n else (), f"must have {n} entries, as the drive has wheels or sides")
+    for key in ("reversed_drive", "reversed_steer", "reversed_encoders"):
+        beyond = [k for k in getattr(table, key) if k >= n]
+        _refuse((key,) if beyond else (), f"counts wheels from 0 to {n - 1}, got {beyond}")
+    turned = (set(table.reversed_drive), set(table.reversed_steer), set(table.reversed_encoders))
+    wheels = []
+    for k, wheel in enumerate(found.wheels):
+        own: dict[str, Any] = {"place": table.places[k]} if table.places else {}
+        own |= {"zero": table.zeros[k]} if table.zeros else {}
+        own |= {"meters_per_encoder_turn": table.wheel_distances[k]} if table.wheel_distances else {}
+        for name, given in zip(("drive_sign", "steer_sign", "encoder_sign"), turned, strict=True):
+            own |= {name: -1.0 if k in given else 1.0} if given else {}
+        if table.reversed_steer:
+            own["is_steer_sign_known"] = True
+        wheels.append(replace(wheel, **own))
+    return replace(found, wheels=tuple(wheels))
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:
@@ -124,6 +158,7 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
                 steer_sign=-1.0 if k in table.reversed_steer else 1.0,
                 encoder_sign=-1.0 if k in table.reversed_encoders else 1.0,
                 zero=table.zeros[k] if table.zeros else 0.0,
+                is_steer_sign_known=bool(table.reversed_steer),
             )
         )
     measures = dict(motor_measures("drive", wheels[0].motors[0]))

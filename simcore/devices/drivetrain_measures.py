@@ -10,14 +10,42 @@ from typing import Any
 
 from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
 from simcore.devices.project_settings import project_measures
+from simcore.errors import ConfigError
 from simcore.robot.cots import MODULES
 from simcore.robot.dc_motor import motor
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
 from simcore.units import inches
 
-__all__ = ["complete_measures"]
+__all__ = ["MODULE_MEASURES", "complete_measures", "in_meters"]
 
+MODULE_MEASURES = (
+    *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_cof", "coupling_ratio"),
+    *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
+)
+"""Of a swerve module, as `SwerveModuleConfig` names them."""
+_OF_KINDS = {
+    **dict.fromkeys(("steer_motor", "steer_gearing", "coupling_ratio"), ("swerve",)),
+    **dict.fromkeys(("steer_stator_limit", "steer_supply_limit"), ("swerve",)),
+    **dict.fromkeys(("trackwidth", "dropped_center"), ("tank",)),
+    "reversed": ("tank", "mecanum"),
+}
+"""Measures that not every kind of drivetrain has."""
+_SANE = {
+    "wheel_radius": (0.02, 0.2),
+    "drive_gearing": (1.0, 40.0),
+    "steer_gearing": (4.0, 150.0),
+    "trackwidth": (0.2, 1.5),
+    "mass": (5.0, 100.0),
+    "yaw_inertia": (0.1, 50.0),
+    "wheel_cof": (0.3, 3.0),
+    "drive_stator_limit": (5.0, 1000.0),
+    "drive_supply_limit": (5.0, 1000.0),
+    "steer_stator_limit": (5.0, 1000.0),
+    "steer_supply_limit": (5.0, 1000.0),
+}
+"""Of robots; what a program or a settings file says beyond is told and not taken [m, -, kg, kg m^2, A]."""
+_FAR = 1.5  # [m]; no wheel is so far from the center of a robot
 _SAME = 0.02  # relative; two sources that are nearer than this say the same
 _WEAK = 3.0  # [V] of a feed-forward at free speed; a share of full output gives 1
 _MAXSWERVE = MODULES["REV MAXSwerve"]
@@ -42,9 +70,19 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
     """
     projects = project_measures(folder)
     known: dict[str, Measure] = _of_file(settings)
+    for name in known:
+        kinds = _OF_KINDS.get(name, (found.kind,))
+        if found.kind not in kinds:
+            raise ConfigError(
+                f"{FILE_NAME} [drivetrain]: {name} belongs to a {' or '.join(kinds)} drive, this is a {found.kind}"
+            )
     differences: list[str] = []
     for source in (dict(found.measures), *projects):
         for name, measure in source.items():
+            low, high = _SANE.get(name, (-math.inf, math.inf))
+            if name in _SANE and not low <= measure.value <= high:
+                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): it is not taken")
+                continue
             before = known.get(name)
             if before is None or (before.is_guess and not measure.is_guess):
                 known[name] = measure
@@ -57,14 +95,39 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         if volts.value < _WEAK
     ]
     differences += _places_differ(found, projects)
-    _fill_wheel(known, found, differences)
+    _fill_wheel(known, found, [m for project in projects for m in project.values()], differences)
     if known.get("wheel_radius", Measure(0, "")).source == _IS_MAXSWERVE:
         known.setdefault("steer_gearing", Measure(_MAXSWERVE.steer_gearing, _IS_MAXSWERVE, is_guess=True))
         if known["steer_motor"].is_guess:
             known["steer_motor"] = Measure("NEO 550", _IS_MAXSWERVE, is_guess=True)
     for name, value in _GUESSES[found.kind].items():
         known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
+    _judge_speed(known, differences)
+    if found.kind != "swerve":
+        says = "which way its motors drive it stands in no program"
+        turned = known.setdefault("reversed", Measure(False, says, is_guess=True))
+        if turned.value:
+            wheels = tuple(replace(wheel, drive_sign=-wheel.drive_sign) for wheel in found.wheels)
+            found = replace(found, wheels=wheels)
     return replace(found, measures=known, differences=(*found.differences, *differences))
+
+
+def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
+    """The same with wheels whose places the program has in inches, or millimeters, at their places in meters."""
+    far = max(abs(v) for place in found.places for v in place)
+    if far <= _FAR:
+        return found
+    unit, size = ("millimeters", 1e-3) if far > 60.0 else ("inches", inches(1.0))
+    wheels = tuple(replace(w, place=(w.place[0] * size, w.place[1] * size)) for w in found.wheels)
+    measures = dict(found.measures)
+    if "trackwidth" in measures:
+        width = measures["trackwidth"]
+        measures["trackwidth"] = Measure(width.value * size, f"{width.source}, as {unit}", width.is_guess)
+    sentence = (
+        f"the program's kinematics have a wheel {far:.4g} m from the robot's center: taken as {unit}, "
+        f"{far * size:.3g} m; WPILib wants meters, and until then speeds of its wheels are wrong while it turns"
+    )
+    return replace(found, wheels=wheels, measures=measures, differences=(*found.differences, sentence))
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:
@@ -82,18 +145,22 @@ def _of_file(settings: RobotSettings) -> dict[str, Measure]:
     return {name: Measure(value, FILE_NAME) for name, value in said.items()}
 
 
-def _fill_wheel(known: dict[str, Measure], found: FoundDrivetrain, differences: list[str]) -> None:
+def _fill_wheel(
+    known: dict[str, Measure], found: FoundDrivetrain, of_projects: Sequence[Measure], differences: list[str]
+) -> None:
     """Radius and gearing such that a turn of the rotor is the way that the program takes it for.
 
-    A way that would be far too fast, and whose inverse is a gearing, counts turns of the wheel, as controllers of
-    Phoenix 6 are mostly configured.
+    On the robot the program's way was measured; settings of PathPlanner and Choreo are often those of an older robot,
+    and give way where they contradict it. A way that would be far too fast, and whose inverse is a gearing, counts
+    turns of the wheel, as controllers of Phoenix 6 are mostly configured.
     """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
         return
     speed = motor(known["drive_motor"].value).free_speed / math.tau * way.value
     counts_wheels = speed > _SPEEDS[1] and _GEARINGS[0] <= 1.0 / way.value <= _GEARINGS[1]
-    if not _SPEEDS[0] <= speed <= _SPEEDS[1] and (found.kind == "swerve" or not counts_wheels):
+    is_sane = _SPEEDS[0] <= speed <= _SPEEDS[1]
+    if not is_sane and (found.kind == "swerve" or not counts_wheels):
         differences.append(
             f"a turn of a drive motor is {way.value:.4g} m by {way.source}, {speed:.3g} m/s at its free speed, where "
             f"robots drive {_SPEEDS[0]:g} to {_SPEEDS[1]:g}: is that in meters, with the wheel's circumference and the "
@@ -106,12 +173,20 @@ def _fill_wheel(known: dict[str, Measure], found: FoundDrivetrain, differences: 
         return
     if radius is not None and gearing is not None:
         by_measures = math.tau * radius.value / gearing.value
-        if _differ(by_measures, way.value):
-            differences.append(
-                f"a turn of a drive motor is {by_measures:.4f} m by wheel_radius {radius} and drive_gearing {gearing}, "
-                f"but {way.value:.4f} m by {way.source}: odometry will be off by that much"
-            )
-        return
+        if not _differ(by_measures, way.value):
+            return
+        said = (
+            f"a turn of a drive motor is {by_measures:.4f} m by wheel_radius {radius} and drive_gearing {gearing}, "
+            f"but {way.value:.4f} m by {way.source}"
+        )
+        if is_sane and any(gearing is m for m in of_projects):
+            gearing = None
+        elif is_sane and any(radius is m for m in of_projects):
+            radius = None
+        else:
+            differences.append(f"{said}: odometry will be off by that much")
+            return
+        differences.append(f"{said}: the program's own is taken")
     if gearing is not None:
         known["wheel_radius"] = Measure(way.value * gearing.value / math.tau, f"{way.source} and the gearing")
         return
@@ -122,6 +197,18 @@ def _fill_wheel(known: dict[str, Measure], found: FoundDrivetrain, differences: 
         f"{way.source} and the wheel",
         is_guess=radius.is_guess,
     )
+
+
+def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
+    """Say so if the robot would be faster or slower at its motors' free speed than robots are."""
+    radius, gearing = known["wheel_radius"], known["drive_gearing"]
+    speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
+    is_told = known.get("meters_per_rotor_turn") is not None
+    if not (_SPEEDS[0] <= speed <= _SPEEDS[1] or is_told):
+        differences.append(
+            f"it would drive {speed:.3g} m/s at its motors' free speed, where robots drive {_SPEEDS[0]:g} to "
+            f"{_SPEEDS[1]:g}: wheel_radius is {radius}, drive_gearing {gearing}"
+        )
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import Any
 
+from simcore.devices.drivetrain_measures import MODULE_MEASURES
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
 from simcore.errors import ConfigError
@@ -20,10 +22,8 @@ from simcore.robot_file.robot_settings import RobotSettings
 
 __all__ = ["ConnectedDrivetrain", "connect_drivetrain", "drivetrain_config"]
 
-_MODULE_MEASURES = (
-    *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_cof", "coupling_ratio"),
-    *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
-)
+_log = logging.getLogger(__name__)
+
 _SIDE_MEASURES = {
     "drive_gearing": "gearing",
     "wheel_radius": "wheel_radius",
@@ -51,7 +51,7 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
     center = (0.0, 0.0, settings.center_of_mass_height)
     cof = measures.get("wheel_cof", settings.wheel_cof)
     if found.kind == "swerve":
-        given = {name: measures[name] for name in _MODULE_MEASURES if name in measures}
+        given = {name: measures[name] for name in MODULE_MEASURES if name in measures}
         modules = tuple(
             SwerveModuleConfig(
                 **{
@@ -117,11 +117,12 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
     else:
         steers = [_motor_port(wheel.steer) for wheel in found.wheels]
         gearings = [m.steer_gearing for m in drive.config.modules]
+        unknown = _SteerDirections()
         ports = SwervePorts(
             drive,
             [_Mounted(row[0], w.drive_sign) for row, w in zip(drives, found.wheels, strict=True)],
             [
-                _Mounted(port, w.steer_sign, -w.zero * g / math.tau)
+                (_Mounted if w.is_steer_sign_known else unknown.mounted)(port, w.steer_sign, -w.zero * g / math.tau)
                 for port, w, g in zip(steers, found.wheels, gearings, strict=True)
             ],
             steer_encoders=[_azimuth(w, port) for w, port in zip(found.wheels, steers, strict=True)],
@@ -189,6 +190,82 @@ class _Mounted:
     def write(self, rotations: float, rps: float) -> None:
         """The rotor, as the model has it."""
         self._port.write(self._sign * (rotations + self._ahead), self._sign * rps)
+
+
+class _SteerDirections:
+    """Azimuths of which nothing says which way their motors turn them: the program's loops show it.
+
+    A loop that holds an azimuth lowers its output as the azimuth comes nearer, so output over angle falls where
+    positive output turns it counter-clockwise, and rises where it turns it clockwise, whichever way it goes now.
+    """
+
+    def __init__(self) -> None:
+        self._motors: list[_DecidingMotor] = []
+
+    def mounted(self, port: MotorPort, sign: float, ahead: float) -> _Mounted:
+        """One of their motors; see `_Mounted`."""
+        motor = _DecidingMotor(port, sign, ahead, self)
+        self._motors.append(motor)
+        return motor
+
+    def note_decision(self) -> None:
+        """Say so once all are known, if one turns the other way."""
+        turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
+        if turned and all(motor.is_decided for motor in self._motors):
+            _log.warning(
+                "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops "
+                "want it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
+                *(", ".join(map(str, turned)), turned),
+            )
+
+
+_VOTES = 5  # by which one direction must be ahead of the other
+_LEAST = 0.05  # [turns] of the rotor between two outputs of the program
+_REVERSALS = 4  # after which the other way is tried
+
+
+class _DecidingMotor(_Mounted):
+    """A steer motor whose direction the program's loop decides."""
+
+    def __init__(self, port: MotorPort, sign: float, ahead: float, directions: _SteerDirections) -> None:
+        super().__init__(port, sign, ahead)
+        self._directions = directions
+        self._votes = self._reversals = 0
+        self._shown = self._rotations = 0.0
+        self._before: tuple[float, float] | None = None
+        self.is_decided = self.is_turned = False
+
+    def volts(self) -> float:
+        volts = self._port.volts()
+        if not self.is_decided and volts != self._shown:
+            self._vote(volts)
+        return self._sign * volts
+
+    def _vote(self, volts: float) -> None:
+        """A new output of the program, at the present angle."""
+        last, self._before, self._shown = self._before, (volts, self._rotations), volts
+        if last is None or 0.0 in (volts, last[0]):
+            return
+        moved = self._rotations - last[1]
+        if (volts > 0.0) != (last[0] > 0.0):
+            # Driven away from a goal a quarter turn off, a module that may roll backward takes the opposite one, which
+            # it is driven away from as well.
+            self._reversals += 1
+            if self._reversals == _REVERSALS:
+                self._sign = -self._sign
+            return
+        if abs(moved) < _LEAST:
+            return
+        self._votes += 1 if (volts - last[0]) * moved < 0.0 else -1
+        if abs(self._votes) >= _VOTES:
+            self.is_decided = True
+            self.is_turned = self._votes < 0
+            self._sign = 1.0 if self._votes > 0 else -1.0
+            self._directions.note_decision()
+
+    def write(self, rotations: float, rps: float) -> None:
+        self._rotations = rotations
+        super().write(rotations, rps)
 
 
 class _Shaft:

@@ -51,6 +51,8 @@ class FoundWheel:
     """-1 where positive in robot code drives backward."""
     steer_sign: float = 1.0
     """-1 where positive in robot code turns the azimuth clockwise, seen from above."""
+    is_steer_sign_known: bool = True
+    """Whether something says so; else the program's own loop tells it, as the robot is driven first."""
     encoder_sign: float = 1.0
     """The same of the encoder on the azimuth."""
     zero: float = 0.0

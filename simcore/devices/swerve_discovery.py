@@ -225,12 +225,13 @@ def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWhe
     assert wheel.steer is not None
     is_own_sensor = maker_of(wheel.steer).facts(wheel.steer).sensor is not None
     # where the controller closes its loop on the encoder, its output turns that encoder up
-    steer_sign = _way_of(by_rotor if by_rotor else by_encoder if is_own_sensor else 0.0)
+    steers = by_rotor if by_rotor else by_encoder if is_own_sensor else 0.0
     return replace(
         wheel,
         zero=0.0 if angle is None else math.remainder(angle, math.tau),
         drive_sign=_way_of(belief.meters_per_rotor_turn),
-        steer_sign=steer_sign,
+        steer_sign=_way_of(steers),
+        is_steer_sign_known=steers != 0.0,
         encoder_sign=_way_of(by_encoder),
         meters_per_encoder_turn=belief.meters_per_wheel_turn or None,
     )

@@ -13,7 +13,7 @@ from phoenix6 import hardware
 from phoenix6.phoenix_native import Native
 
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
-from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import Maker, MotorFacts, Mounting
 from simcore.errors import ConfigError
@@ -29,7 +29,7 @@ from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot.shaft import ShaftSim
-from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
 __all__ = ["MAKER", "CtreDrivetrain"]
 
@@ -84,7 +84,14 @@ class CtreDrivetrain:
             drive_motor=motor(measures["drive_motor"]),
             steer_motor=motor(measures["steer_motor"]),
         )
-        self.config = replace(config, yaw_inertia=measures.get("yaw_inertia", config.yaw_inertia))
+        said = {
+            name: m.value for name, m in found.measures.items() if m.source == FILE_NAME and name in MODULE_MEASURES
+        }
+        self.config = replace(
+            config,
+            modules=tuple(replace(module, **said) for module in config.modules),
+            yaw_inertia=measures.get("yaw_inertia", config.yaw_inertia),
+        )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
         """Its devices on the model."""

@@ -45,6 +45,7 @@ MEASURES = (
     Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
     Key("trackwidth", ROBOT_LENGTH, None, "of a tank, between left and right wheels", 0.56),
     Key("dropped_center", bool, None, "left out: true; of a tank: middle wheels lower, as in a kit chassis", False),
+    Key("reversed", bool, None, "of a tank or mecanum drive: whether positive output drives backward", True),
     Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else a plate's", 5.0),
     Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
     Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),
@@ -123,6 +124,26 @@ class DrivetrainSettings:
     def has_devices(self) -> bool:
         """Whether it describes the whole drivetrain."""
         return bool(self.drive)
+
+    @property
+    def of_devices(self) -> tuple[str, ...]:
+        """Keys that it has and that name devices."""
+        return self._said("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
+
+    @property
+    def corrections(self) -> tuple[str, ...]:
+        """Keys that it has and that correct what is found of the wheels."""
+        own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
+        return self._said(*own)
+
+    @property
+    def of_swerve(self) -> tuple[str, ...]:
+        """Keys of these that a swerve drive alone can have."""
+        return self._said("reversed_steer", "reversed_encoders", "zeros")
+
+    def _said(self, *names: str) -> tuple[str, ...]:
+        keys = {"zeros": "zeros_deg", "places": "x"}
+        return tuple(keys.get(name, name) for name in names if getattr(self, name))
 
 
 def read_drivetrain(t: Table | None) -> DrivetrainSettings:
