@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.util import find_spec
@@ -32,9 +32,11 @@ from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.robot_settings import RobotSettings
+from simcore.typing import IntArray
 
 __all__ = [
     "MAKER_MODULES",
+    "LightsShown",
     "Maker",
     "MakersDrivetrain",
     "MotorFacts",
@@ -118,6 +120,23 @@ class MakersDrivetrain(Protocol):
         ...
 
 
+class LightsShown(Protocol):
+    """What a device with lights shows."""
+
+    changes: int
+    """How often that has changed."""
+
+    @property
+    def colors(self) -> IntArray:
+        """Of each LED, 0xRRGGBB, shape (n,)."""
+        ...
+
+    @property
+    def shows(self) -> str:
+        """The requests in words."""
+        ...
+
+
 class Maker:
     """Devices of one maker; what a maker does not make stays as it is here.
 
@@ -164,6 +183,14 @@ class Maker:
     def device_of(self, made: Any) -> BuiltDevice | None:
         """The device that an object of robot code is, of whatever class the program derived; None: another maker's."""
         return self.devices.find(made)
+
+    def clashes(self) -> list[str]:
+        """Devices that the simulation cannot tell apart, a sentence each."""
+        return []
+
+    def lights(self) -> Mapping[str, LightsShown]:
+        """What its lights show, by the names of the devices."""
+        return {}
 
     # --- motor controllers ----------------------------------------------------------------------------------------
 

@@ -55,7 +55,10 @@ def _is_of_a_vendor(package: str) -> bool:
     """Whether a package needs WPILib, and is none of WPILib's own."""
     if package not in _vendors:
         wanted: list[str] = []
-        own = ("wpilib", "robotpy-wpi", "robotpy-hal", "robotpy-cscore", "robotpy-commands", "pyntcore")
+        own = (
+            *("wpilib", "robotpy-wpi", "robotpy-hal", "robotpy-cscore", "robotpy-commands", "pyntcore"),
+            *("robotpy-apriltag", "robotpy-fields"),
+        )
         for distribution in packages_distributions().get(package, ()):
             if distribution.lower().startswith(own):
                 continue

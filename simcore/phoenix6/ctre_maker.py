@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,10 @@ from phoenix6.phoenix_native import Native
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
 from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
-from simcore.devices.makers import Maker, MotorFacts, Mounting
+from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import DEVICES, key_of, watch_simulations
+from simcore.phoenix6.built_devices import DEVICES, clashes, key_of, watch_simulations
+from simcore.phoenix6.candle_lights import candle_lights
 from simcore.phoenix6.configuration import Feedback, feedback_of, talon_configuration
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
@@ -149,6 +150,12 @@ class _Ctre(Maker):
 
     def watch_simulations(self, may_write: Callable[[tuple[str, int]], bool]) -> None:
         watch_simulations(may_write)
+
+    def clashes(self) -> list[str]:
+        return clashes()
+
+    def lights(self) -> Mapping[str, LightsShown]:
+        return {f"CANdle{number}": lights for number, lights in candle_lights().items()}
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
         return group_by_leader(motors, _leader)

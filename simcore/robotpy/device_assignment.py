@@ -10,7 +10,6 @@ from typing import Protocol
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
 from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import clashes
 from simcore.robot.guessed_mechanism import GuessedMechanism
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
@@ -171,8 +170,9 @@ class DeviceAssignment:
                 self._robot.add_estimated_mechanism(guessed.guess.mechanism)
                 self._physics.add_motor(motor)
                 self._guessed.append((guessed, motor))
-        for sentence in clashes():
-            _log.warning("%s", sentence)
+        for maker in makers():
+            for sentence in maker.clashes():
+                _log.warning("%s", sentence)
         if self._on_assigned is not None:
             self._on_assigned()
 

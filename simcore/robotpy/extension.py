@@ -208,7 +208,7 @@ def _watch_program() -> None:
     is_sim = "sim" in sys.argv
     if is_sim and any(_is_flag(word) for word in sys.argv):
         _load()
-    elif find_spec("phoenix6") is not None and (is_for_simcore(Path(), has_flag=False) if is_sim else _tests_here()):
+    elif is_for_simcore(Path(), has_flag=False) if is_sim else _tests_here():
         from simcore.robotpy.program_watch import watch_program
 
         is_real = is_sim or "--phoenix=real" in sys.argv or os.environ.get("SIMCORE_PHOENIX") == "real"

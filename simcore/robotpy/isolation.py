@@ -15,7 +15,6 @@ import time
 import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -151,8 +150,7 @@ def load_robot_plugin(robot_file: Path, *, simulated: bool = True) -> Any:
     from simcore.robotpy.robot_program import load_robot_class
 
     seed_generators()  # a program may draw while it is imported
-    if find_spec("phoenix6") is not None:
-        watch_program(simulated=simulated)
+    watch_program(simulated=simulated)
     return season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
 
 

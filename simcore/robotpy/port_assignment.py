@@ -7,20 +7,17 @@ name in the list of who moves what.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import simcore.phoenix6.candle_lights as candles  # from here on requests are noted
 from simcore import season
-from simcore.devices.makers import find_device
+from simcore.devices.makers import find_device, maker_of, makers
 from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
-from simcore.phoenix6.built_devices import DEVICES
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiSwitchSim, CANrangeSim
 from simcore.robot.mechanisms import ElevatorSim, RackSim
-from simcore.robot.motor_controllers import MotorDevices
+from simcore.robot.motor_controllers import BuiltDevice, MotorDevices
 from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
@@ -41,6 +38,9 @@ from simcore.robotpy.port_devices import (
 from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, RelayPort
 from simcore.typing import IntArray
 
+if TYPE_CHECKING:
+    from simcore.phoenix6.sensor_ports import CANrangeSim
+
 __all__ = ["PortAssignment"]
 
 _STRIP_EVERY = 5  # ticks between two looks at an LED strip
@@ -60,7 +60,8 @@ def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership)
         return ServoSignal(m.leader, mechanism, reversed=m.reversed)
     encoder = None
     if m.cancoder is not None:
-        encoder = CANcoderSim(find_device(where, "CANcoder", m.cancoder).hardware)
+        cancoder = find_device(where, "CANcoder", m.cancoder)
+        encoder = maker_of(cancoder).encoder_port(cancoder)
         ownership.claim(("CANcoder", m.cancoder), m.name)
     if m.controller == "PWM":
         leader = _controller(m.leader)
@@ -125,7 +126,7 @@ class PortAssignment:
         self.of_drivetrain: Sequence[Any] = ()
         """Objects of robot code on ports that its drivetrain has."""
         self._ticks = 0
-        self._candle_changes: dict[int, int] = {}
+        self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
         self._limits: dict[str, LimitSwitchInput] = {}
@@ -142,7 +143,7 @@ class PortAssignment:
     def keys(self) -> set[tuple[str, int]]:
         """CAN devices, as (model, id), that are simulated here."""
         found = {key for sensor in self._settings.sensors for key in sensor.keys}
-        return found | {device.key for device in DEVICES.devices() if device.model == "CANdle"}
+        return found | {device.key for device in _candles()}
 
     def after_tick(self) -> None:
         """Sensors see the pieces of this tick; telemetry gets them and the lights."""
@@ -158,8 +159,7 @@ class PortAssignment:
     @property
     def lights(self) -> list[str]:
         """Lights of the program, as text."""
-        candles = [f"CANdle {d.device_id}" for d in DEVICES.devices() if d.model == "CANdle"]
-        return candles + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
+        return [*map(str, _candles())] + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
 
     @property
     def idle(self) -> list[str]:
@@ -204,6 +204,8 @@ class PortAssignment:
         ((model, number),) = sensor.keys
         if model == "CANdi":
             candi = find_device(where, model, number).hardware
+            from simcore.phoenix6.sensor_ports import CANdiSwitchSim
+
             return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed)
         _require_ports(where, sensor.keys)
         return DigitalSwitch(number, normally_closed=sensor.normally_closed)
@@ -224,11 +226,12 @@ class PortAssignment:
 
     def _look_at_lights(self) -> None:
         robot = self._robot
-        for number, lights in candles.candle_lights().items():
-            if self._candle_changes.get(number) != lights.changes:
-                self._candle_changes[number] = lights.changes
-                robot.light_colors[f"CANdle{number}"] = lights.colors
-                robot.light_requests[f"CANdle{number}"] = lights.shows
+        for maker in makers():
+            for name, lights in maker.lights().items():
+                if self._light_changes.get(name) != lights.changes:
+                    self._light_changes[name] = lights.changes
+                    robot.light_colors[name] = lights.colors
+                    robot.light_requests[name] = lights.shows
         if self._ticks % _STRIP_EVERY == 0:
             for name, strip in self._strips.items():
                 robot.light_colors[name] = _strip_colors(strip)
@@ -249,7 +252,13 @@ class _SlideRange:
         self._device.write(max(0.0, self._distance + way))
 
 
+def _candles() -> list[BuiltDevice]:
+    return [device for maker in makers() for device in maker.built() if device.model == "CANdle"]
+
+
 def _range(where: str, sensor: SensorSettings) -> CANrangeSim:
+    from simcore.phoenix6.sensor_ports import CANrangeSim
+
     return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
 
 

@@ -29,20 +29,19 @@ _robots = 0  # that tests have built in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Note from now on what a program builds, and which devices its own simulation writes; needs phoenix6.
+    """Note from now on what a program builds, and which devices its own simulation writes.
 
     Args:
         simulated: Whether Phoenix 6 shall run in simulated time from here on.
     """
     global _ownership
     if _ownership is None:
-        if simulated:
+        if simulated and find_spec("phoenix6") is not None:
             from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
             install_simulated_phoenix()
             after_import("phoenix5._init_phoenix6", _load_phoenix_beside)
         import simcore.devices.program_odometry
-        import simcore.phoenix6.swerve
         import simcore.robotpy.built_ports  # noqa: F401
         from simcore.devices.makers import watch_makers
         from simcore.devices.ownership import Ownership
@@ -71,7 +70,7 @@ def begin_robot() -> None:
     global _robots
     _robots += 1
     watch_program(simulated=True)
-    if _robots > 1:
+    if _robots > 1 and find_spec("phoenix6") is not None:
         from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
         install_simulated_phoenix()
@@ -88,8 +87,7 @@ def load_watched_class(module: str, name: str, simulated: bool) -> Any:
     from simcore.robotpy.repeatable_runs import seed_generators
 
     seed_generators()  # a program may draw while it is imported
-    if find_spec("phoenix6") is not None:
-        watch_program(simulated=simulated)
+    watch_program(simulated=simulated)
     return functools.reduce(getattr, name.split("."), importlib.import_module(module))
 
 

@@ -14,7 +14,6 @@ import sys
 import threading
 from collections.abc import Generator
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -297,10 +296,9 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
-            if find_spec("phoenix6") is not None:
-                from simcore.robotpy.program_watch import begin_robot
+            from simcore.robotpy.program_watch import begin_robot
 
-                begin_robot()
+            begin_robot()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
         if plugin is not None:
             _vary(request.config)
@@ -356,23 +354,11 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
     Raises:
         ConfigError: It wants the field, and nothing could put the robot there.
     """
-    from simcore.errors import ConfigError
     from simcore.robot_file.template import FILE_NAME
     from simcore.robotpy.physics_hook import hook_of
 
     physics, folder = hook_of(plugin), plugin._robot_file.parent
-    if find_spec("phoenix6") is None:
-        if physics is not None:
-            from simcore.robotpy.own_loops import with_own_loop
-
-            plugin._robot_class = with_own_loop(plugin._robot_class, physics)
-        elif wants_field:
-            raise ConfigError(
-                "no physics: a robot without Phoenix 6 needs a physics.py with a PhysicsEngine derived from simcore's "
-                "RobotPhysics beside its robot.py (docs/connect.md); pyfrc's own fixtures `robot` and `control` do "
-                "without"
-            )
-    elif wants_field or physics is not None or (folder / FILE_NAME).exists():
+    if wants_field or physics is not None or (folder / FILE_NAME).exists():
         from simcore.robotpy.isolation import wait_longer
         from simcore.robotpy.robot_attachment import attach_physics
 

@@ -15,18 +15,15 @@ import sys
 import traceback
 from collections.abc import Sequence
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-
-from phoenix6 import unmanaged
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
 from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import DEVICES
-from simcore.phoenix6.configuration import feedback_of, talon_configuration
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.reader import read_settings
@@ -36,7 +33,6 @@ from simcore.robotpy.built_ports import built_ports
 from simcore.robotpy.program_watch import watch_program
 from simcore.robotpy.robot_cameras import surveyed_cameras
 from simcore.robotpy.robot_program import load_robot_class
-from simcore.robotpy.simulated_phoenix import phoenix_time
 
 __all__ = ["main"]
 
@@ -67,9 +63,15 @@ def main() -> None:
 
 def _build(robot_file: Path, *, emulates: bool) -> None:
     watch_program(simulated=emulates)
-    clock = phoenix_time()
-    if clock is None:
-        unmanaged.set_phoenix_diagnostics_start_time(-1)
+    clock = None
+    if find_spec("phoenix6") is not None:
+        from phoenix6 import unmanaged
+
+        from simcore.robotpy.simulated_phoenix import phoenix_time
+
+        clock = phoenix_time()
+        if clock is None:
+            unmanaged.set_phoenix_diagnostics_start_time(-1)
     season.initialize_hal()
     robot = load_robot_class(robot_file)()
     _kept.append(robot)
@@ -109,7 +111,7 @@ def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
         for p in built_ports()
         if not any(p.device is device for device in taken)
     ]
-    sensors = [d for d in DEVICES.devices() if d.model in ("CANrange", "CANdi")]
+    sensors = [d for maker in makers() for d in maker.built() if d.model in ("CANrange", "CANdi")]
     return ports + [{"model": d.model, "channels": [d.device_id], "made_by": ""} for d in sensors]
 
 
@@ -146,6 +148,8 @@ def _view(device: BuiltDevice) -> dict[str, Any] | None:
     """
     if device.model not in ("TalonFX", "TalonFXS"):
         return None
+    from simcore.phoenix6.configuration import feedback_of, talon_configuration
+
     config = talon_configuration(device.hardware, device.model)
     feedback, soft, amps = feedback_of(config), config.software_limit_switch, config.current_limits
     reading = device.hardware.get_position()

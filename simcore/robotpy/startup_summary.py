@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ __all__ = ["StartupSummary"]
 _WIDTH = 118
 _MOST = 6  # rows of one kind; what is left is counted
 _LABEL = 13
-_ON_NETWORK = "WPILib (5810, 1735) and Phoenix (1250) listen on every interface of this computer"
+_ON_NETWORK = "WPILib (5810, 1735){} on every interface of this computer"
 _NOT_ON_NETWORK = (
     "another program (a simulation that is still open?) holds port 5810 of NetworkTables: dashboards show that one, "
     "not this; close it and start again"
@@ -80,7 +81,8 @@ class StartupSummary:
         cameras = self.cameras or f"none that simcore runs; [[camera]] in {FILE_NAME} adds one"
         rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
         if self.is_on_network is not None:
-            rows.append(("network", _ON_NETWORK if self.is_on_network else _NOT_ON_NETWORK))
+            phoenix = " and Phoenix (1250) listen" if "phoenix6" in sys.modules else " listens"
+            rows.append(("network", _ON_NETWORK.format(phoenix) if self.is_on_network else _NOT_ON_NETWORK))
         rows.append(("to change", self._advice()))
         lines = [self.robot]
         for label, text in rows:
@@ -89,7 +91,7 @@ class StartupSummary:
                 _WIDTH,
                 initial_indent=f"  {label:<{_LABEL}}",
                 subsequent_indent=" " * (2 + _LABEL),
-                max_lines=4 if label == "nobody moves" else 2,
+                max_lines={"": 6, "nobody moves": 4}.get(label, 2),
             )
         return lines
 
