@@ -91,7 +91,7 @@ class StartupSummary:
                 _WIDTH,
                 initial_indent=f"  {label:<{_LABEL}}",
                 subsequent_indent=" " * (2 + _LABEL),
-                max_lines={"": 6, "nobody moves": 4}.get(label, 2),
+                max_lines={"": 5, "nobody moves": 4}.get(label, 2),
             )
         return lines
 
