@@ -6,6 +6,7 @@ import logging
 import math
 from typing import Any
 
+from simcore import season
 from simcore.devices.drivetrain_measures import MODULE_MEASURES
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
@@ -13,7 +14,7 @@ from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import BuiltDevice, CurrentMeter, OwnLoops
+from simcore.robot.motor_controllers import BuiltDevice, CurrentMeter, DutyHolder, OwnLoops
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort, ShaftPorts, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
@@ -122,7 +123,9 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
             drive,
             [_Mounted(row[0], w.drive_sign) for row, w in zip(drives, found.wheels, strict=True)],
             [
-                (_Mounted if w.is_steer_sign_known else unknown.mounted)(port, w.steer_sign, -w.zero * g / math.tau)
+                _Mounted(port, w.steer_sign, -w.zero * g / math.tau)
+                if w.is_steer_sign_known
+                else unknown.mounted(port, w.steer_sign, -w.zero * g / math.tau, g)
                 for port, w, g in zip(steers, found.wheels, gearings, strict=True)
             ],
             steer_encoders=[_azimuth(w, port) for w, port in zip(found.wheels, steers, strict=True)],
@@ -187,31 +190,34 @@ class _Mounted:
         """On the motor, as the model has it [V]."""
         return self._sign * self._port.volts()
 
+    def duty_cycle(self) -> float | None:
+        """See `DutyHolder`."""
+        share = self._port.duty_cycle() if isinstance(self._port, DutyHolder) else None
+        return None if share is None else self._sign * share
+
     def write(self, rotations: float, rps: float) -> None:
         """The rotor, as the model has it."""
         self._port.write(self._sign * (rotations + self._ahead), self._sign * rps)
 
 
 class _SteerDirections:
-    """Azimuths of which nothing says which way their motors turn them: the program's loops show it.
-
-    A loop that holds an azimuth lowers its output as the azimuth comes nearer, so output over angle falls where
-    positive output turns it counter-clockwise, and rises where it turns it clockwise, whichever way it goes now.
-    """
+    """Azimuths of which nothing says which way their motors turn them: the program's loops show it."""
 
     def __init__(self) -> None:
         self._motors: list[_DecidingMotor] = []
+        self._is_told = False
 
-    def mounted(self, port: MotorPort, sign: float, ahead: float) -> _Mounted:
-        """One of their motors; see `_Mounted`."""
-        motor = _DecidingMotor(port, sign, ahead, self)
+    def mounted(self, port: MotorPort, sign: float, ahead: float, gearing: float) -> _Mounted:
+        """One of their motors, with rotor turns per turn of the azimuth; see `_Mounted`."""
+        motor = _DecidingMotor(port, sign, ahead, gearing, self)
         self._motors.append(motor)
         return motor
 
     def note_decision(self) -> None:
-        """Say so once all are known, if one turns the other way."""
+        """Say so, once, if motors have turned out to turn the other way."""
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
-        if turned and all(motor.is_decided for motor in self._motors):
+        if turned and not self._is_told:
+            self._is_told = True
             _log.warning(
                 "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops "
                 "want it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
@@ -219,48 +225,61 @@ class _SteerDirections:
             )
 
 
-_VOTES = 5  # by which one direction must be ahead of the other
-_LEAST = 0.05  # [turns] of the rotor between two outputs of the program
-_REVERSALS = 4  # after which the other way is tried
+_SOON = 0.1  # [s] between two changes of sign
+_CHANGES = 3  # of sign, each soon after the last, at half of the largest output or more
+_FAR = 1.25  # turns of an azimuth that is never near its goal
+_HOLDS = 0.5  # [s] in which a motor that is turned round is not turned back
+_FADES = 0.995  # of the largest output, kept from one look to the next
 
 
 class _DecidingMotor(_Mounted):
-    """A steer motor whose direction the program's loop decides."""
+    """A steer motor whose direction the program's loop decides.
 
-    def __init__(self, port: MotorPort, sign: float, ahead: float, directions: _SteerDirections) -> None:
+    Turned the wrong way, a loop drives an azimuth away from its goal, up to where the goal is as near the other way
+    round: at half a turn, or a quarter where wheels may roll backward. There its output changes sign again and again,
+    always large; or the azimuth goes round and round, where the loop knows no shortest way. Then the motor is taken to
+    turn the other way; if that is no better, it is turned back for good.
+    """
+
+    def __init__(
+        self, port: MotorPort, sign: float, ahead: float, gearing: float, directions: _SteerDirections
+    ) -> None:
         super().__init__(port, sign, ahead)
         self._directions = directions
-        self._votes = self._reversals = 0
-        self._shown = self._rotations = 0.0
-        self._before: tuple[float, float] | None = None
-        self.is_decided = self.is_turned = False
+        self._far = _FAR * gearing
+        self._rotations = self._near = 0.0
+        self._last = self._peak = 0.0
+        self._changed_at = self._turned_at = -math.inf
+        self._changes = self._turns = 0
+        self._is_decided = False
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether it is taken to turn the other way."""
+        return self._turns == 1
 
     def volts(self) -> float:
         volts = self._port.volts()
-        if not self.is_decided and volts != self._shown:
-            self._vote(volts)
+        if not self._is_decided:
+            self._look(volts, float(season.wpilib.Timer.get_monotonic_timestamp()))
         return self._sign * volts
 
-    def _vote(self, volts: float) -> None:
-        """A new output of the program, at the present angle."""
-        last, self._before, self._shown = self._before, (volts, self._rotations), volts
-        if last is None or 0.0 in (volts, last[0]):
-            return
-        moved = self._rotations - last[1]
-        if (volts > 0.0) != (last[0] > 0.0):
-            # Driven away from a goal a quarter turn off, a module that may roll backward takes the opposite one, which
-            # it is driven away from as well.
-            self._reversals += 1
-            if self._reversals == _REVERSALS:
-                self._sign = -self._sign
-            return
-        if abs(moved) < _LEAST:
-            return
-        self._votes += 1 if (volts - last[0]) * moved < 0.0 else -1
-        if abs(self._votes) >= _VOTES:
-            self.is_decided = True
-            self.is_turned = self._votes < 0
-            self._sign = 1.0 if self._votes > 0 else -1.0
+    def _look(self, volts: float, now: float) -> None:
+        last, self._last = self._last, volts
+        self._peak = max(abs(volts), _FADES * self._peak)
+        if abs(volts) < 0.1 * self._peak or self._peak == 0.0:
+            self._near = self._rotations
+        if last * volts < 0.0 and min(abs(last), abs(volts)) > 0.5 * self._peak:
+            self._changes = self._changes + 1 if now - self._changed_at < _SOON else 1
+            self._changed_at = now
+        if self._changes >= _CHANGES or abs(self._rotations - self._near) > self._far:
+            self._changes, self._near = 0, self._rotations
+            self._turned_at = now
+            self._sign = -self._sign
+            self._turns += 1
+            self._is_decided = self._turns > 1
+        elif self.is_turned and now - self._turned_at > _HOLDS:
+            self._is_decided = True
             self._directions.note_decision()
 
     def write(self, rotations: float, rps: float) -> None:

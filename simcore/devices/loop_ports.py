@@ -45,6 +45,10 @@ class LoopDrivePort:
         """Whether it is configured to coast."""
         return not self._port.brakes
 
+    def duty_cycle(self) -> float | None:
+        """See `simcore.robot.motor_controllers.DutyHolder`."""
+        return self._port.duty_cycle
+
     def run(self, dt: float) -> None:
         """Let its loops run for dt [s]."""
         loops = self._pace.loops(dt)

@@ -102,6 +102,11 @@ class LoopPort(Protocol):
         """Voltage at its terminals [V]."""
         ...
 
+    @property
+    def duty_cycle(self) -> float | None:
+        """The share of its supply that it holds until its next loop, as `volts` were last; None: it holds volts [-]."""
+        ...
+
     def volts(self, emf: float, resistance: float) -> float:
         """What it puts on a motor of this back-EMF [V] and winding [ohm], within its current limits [V]."""
         ...
@@ -202,6 +207,8 @@ class LoopMotorSim(MotorSim):
             port.show_output(volts / max(battery_voltage, 1.0))
         if not powered or (volts == 0.0 and not leader.brakes):
             m.coast()
+        elif leader.duty_cycle is not None:
+            m.set_duty_cycle(leader.duty_cycle)
         else:
             m.set_volts(volts)
 

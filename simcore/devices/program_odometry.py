@@ -5,15 +5,23 @@ A vision measurement is no reset.
 
 from __future__ import annotations
 
+import functools
+import logging
+import math
+import sys
+import types
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
 from simcore import season
 from simcore.devices.recorder import after_call, odometry_classes, record_class
 
-__all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset"]
+__all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "set_truth", "watch_sets"]
+
+_log = logging.getLogger(__name__)
 
 Reset: TypeAlias = tuple[tuple[float, float] | None, float | None]
 """Position [m, m] and heading [rad] that were set, field frame; None is what stays."""
@@ -93,6 +101,123 @@ def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> N
         _built.append(made)
 
 
+class _EveryLoop:
+    """Sets of one thing by a program, and whether it sets it in every loop while it is enabled."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._last = -math.inf
+        self._in_a_row = 0
+        self._is_told = False
+
+    def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str) -> bool:
+        """Note a set; returns whether it is to be left out, as writes into devices are.
+
+        Args:
+            is_of_simulation: Whether code that runs in simulation alone does it.
+            is_seen: Whether what is set is where the robot is, as a camera would tell it.
+            place: File and line.
+        """
+        now = float(season.wpilib.Timer.get_monotonic_timestamp())
+        if not season.wpilib.RobotState.is_enabled():
+            self._in_a_row = 0
+            return False
+        if now - self._last > _NEXT_LOOP:
+            self._in_a_row = 0
+        if now > self._last:
+            self._in_a_row += 1
+        self._last = now
+        if self._in_a_row <= (_FEW if is_of_simulation else _MANY) or (is_seen and not is_of_simulation):
+            return False
+        if not self._is_told:
+            self._is_told = True
+            _log.warning(
+                "%s: the program sets its %s in every loop while it drives%s; in simulation that is left out from here "
+                "on, as sensors say where the robot is",
+                *(place, self._what, ", in code for simulation" if is_of_simulation else ""),
+            )
+        return True
+
+
+_NEXT_LOOP = 0.045  # [s] from a set to that of the next loop, of 20 ms, with one left out
+_FEW, _MANY = 2, 10  # sets in a row that are let through: of code for simulation, and of other code
+_SEEN = 0.5  # [m]
+_of_simulation: set[Any] = set()  # code that has asked whether this is simulation
+_sets: WeakKeyDictionary[Any, _EveryLoop] = WeakKeyDictionary()
+_truth: list[Callable[[], tuple[float, float, float]]] = []
+
+
+def set_truth(pose: Callable[[], tuple[float, float, float]]) -> None:
+    """Say where the program's robot is, field frame [m, m, rad], until somebody else does."""
+    _truth[:] = [pose]
+
+
+def _caller() -> tuple[bool, str]:
+    """Whether code for simulation is what sets something now, and the file and line of the program that does."""
+    frame: types.FrameType | None = sys._getframe(1)
+    place, is_of_simulation = "", False
+    while frame is not None:
+        code = frame.f_code
+        if "site-packages" not in code.co_filename and not code.co_filename.startswith(_HERE):
+            place = place or f"{Path(code.co_filename).name}:{frame.f_lineno}"
+            is_of_simulation |= code in _of_simulation or code.co_name.lower().strip("_") in _SIMULATION
+        frame = frame.f_back
+    return is_of_simulation, place
+
+
+_HERE = str(Path(__file__).resolve().parents[1])
+_SIMULATION = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
+
+
+def _watch_questions() -> None:
+    """Note which code of the program asks whether this is simulation."""
+    cls = season.wpilib.RobotBase
+    for name in (season.own_name(cls, "is_simulation"), season.own_name(cls, "is_real")):
+        original = getattr(cls, name)
+
+        def ask(*args: Any, original: Any = original) -> bool:
+            _of_simulation.add(sys._getframe(1).f_code)
+            return bool(original())
+
+        setattr(cls, name, staticmethod(ask))
+
+
+def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
+    """Leave out sets of a pose or heading that come in every loop while the robot is enabled; see `_EveryLoop`.
+
+    Args:
+        cls: Class that has the method.
+        method: Its name.
+        what: Is set, for the warning.
+        dropped: Answer to a call that is left out.
+    """
+    call = getattr(cls, method)
+    if hasattr(call, "_leaves_out"):
+        return
+
+    @functools.wraps(call)
+    def set_anew(made: Any, *args: Any, **settings: Any) -> Any:
+        position = _position(*args, *settings.values())
+        is_seen = bool(_truth) and position is not None and math.dist(position, _truth[0]()[:2]) < _SEEN
+        is_of_simulation, place = _caller()
+        if _sets.setdefault(made, _EveryLoop(what)).is_left_out(is_of_simulation, is_seen, place):
+            return dropped
+        return call(made, *args, **settings)
+
+    set_anew._leaves_out = True  # type: ignore[attr-defined]
+    setattr(cls, method, set_anew)
+
+
+def _position(*args: Any) -> tuple[float, float] | None:
+    """Of the pose among the arguments of a reset."""
+    for value in args:
+        value = value.to_pose2d() if hasattr(value, "to_pose2d") else value
+        if hasattr(value, "x") and hasattr(value, "y") and not callable(value.x):
+            return float(value.x), float(value.y)
+    return None
+
+
+_watch_questions()
 for _cls in odometry_classes():  # from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
     for _method, _moved in (
@@ -101,4 +226,6 @@ for _cls in odometry_classes():  # from the import of this module on, before the
         ("reset_translation", {"turns": False}),
         ("reset_rotation", {"moves": False}),
     ):
-        after_call(_cls, season.own_name(_cls, _method), lambda made, *_, moved=_moved: _note(made, **moved))
+        _name = season.own_name(_cls, _method)
+        after_call(_cls, _name, lambda made, *_, moved=_moved: _note(made, **moved))
+        watch_sets(_cls, _name, "pose")

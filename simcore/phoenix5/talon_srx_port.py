@@ -47,7 +47,7 @@ class TalonSRXPort:
         self._turns = self._rate = self._shift = 0.0
         self.amps = 0.0
         """Of its motor, positive as its output [A]."""
-        self.bus = 12.0
+        self.bus = self._bus_of_loop = 12.0
         """[V]"""
         self.applied = 0.0
         """Duty cycle on the motor, positive as robot code has it [-]."""
@@ -98,6 +98,7 @@ class TalonSRXPort:
             leader = _answers.of(self._record.leader)
             self.loop.output = self.applied = 0.0 if leader is None else leader.loop.output
             return
+        self._bus_of_loop = self.bus
         self.loop.run(loops, demand, self.position, self.velocity, abs(self.amps), self.bus)
         c = self.loop.config
         is_over = c.supply_limit is not None and self.supply_current > max(c.supply_trigger, c.supply_limit)
@@ -119,10 +120,15 @@ class TalonSRXPort:
         """Voltage at its terminals [V]."""
         self.bus = max(volts, 1.0)
 
+    @property
+    def duty_cycle(self) -> float | None:
+        """See `LoopPort`."""
+        return self.applied * self._sign if self.loop.config.compensation is None else None
+
     def volts(self, emf: float, resistance: float) -> float:
         """What it puts on the motor, positive as for the mechanism [V]; see `LoopPort.volts`."""
         output, limit = self.loop.output, self.loop.config.supply_limit
-        volts = output * self._sign * self.bus
+        volts = output * self._sign * (self.bus if self.loop.config.compensation is None else self._bus_of_loop)
         if limit is not None and self._over > 0.0 and self._over >= self.loop.config.supply_delay and output:
             # V (V - e) / R = I_supply V_bus has one root on the side of the output
             side = math.copysign(1.0, volts)

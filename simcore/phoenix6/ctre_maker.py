@@ -11,11 +11,13 @@ from typing import Any
 
 from phoenix6 import hardware
 from phoenix6.phoenix_native import Native
+from phoenix6.status_code import StatusCode
 
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
 from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
+from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import DEVICES, clashes, key_of, watch_simulations
 from simcore.phoenix6.candle_lights import candle_lights
@@ -147,6 +149,9 @@ class _Ctre(Maker):
     gyros = ("Pigeon2",)
     others = ("CANdi", "CANdle", "CANrange")
     sim_devices = ("(v6)",)
+
+    def watch(self) -> None:
+        watch_sets(hardware.Pigeon2, "set_yaw", "gyro's heading", StatusCode.OK)
 
     def watch_simulations(self, may_write: Callable[[tuple[str, int]], bool]) -> None:
         watch_simulations(may_write)

@@ -93,6 +93,11 @@ class _EmulatedTalonState(_Mounted):
         return self._bridge.volts * self._device.turn * self._sign
 
     @property
+    def duty_cycle(self) -> float | None:
+        bridge = self._bridge
+        return bridge.duty * self._device.turn * self._sign if bridge.holds_duty else None
+
+    @property
     def torque_current(self) -> float:
         return self._bridge.current * self._sign
 

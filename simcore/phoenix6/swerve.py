@@ -17,7 +17,7 @@ from phoenix6.hardware import CANcoder, CANdi, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
-from simcore.devices.program_odometry import PoseReset, PoseResets
+from simcore.devices.program_odometry import PoseReset, PoseResets, watch_sets
 from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
@@ -132,6 +132,8 @@ def _noting(meaning: Any) -> Any:
 
 for _method, _meaning in _MEANINGS.items():
     after_call(SwerveDrivetrain, _method, _noting(_meaning))
+    if _method.startswith("reset"):
+        watch_sets(SwerveDrivetrain, _method, "pose")
 
 
 def module_constants(drivetrain: Any) -> list[Any]:

@@ -13,6 +13,7 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
 from simcore.robot.gearbox import SimMotor
 from simcore.robot.motor_ports import AnglePort
+from simcore.robot.shaft import ShaftSim
 
 __all__ = ["MotorType", "TalonFXMotorSim"]
 
@@ -98,6 +99,8 @@ class TalonFXMotorSim(MotorSim):
         volts = self._leader.volts()
         if volts == 0.0 and self._leader.is_open():
             self.mechanism.coast()
+        elif isinstance(self.mechanism, ShaftSim) and (share := self._leader.duty_cycle()) is not None:
+            self.mechanism.set_duty_cycle(share)
         else:
             self.mechanism.set_volts(volts)
 

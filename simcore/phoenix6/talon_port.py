@@ -100,6 +100,10 @@ class TalonPort:
             self._is_open = False
         return volts
 
+    def duty_cycle(self) -> float | None:
+        """The share of its supply that it holds; None: it holds volts, or CTRE's own simulation does not say it [-]."""
+        return getattr(self._state, "duty_cycle", None)
+
     def is_open(self) -> bool:
         """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
 

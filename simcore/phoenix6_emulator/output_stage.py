@@ -83,6 +83,7 @@ class Bridge:
         "deadband",
         "duty",
         "has_ramp",
+        "holds_duty",
         "is_blocked",
         "is_neutral",
         "is_stator_limited",
@@ -101,6 +102,8 @@ class Bridge:
     def __init__(self, motor: MotorConstants) -> None:
         self.motor = motor
         self.volts = self.current = self.supply_current = self.duty = 0.0
+        self.holds_duty = False
+        """Whether it holds `duty` until its next loop, and not `volts`: no limit lowers an output in duty cycles."""
         self.supply = 12.0
         """At its terminals [V]."""
         self.rps = 0.0
@@ -193,7 +196,7 @@ class Bridge:
                     return
                 v = 0.0  # a bridge that drives zero volts brakes, within the current limits
             top = self.max_duty * supply if is_torque else supply
-            v = top if v > top else (-top if v < -top else v)
+            v = asked = top if v > top else (-top if v < -top else v)
             known = emf if is_torque else self.late_rps * emf_per_rps
             self.is_stator_limited = False
             if v > known + cap:
@@ -216,12 +219,14 @@ class Bridge:
             self.current = current
             self.supply_current = current * v / supply
             self.duty = v / supply
+            self.holds_duty = is_duty and v == asked
 
         return drive
 
     def neutral(self, brake: bool) -> None:
         """Open the circuit (coast), or short it (brake)."""
         self.is_neutral = True
+        self.holds_duty = False
         self.volts = self.duty = self.supply_current = 0.0
         self.is_stator_limited = self.is_supply_limited = False
         motor = self.motor

@@ -10,7 +10,7 @@ from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_loop import Command, Feedback, SparkConfiguration, SparkLoop
+from simcore.revlib.spark_loop import Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
 
 rev = season.rev
 RobotState = season.wpilib.RobotState
@@ -124,7 +124,7 @@ class SparkPort:
         self._at_start: float | None = None  # turns of an encoder on the data port as it is switched on
         self._seen = -1
         self._position = self._velocity = self._amps = 0.0
-        self._supply = 12.0
+        self._supply = self._supply_of_loop = 12.0
         _ports[device.key] = self
         self.configure()
 
@@ -154,12 +154,22 @@ class SparkPort:
         command = Command(
             self._mode.get(), self._setpoint.get(), self._slot.get(), self._feed_forward.get(), self._units.get() == 1
         )
+        self._supply_of_loop = self._supply
         self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
 
     def set_supply(self, volts: float) -> None:
         """Voltage at its terminals [V]."""
         self._supply = max(volts, 1.0)
         self._bus.set(self._supply)
+
+    @property
+    def duty_cycle(self) -> float | None:
+        """See `simcore.devices.motor_sim.LoopPort`."""
+        return None if self._holds_volts else self._output.get() * self._sign
+
+    @property
+    def _holds_volts(self) -> bool:
+        return self._mode.get() == ControlMode.VOLTAGE or self.config.compensation is not None
 
     def volts(self, emf: float, resistance: float) -> float:
         """What it puts on the motor, positive as for the mechanism [V].
@@ -174,7 +184,7 @@ class SparkPort:
             output = 0.0
         if output < 0.0 and self._is_stopped(config.soft_reverse, config.stops_reverse, self._reverse, -1.0):
             output = 0.0
-        volts = output * self._sign * self._supply
+        volts = output * self._sign * (self._supply_of_loop if self._holds_volts else self._supply)
         if volts != 0.0 and config.current_limit > 0.0:
             most = config.current_limit * resistance
             # The limiter lowers the output of a motor that drives; it never turns it round.

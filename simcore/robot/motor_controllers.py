@@ -98,6 +98,15 @@ class OwnLoops(Protocol):
 
 
 @runtime_checkable
+class DutyHolder(Protocol):
+    """A motor controller that may hold a duty cycle between two of its loops, and not volts: `LoopDrivePort`."""
+
+    def duty_cycle(self) -> float | None:
+        """The share of its supply that it holds until it is asked next, positive as its volts; None: it holds volts."""
+        ...
+
+
+@runtime_checkable
 class CurrentMeter(Protocol):
     """A motor controller that shows robot code the current of its motor, as the model has it: `LoopDrivePort`."""
 

@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.loop.robot_state import DUTY, VOLTS
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import CurrentMeter, OwnLoops
+from simcore.robot.motor_controllers import CurrentMeter, DutyHolder, OwnLoops
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatSupplier
 
@@ -107,16 +108,22 @@ class SuppliedMotor:
             self._write(rotations, rps)
 
 
-def _terminal_volts(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> list[float]:
-    """Volts at each motor [V]; an open circuit carries no current, as at exactly its back-EMF [V], asked for by number.
+def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
+    """What the controllers want of their motors: kinds of requests, and volts or duty cycles.
 
-    Few circuits are open, so few are asked for it.
+    An open circuit carries no current, as at exactly its back-EMF [V], asked for by number. Few circuits are open, so
+    few are asked for it. Volts that were a share of the supply some milliseconds ago must not stay while it sags: the
+    next share would be of a supply that has recovered, and so to and fro.
     """
-    volts = [port.volts() for port in ports]
-    for k, shown in enumerate(volts):
-        if shown == 0.0 and ports[k].is_open():
-            volts[k] = back_emf(k)
-    return volts
+    modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
+    for k, shown in enumerate(values):
+        port = ports[k]
+        if shown == 0.0:
+            if port.is_open():
+                values[k] = back_emf(k)
+        elif isinstance(port, DutyHolder) and (share := port.duty_cycle()) is not None:
+            modes[k], values[k] = DUTY, share
+    return modes, values
 
 
 def _meters(ports: Sequence[Sequence[MotorPort]]) -> list[tuple[CurrentMeter, int]]:
@@ -201,9 +208,9 @@ class SwervePorts:
             port.set_supply(battery_voltage)
         for port in self._steer_ports:
             port.set_supply(battery_voltage)
-        drive = _terminal_volts(self._drive_ports, self._drive_emf)
-        steer = _terminal_volts(self._steer_ports, self._steer_emf)
-        self._drive.set_volts(drive, steer)
+        modes, drive = _requests(self._drive_ports, self._drive_emf)
+        more, steer = _requests(self._steer_ports, self._steer_emf)
+        self._drive.set_requests([*modes, *more], [*drive, *steer])
 
     def _drive_emf(self, k: int) -> float:
         """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
@@ -300,8 +307,7 @@ class ShaftPorts:
         for ports in self._shafts:
             for port in ports:
                 port.set_supply(battery_voltage)
-        volts = _terminal_volts(self._first, self._drive.shaft_emf)
-        self._drive.set_shaft_volts(volts)
+        self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Hand the sensors what the model did; see `SwervePorts.write`."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.loop.robot_state import MECHANISM, NEUTRAL, SHAFT, VOLTS, Records, records
+from simcore.loop.robot_state import DUTY, MECHANISM, NEUTRAL, SHAFT, VOLTS, Records, records
 from simcore.loop.shaft import turn_alone
 from simcore.quantities import ANGLE, INERTIA, require
 from simcore.robot.gearbox import GearboxConfig
@@ -146,6 +146,17 @@ class ShaftSim:
             raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
         record = self._record
         record["mode"], record["request"], record["brakes"] = VOLTS, volts, 1
+
+    def set_duty_cycle(self, share: float) -> None:
+        """Hold this share of the battery's voltage from the next step on, -1 to 1; zero brakes.
+
+        Raises:
+            NonFiniteError: If it is NaN or infinite.
+        """
+        if not math.isfinite(share):
+            raise NonFiniteError(f"{type(self).__name__}: duty cycle must be a finite number, got {share}")
+        record = self._record
+        record["mode"], record["request"], record["brakes"] = DUTY, min(max(share, -1.0), 1.0), 1
 
     @property
     def load_torque(self) -> float:

@@ -348,7 +348,20 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """After the last step, as the tires leave it [rad/s]."""
         return float(self.robot_record["omega"][0])
 
-    def _command(self, mode: int, requests: Sequence[float]) -> None:
+    def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
+        """What motor controllers want of the motors, until the next time.
+
+        Args:
+            kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state`, of each shaft: wheels, then azimuths.
+            values: Volts [V], or shares of the battery's voltage.
+
+        Raises:
+            NonFiniteError: A value is missing, NaN or infinite; it names the shaft, and nothing has changed.
+        """
+        name = type(self).__name__
+        self._command(kinds, [checked_number(f"{name} request of shaft {k}", value) for k, value in enumerate(values)])
+
+    def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
         """Ask the motors of the first shafts for something."""
         shafts = self.shafts
         shafts["mode"][: len(requests)] = mode

@@ -24,6 +24,7 @@ from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
 from simcore.robot.motor_controllers import MotorDevices
 from simcore.robotpy.auto_start import AutoStart
+from simcore.robotpy.belief_watch import BeliefWatch
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
 from simcore.robotpy.console_noise import LatenessReport
 from simcore.robotpy.loop_waits import LoopWaits
@@ -143,7 +144,10 @@ class RobotPhysics:
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
         """Where the robot stands as autonomous begins."""
-        getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self.auto_start.see_reset)
+        program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
+        self.belief = BeliefWatch(self.robot_sim)
+        """Whether the program's odometry holds."""
+        getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
         network = ntcore.NetworkTableInstance.get_default()
         # In tests, where the instance is local, nobody's clicks may change what a run does.
@@ -275,6 +279,10 @@ class RobotPhysics:
             if self._part == self._parts:
                 self._end_tick()
 
+    def _see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
+        self.belief.note_reset()
+        self.auto_start.see_reset(position, heading)
+
     def _note_place(self, robot: int, pose: tuple[float, float, float] | None) -> None:
         if robot == self.robot_sim.number:
             self.auto_start.note_place(pose)
@@ -295,6 +303,7 @@ class RobotPhysics:
         # when it was due, not when the thread came to it
         self.match.set_network_time(self._start + self._done * self._h)
         self.robot_sim.estimated_pose = self._estimated_pose()
+        self.belief.after_tick(is_driving=self.robot_sim.drive.enabled)
         self.match.end_tick()
         self._driver_station.update()
         self._panels.update()

@@ -21,6 +21,7 @@ from simcore.match.run_record import RunRecord
 from simcore.quantities import EFFICIENCY, require
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
+from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
 from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
@@ -326,6 +327,11 @@ class RobotTest:
             raise ConditionError(f"no success{f': {what}' if what else ''}; {self.summary()}")
 
     # --- truth ----------------------------------------------------------------------------------------------------
+
+    @property
+    def belief_error(self) -> BeliefError:
+        """How far what the robot believes is from the truth: `position` [m] and `heading` [rad]."""
+        return self.physics.belief.error
 
     @property
     def physics(self) -> RobotPhysics:

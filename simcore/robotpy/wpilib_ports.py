@@ -66,6 +66,14 @@ class _ChannelPort:
         """Whether the circuit is open at zero."""
         return self._coasts
 
+    def duty_cycle(self) -> float:
+        """A share of its supply is all that it knows [-]."""
+        return self.volts() / self._supply
+
+    def volts(self) -> float:
+        """What it puts on the motor [V]."""
+        raise NotImplementedError
+
     def write(self, rotations: float, rps: float) -> None:
         """Nobody reads it."""
 
