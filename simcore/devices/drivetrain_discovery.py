@@ -14,6 +14,7 @@ from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrive
 from simcore.devices.makers import MakersDrivetrain, find_device, makers
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encoder, with_followers
+from simcore.devices.simulation_questions import place_of_question
 from simcore.devices.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 from simcore.errors import ConfigError
 from simcore.robot.motor_controllers import BuiltDevice
@@ -93,6 +94,12 @@ def _discovered(graph: ObjectGraph) -> FoundDrivetrain:
             continue
         if found is not None:
             return found
+    asked = place_of_question()
+    if asked and not any(device.model in maker.motors for maker in makers() for device in maker.built()):
+        raise DrivetrainNotFoundError(
+            f"no drivetrain found: the program builds no motor controller here; it asks whether it is real ({asked}): "
+            f"real = true under [robot] of {FILE_NAME} lets it build those of the robot"
+        )
     raise DrivetrainNotFoundError(
         f"no drivetrain found: {why or 'the program builds none of SwerveDrivetrain, Kinematics, DifferentialDrive'}; "
         f"a [drivetrain] table in {FILE_NAME} describes it (docs/which_robots.md), until then there is no field"

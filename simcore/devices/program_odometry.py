@@ -18,6 +18,7 @@ from weakref import WeakKeyDictionary
 
 from simcore import season
 from simcore.devices.recorder import after_call, odometry_classes, record_class
+from simcore.devices.simulation_questions import is_of_program, simulation_code
 
 __all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "set_truth", "watch_sets"]
 
@@ -142,7 +143,6 @@ class _EveryLoop:
 _NEXT_LOOP = 0.045  # [s] from a set to that of the next loop, of 20 ms, with one left out
 _FEW, _MANY = 2, 10  # sets in a row that are let through: of code for simulation, and of other code
 _SEEN = 0.5  # [m]
-_of_simulation: set[Any] = set()  # code that has asked whether this is simulation
 _sets: WeakKeyDictionary[Any, _EveryLoop] = WeakKeyDictionary()
 _truth: list[Callable[[], tuple[float, float, float]]] = []
 
@@ -158,28 +158,11 @@ def _caller() -> tuple[bool, str]:
     place, is_of_simulation = "", False
     while frame is not None:
         code = frame.f_code
-        if "site-packages" not in code.co_filename and not code.co_filename.startswith(_HERE):
+        if is_of_program(code):
             place = place or f"{Path(code.co_filename).name}:{frame.f_lineno}"
-            is_of_simulation |= code in _of_simulation or code.co_name.lower().strip("_") in _SIMULATION
+            is_of_simulation |= simulation_code(code)
         frame = frame.f_back
     return is_of_simulation, place
-
-
-_HERE = str(Path(__file__).resolve().parents[1])
-_SIMULATION = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
-
-
-def _watch_questions() -> None:
-    """Note which code of the program asks whether this is simulation."""
-    cls = season.wpilib.RobotBase
-    for name in (season.own_name(cls, "is_simulation"), season.own_name(cls, "is_real")):
-        original = getattr(cls, name)
-
-        def ask(*args: Any, original: Any = original) -> bool:
-            _of_simulation.add(sys._getframe(1).f_code)
-            return bool(original())
-
-        setattr(cls, name, staticmethod(ask))
 
 
 def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
@@ -217,7 +200,6 @@ def _position(*args: Any) -> tuple[float, float] | None:
     return None
 
 
-_watch_questions()
 for _cls in odometry_classes():  # from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
     for _method, _moved in (

@@ -66,6 +66,8 @@ ROBOT = KeyTable("[robot]", "your robot", (
         ".25 of sailcloth were measured (team 971); left out: 0.7", 0.7),
     Key("drive_motor", MOTOR_NAMES, None, "left out: as the constants say, Kraken X60 with FOC", "Kraken X60"),
     Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
+    Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "
+        "where it would build simulated ones (IO layers)"),
     Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: as many as the game's own robot", 1),
 ))  # fmt: skip
 START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (

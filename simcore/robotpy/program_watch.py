@@ -45,10 +45,12 @@ def watch_program(*, simulated: bool = False) -> Ownership:
         import simcore.robotpy.built_ports  # noqa: F401
         from simcore.devices.makers import watch_makers
         from simcore.devices.ownership import Ownership
+        from simcore.devices.simulation_questions import watch_questions
         from simcore.photonvision.photon_program import HOOKS
 
         _ownership = Ownership()
         watch_makers(_ownership.may_write)
+        watch_questions()
         table_watch()
         for name, hook in HOOKS.items():
             after_import(name, hook)

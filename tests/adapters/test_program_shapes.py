@@ -1,9 +1,21 @@
-"""Robot programs as teams write them, made of short sources: what is told apart here is how a program drives.
-
-`source(name)` is a robot.py; each differs from one of three by the lines that its habit changes.
-"""
+"""Programs as teams write them behave with no line of code; where one does not, simcore says why."""
 
 from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import simcore
+
+pytestmark = pytest.mark.slow
 
 SWERVE = """
 import math
@@ -143,7 +155,7 @@ class Robot(wpilib.TimedRobot):
         self.odometry.update(self.gyro.getRotation2d(), self.positions())
 
     def teleopPeriodic(self):
-        self.drive.driveCartesian(-self.pad.getLeftY(), -self.pad.getLeftX(), -self.pad.getRightX())
+        self.drive.driveCartesian(-self.pad.getLeftY(), self.pad.getLeftX(), self.pad.getRightX())
 """
 _RIO = (
     "self.steer.getClosedLoopController().setReference(angle.radians(), rev.SparkLowLevel.ControlType.kPosition)",
@@ -151,7 +163,8 @@ _RIO = (
 )
 _LOOP = (
     "    def angle(self):",
-    "        self.loop = PIDController(3.0, 0, 0)\n        self.loop.enableContinuousInput(-math.pi, math.pi)\n{more}\n    def angle(self):",
+    "        self.loop = PIDController(8.0, 0, 0)\n        self.loop.enableContinuousInput(-math.pi, math.pi)\n"
+    "{more}\n    def angle(self):",
 )
 _DIO = (
     "return Rotation2d(self.steer.getEncoder().getPosition())",
@@ -159,21 +172,21 @@ _DIO = (
 )
 _SIM_WRITES = (
     "    def teleopPeriodic(self):",
-    "    def {hook}(self):\n        for k, motor in enumerate(m for module in self.modules for m in (module.drive, module.steer)):\n"
-    "            self.sims[k].iterate(motor.getAppliedOutput() * 12.0, 12.0, 0.02)\n"
-    "            self.sims[k].getRelativeEncoderSim().setPosition(0.1)\n\n    def teleopPeriodic(self):",
+    "    def {hook}(self):\n        for sim in self.sims:\n            sim.iterate(3.0, 12.0, 0.02)\n"
+    "            sim.getRelativeEncoderSim().setPosition(0.1)\n\n    def teleopPeriodic(self):",
 )
 _SIMS = (
     "        self.odometry = ",
     "        from wpimath.system.plant import DCMotor\n"
-    "        self.sims = [rev.{cls}(m, DCMotor.NEO()) for module in self.modules for m in (module.drive, module.steer)]\n"
+    "        motors = [m for module in self.modules for m in (module.drive, module.steer)]\n"
+    "        self.sims = [rev.{cls}(m, DCMotor.NEO()) for m in motors]\n"
     "        self.odometry = ",
 )
 _MOVES_ITSELF = (
     "        self.odometry.update(self.heading(), self.positions())",
     "        self.odometry.update(self.heading(), self.positions())\n        if RobotBase.isSimulation():\n"
-    "            p = self.odometry.getPose()\n            v = 0.7 * self.asked\n"
-    "            self.odometry.resetPosition(self.heading(), self.positions(), Pose2d(p.x, p.y + 0.02 * v, p.rotation()))",
+    "            p = self.odometry.getPose()\n            p = Pose2d(p.x, p.y + 0.014 * self.asked, p.rotation())\n"
+    "            self.odometry.resetPosition(self.heading(), self.positions(), p)",
 )
 _ASKED = (
     "        for module, state in",
@@ -217,6 +230,30 @@ CLEAN: dict[str, str] = {
 }  # fmt: skip
 """Programs with which nothing is wrong, by their habit: belief holds with no line of code."""
 
+IO_LAYERS = _with(
+    SWERVE,
+    (
+        "class Robot(",
+        '''class SimulatedModule:
+    """What an IO layer builds in simulation: no motor, a model of its own."""
+
+    def __init__(self, k):
+        self.way, self.state = 0.0, SwerveModuleState()
+
+    def get_position(self):
+        self.way += 0.02 * self.state.speed
+        return SwerveModulePosition(self.way, self.state.angle)
+
+    def go(self, state):
+        self.state = state
+
+
+class Robot(''',
+    ),
+    ("[Module(k) for", "[(Module if RobotBase.isReal() else SimulatedModule)(k) for"),
+)
+"""Builds motors on the real robot alone."""
+
 FAULTS: dict[str, tuple[str, str, str]] = {
     "a gyro that is not negated": (
         _with(SWERVE, ("return self.gyro.getRotation2d()", "return Rotation2d.fromDegrees(self.gyro.getAngle())")),
@@ -230,10 +267,106 @@ FAULTS: dict[str, tuple[str, str, str]] = {
         "",
         "goes the other way",
     ),
-    "a heading in degrees": (
-        _with(SWERVE, ("return self.gyro.getRotation2d()", "return Rotation2d(0.5 * self.gyro.getRotation2d().radians())")),
+    "a heading that is half of it": (
+        _with(SWERVE, ("return self.gyro.getRotation2d()", "return self.gyro.getRotation2d() * 0.5")),
         "",
         "times as far",
     ),
 }  # fmt: skip
 """Programs with an error: source, keys of [drivetrain], and what the warning says."""
+
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
+SAMPLE = ("SparkSim in simulationPeriodic", "steer motors turn the other way", "tank of motors L1 and R1")
+COURSE = """
+import json, math
+from pathlib import Path
+
+
+def test_course(sim):
+    pad, legs = sim.xbox(0), {}
+    sim.place(1.5, 2.2)
+    sim.teleop(seconds=0.3)
+    robot = sim.robot_sim
+
+    def drive(name, **sticks):
+        true, told, turned = robot.chassis.pose, robot.estimated_pose, 0.0
+        for tenth in range(18):
+            for stick, value in sticks.items():
+                setattr(pad, stick, value if tenth < 12 else 0.0)
+            heading = sim.pose.rotation()
+            sim.run(0.1)
+            turned += (sim.pose.rotation() - heading).radians()
+        now, new = robot.chassis.pose, robot.estimated_pose
+        legs[name] = math.dist(true[:2], now[:2]), math.dist(told[:2], new[:2]), turned
+
+    for leg in LEGS:
+        drive(*leg[:1], **leg[1])
+    facts = {"legs": legs, "warnings": sim.warnings, "digest": sim.match.digest.hexdigest()}
+    Path(__file__).with_name("facts.json").write_text(json.dumps(facts))
+"""
+STRAIGHT = [["ahead", {"left_y": -0.4}], ["left", {"left_x": -0.5}], ["turn", {"right_x": -0.6}]]
+TANK = [["ahead", {"left_y": -0.3}], ["turn", {"right_x": -0.3}], ["curve", {"left_y": 0.3, "right_x": -0.25}]]
+
+
+@pytest.fixture
+def drive(tmp_path) -> Callable[..., dict[str, Any]]:
+    """Runs a program over some legs in a process of its own."""
+    for module in ("wpilib", "pyfrc", "rev"):
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}: pip install .[robotpy,rev]")
+
+    def run(source: str, legs: list[Any], toml: str = "", *, fails: bool = False) -> dict[str, Any]:
+        (tmp_path / "robot.py").write_text(source)
+        (tmp_path / "course_test.py").write_text(COURSE.replace("LEGS", repr(legs)))
+        (tmp_path / "simcore.toml").write_text(toml)
+        path = os.pathsep.join([str(PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])])
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "course_test.py"],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+        assert (done.returncode != 0) is fails, done.stdout + done.stderr
+        if fails:
+            return {"said": done.stdout}
+        facts: dict[str, Any] = json.loads((tmp_path / "facts.json").read_text())
+        return facts
+
+    return run
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_it_goes_where_the_sticks_say_and_knows_it(name, drive, request):
+    if name not in SAMPLE and not request.config.getoption("--whole"):
+        pytest.skip("not in the sample: --whole runs all of them")
+    is_tank = name.startswith("tank")
+    facts = drive(CLEAN[name], TANK if is_tank else STRAIGHT)
+    legs = facts["legs"]
+    for leg in ("ahead",) if is_tank or name == "mecanum" else ("ahead", "left"):
+        true, told, turned = legs[leg]
+        assert true > 0.8 and told == pytest.approx(true, rel=0.05) and abs(turned) < 0.2, (leg, legs)
+    assert legs["turn"][2] > (0.0 if "inches" in name else 0.5), "counter-clockwise, on the spot"
+    assert "curve" not in legs or legs["curve"][2] > 0.3
+    assert not [text for text in facts["warnings"] if "does not hold" in text]
+    if name == SAMPLE[0]:
+        assert drive(CLEAN[name], STRAIGHT) == facts
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_an_odometry_that_does_not_hold_is_told_with_its_cause(name, drive, request):
+    if name != next(iter(FAULTS)) and not request.config.getoption("--whole"):
+        pytest.skip("not in the sample: --whole runs all of them")
+    source, keys, cause = FAULTS[name]
+    legs = [*STRAIGHT[:2], ["turn", {"right_x": -0.8}]] if "tank" not in name else TANK
+    said = drive(source, legs, f"[drivetrain]\n{keys}\n" if keys else "")["warnings"]
+    told = [text for text in said if "does not hold" in text]
+    assert len(told) == 1 and cause in told[0], said
+
+
+def test_an_io_layer_builds_its_motors_where_the_file_says_that_it_is_real(drive):
+    assert "real = true" in drive(IO_LAYERS, STRAIGHT, fails=True)["said"]
+    true, told, _ = drive(IO_LAYERS, STRAIGHT, "[robot]\nreal = true\n")["legs"]["ahead"]
+    assert true > 0.8 and told == pytest.approx(true, rel=0.05)
