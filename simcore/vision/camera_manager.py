@@ -108,6 +108,7 @@ class VisionSimManager:
         self.layout = layout
         self._rng = rng
         self._histories: dict[int, PoseHistory] = {}
+        self._tag_errors: FloatArray | None = None
         self.cameras: dict[str, LimelightSim] = {}
         """By name, in the order in which they were added."""
 
@@ -133,7 +134,11 @@ class VisionSimManager:
         if config.name in self.cameras:
             raise ConfigError(f"camera {config.name!r} comes twice; each needs its own name, also on other robots")
         (rng,) = self._rng.spawn(1)
-        camera = LimelightSim(config, self.layout, rng, robot=robot, ports=ports, gate=gate)
+        if self._tag_errors is None:
+            self._tag_errors = self._rng.standard_normal((len(self.layout.ids), 6))
+        camera = LimelightSim(
+            config, self.layout, rng, robot=robot, ports=ports, gate=gate, tag_errors=self._tag_errors
+        )
         self.cameras[config.name] = camera
         self.follow(robot)
         return camera

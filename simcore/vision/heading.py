@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Rows, Vector, rotate_back, rpy
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy, matrix, rotate_back, rpy
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
@@ -212,20 +212,8 @@ class HeadingSource:
 
     def attitude(self, time: float) -> FloatArray:
         """From robot to field axes at a time [s], shape (3, 3)."""
-        return np.array(self.attitude_rows(time))
-
-    def attitude_rows(self, time: float) -> Rows:
-        """The same in plain floats."""
         yaw, pitch, roll = self._at(time)
-        cy, sy = math.cos(yaw), math.sin(yaw)
-        if roll == 0.0 and pitch == 0.0:
-            return (cy, -sy, 0.0), (sy, cy, 0.0), (0.0, 0.0, 1.0)
-        cp, sp, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
-        return (
-            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-            (-sp, cp * sr, cp * cr),
-        )
+        return matrix(from_rpy(roll, pitch, yaw))
 
     def reading(self) -> ImuReading | None:
         """Reading of the IMU now; None without one."""

@@ -10,8 +10,10 @@ import math
 from itertools import chain
 from typing import Any
 
-from simcore.geometry.rotation import Rows, Vector, apply, apply_back, times, transposed
-from simcore.vision.camera import CameraConfig
+import numpy as np
+
+from simcore.typing import FloatArray
+from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 
 __all__ = [
@@ -151,32 +153,28 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
     """
     if tag is None or tag.poses is None:
         return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
-    place = tag.poses[0].translation
-    a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
-    turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
+    place = np.array(tag.poses[0].translation)
+    turn = np.array(tag.poses[0].rotation) * (
+        1.0,
+        -1.0,
+        -1.0,
+    )  # a tag's axes are right, up, out; a target's right, down, in
     # The robot's axes, right, down, ahead as a camera's, are its own y and z reversed, and its x.
-    (ax, ay, az), (lx, ly, lz), (ux, uy, uz) = frame.mount_axes
-    mount_ahead, mount_left, mount_up = frame.mount_position
-    axes = ((-lx, -ly, -lz), (-ux, -uy, -uz), (ax, ay, az))
-    x, y, z = apply(axes, place)
-    robot_place = (x - mount_left, y - mount_up, z + mount_ahead)
-    robot_turn = times(axes, turn)
-    return _six(place, turn), _back(place, turn), _six(robot_place, robot_turn), _back(robot_place, robot_turn)
+    robot_place = OPTICAL @ (frame.mount_axes @ place + frame.mount_position)
+    robot_turn = OPTICAL @ frame.mount_axes @ turn
+    return (
+        _six(place, turn),
+        _six(-place @ turn, turn.T),
+        _six(robot_place, robot_turn),
+        _six(-robot_place @ robot_turn, robot_turn.T),
+    )
 
 
-def _back(place: Vector, turn: Rows) -> list[float]:
-    """The inverse pose, as `_six` has it."""
-    x, y, z = apply_back(turn, place)
-    return _six((-x, -y, -z), transposed(turn))
-
-
-def _six(place: Vector, turn: Rows) -> list[float]:
+def _six(place: FloatArray, turn: FloatArray) -> list[float]:
     """Place and the angles of yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
-    _, (t10, t11, t12), _ = turn
+    (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
-    yaw = math.atan2(turn[0][2], turn[2][2])
-    roll = math.atan2(t10, t11)
-    return [*place, _DEGREES * pitch, _DEGREES * yaw, _DEGREES * roll]
+    return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
 
 
 def _sides(corners: Corners | None) -> list[float]:
@@ -308,10 +306,9 @@ def _kind(name: str, value: Value) -> str:
 
 def _of_nothing() -> dict[str, Value]:
     """Values of a frame in which nothing is."""
-    zero = (0.0, 0.0, 0.0)
     nothing = Frame(
         number=0, time=0.0, published=0.0, capture_latency=0.0, pipeline_latency=0.0, pipeline=0, pipeline_kind="tags",
-        json=False, mount=(*zero, *zero), mount_position=zero, mount_axes=(zero, zero, zero),
+        json=False, mount=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), mount_position=np.zeros(3), mount_axes=np.eye(3),
     )  # fmt: skip
     return frame_values(nothing, CameraConfig(), (1.0, 1.0))
 

@@ -14,9 +14,9 @@ from games.rebuilt.staging import Staging
 from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
+from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
-from simcore.vision.tag_visibility import TagFinder
+from simcore.vision.tag_visibility import find_tags
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -28,7 +28,7 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
     """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
-    return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, **more)
+    return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
@@ -56,10 +56,9 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
     assert not {3, 4, 19, 20} & found
-    finder = TagFinder(official_layout("2026-welded"), camera.type)
-    rotation = optical_rotation(camera.mount.rotation)
-    rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
-    in_picture = {finder._layout.id_list[row] for row in rows}
+    layout, rotation = official_layout("2026-welded"), optical_rotation(camera.mount.rotation)
+    rows, _ = find_tags(layout, camera.type, (2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
+    in_picture = set(layout.ids[rows].tolist())
     assert 4 in in_picture  # only the hub hides it
 
 
@@ -88,10 +87,11 @@ def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     Beyond 75 degrees it is not read at all."""
     layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
-    x, y, z = layout.center_list[row]
+    x, y, z = layout.centers[row].tolist()
     angle = math.radians(angle_deg)
     eye = (x - distance * math.cos(angle), y + distance * math.sin(angle), z)
-    rows, _ = TagFinder(layout, lens).find(eye, optical_rotation(from_yaw(-angle)), min_side=12.0, max_angle_deg=75.0)
+    turn = optical_rotation(from_yaw(-angle))
+    rows, _ = find_tags(layout, lens, eye, turn, min_side=12.0, max_angle_deg=75.0)
     assert (row in rows) is expected
 
 
@@ -129,6 +129,7 @@ def test_a_carpet_full_of_fuel_hides_nothing():
 
 def piece_frame(fuel, camera=None, others=(), gate=None):
     camera = camera or CameraConfig(
+        bias=CameraBias.none(),
         name="eye",
         type=limelight_type("LL3"),
         mount=CameraMount(z=0.5, pitch_deg=20.0),
@@ -291,4 +292,4 @@ def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
     for k, tag in enumerate(seen_tags):
         assert tags[2 * k + 1, :3] == pytest.approx(layout.centers[layout.id_list.index(tag.id)])
     largest = max(seen_tags, key=lambda tag: tag.area_percent)
-    assert math.dist(line[1, :3], layout.center_list[layout.id_list.index(largest.id)]) < 0.1
+    assert math.dist(line[1, :3], layout.centers[layout.id_list.index(largest.id)]) < 0.1
