@@ -20,7 +20,7 @@ from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.limelight_wire import TOPICS
+from simcore.vision.limelight_table import TOPICS
 from simcore.vision.tag_layout import official_layout
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")

@@ -8,7 +8,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, from_yaw, yaw_of
-from simcore.vision.heading import PoseHistory, ScalarHistory, slerp
+from simcore.vision.heading import AngleHistory, PoseHistory, slerp
 
 
 def test_between_two_poses_it_moves_straight_and_turns_evenly():
@@ -54,11 +54,11 @@ def test_slerp_of_large_and_small_turns():
 
 
 def test_readings_are_interpolated_and_late_ones_dropped():
-    history = ScalarHistory()
+    history = AngleHistory()
     assert history.at(0.0) is None
-    history.add(1.0, 1.0)
-    history.add(2.0, 3.0)
-    history.add(1.5, 99.0)
-    assert history.at(1.5) == pytest.approx(2.0)
-    history.add(2.0, 5.0)
-    assert history.at(9.0) == 5.0
+    history.add(1.0, (1.0, 0.0, 0.0))
+    history.add(2.0, (3.0, 0.0, 0.0))
+    history.add(1.5, (99.0, 0.0, 0.0))
+    assert history.at(1.5) == pytest.approx((2.0, 0.0, 0.0))
+    history.add(2.0, (5.0, 0.0, 0.0))
+    assert history.at(9.0) == (5.0, 0.0, 0.0)
