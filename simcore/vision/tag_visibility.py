@@ -86,7 +86,6 @@ class Occlusion:
         half = 0.5 * layout.size
         self._points = _EDGE_POINTS * (half, half, _CLEAR) @ layout.square_axes + layout.centers[:, None, :]
         self._rays: list[list[list[float]]] = self._points[:, _RAYS].tolist()
-        self._lowest = float(self._points[:, :, 2].min(initial=math.inf))
         self._known: dict[int, tuple[float, Vector, bool]] = {}
 
     def uncovered(self, rows: Sequence[int], pos: Vector, scene: CameraScene, time: float) -> BoolArray:
@@ -102,44 +101,19 @@ class Occlusion:
         if scene.sight is not None:
             self._refresh(rows, pos, scene.sight, time)
             free = np.array([self._known[row][2] for row in rows])
-        pieces, radii = scene.above(min(pos[2], self._lowest))
-        if len(pieces):
-            hidden = hidden_by_spheres(pos, self._points[rows].reshape(-1, 3), pieces, radii)
-            if hidden is not None:
-                free &= ~hidden.reshape(len(rows), -1).any(axis=1)
+        hidden = hidden_by_spheres(pos, self._points[rows].reshape(-1, 3), scene)
+        free &= ~hidden.reshape(len(rows), -1).any(axis=1)
         return free
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
         """Cast rays to the tags of which nothing is known from about here and now."""
-        known, rays = self._known, self._rays
-        first: list[int] = []
-        whole: list[int] = []
-        ends: list[list[float]] = []
+        stale = []
         for row in rows:
-            last = known.get(row)
-            if last is not None and 0.0 <= time - last[0] < _STALE and math.dist(last[1], pos) <= _MOVED:
-                continue
-            if last is None or last[2]:
-                whole.append(row)
-            else:  # of a tag that was hidden the middle first: most are hidden there
-                first.append(row)
-                ends.append(rays[row][-1])
-        for row in whole:
-            ends += rays[row]
-        if not ends:
-            return
-        blocked = sight.blocked(self._robot, pos, ends)
-        turned_up: list[int] = []
-        for row, is_blocked in zip(first, blocked[: len(first)], strict=True):
-            if is_blocked:
-                known[row] = (time, pos, False)
-            else:
-                turned_up.append(row)
-        start = len(first)
-        for row in whole:
-            known[row] = (time, pos, True not in blocked[start : start + len(_RAYS)])
-            start += len(_RAYS)
-        if turned_up:
-            blocked = sight.blocked(self._robot, pos, [end for row in turned_up for end in rays[row][:-1]])
-            for k, row in enumerate(turned_up):
-                known[row] = (time, pos, True not in blocked[4 * k : 4 * k + 4])
+            last = self._known.get(row)
+            if last is None or not 0.0 <= time - last[0] < _STALE or math.dist(last[1], pos) > _MOVED:
+                stale.append(row)
+        if stale:
+            ends = [end for row in stale for end in self._rays[row]]
+            blocked = np.array(sight.blocked(self._robot, pos, ends)).reshape(len(stale), -1)
+            for row, rays in zip(stale, blocked.tolist(), strict=True):
+                self._known[row] = (time, pos, True not in rays)

@@ -192,12 +192,6 @@ def test_a_radius_for_each_piece_or_one_for_all():
         CameraScene(pieces=np.zeros((2, 3)), piece_radius=np.zeros(3))
     small, large = CameraScene(pieces=np.zeros((2, 3)), piece_radius=0.1), CameraScene(pieces=np.zeros((0, 3)))
     assert small.radii.tolist() == [0.1, 0.1] and large.radii.shape == (0,)
-    mixed = CameraScene(
-        pieces=np.array([(0, 0, 0.1), (1, 0, 0.1), (2, 0, 0.5)]), piece_radius=np.array([0.1, 0.05, 0.4])
-    )
-    centers, radii = mixed.above(3.0)
-    assert centers[:, 0].tolist() == [1.0, 2.0] and radii.tolist() == [0.05, 0.4]
-    assert len(mixed.above(0.3)[0]) == 3
 
 
 def test_the_perfect_camera_gives_the_exact_pose_wherever_it_looks():
