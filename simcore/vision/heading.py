@@ -10,12 +10,12 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, matrix, rotate_back, rpy
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
 
-__all__ = ["AngleHistory", "HeadingSource", "PoseHistory", "slerp"]
+__all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
 
 _Value = TypeVar("_Value")
 
@@ -78,7 +78,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
 
     def __init__(self, span: float = 2.0) -> None:
         """Keep poses for `span` [s]."""
-        super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), slerp(a[1], b[1], s)), span)
+        super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
         """Note where the robot is now; a jump in space or backwards in time starts over."""
@@ -123,21 +123,6 @@ class AngleHistory(_History[Vector]):
 
 def _lerp(a: Vector, b: Vector, s: float) -> Vector:
     return a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
-
-
-def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
-    """The attitude a part `s` of the way from a to b, on the shorter way."""
-    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
-    if dot < 0.0:
-        b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
-    if dot > 0.99995:  # under a degree: the chord is as good as the arc
-        u, v = 1.0 - s, s
-    else:
-        angle = math.acos(dot)
-        u, v = math.sin((1.0 - s) * angle), math.sin(s * angle)
-    x, y, z, w = u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2], u * a[3] + v * b[3]
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
-    return x / norm, y / norm, z / norm, w / norm
 
 
 class HeadingSource:

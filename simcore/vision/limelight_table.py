@@ -223,6 +223,20 @@ def _imu(frame: Frame) -> list[float]:
     ]  # fmt: skip
 
 
+_OF_PRIMARY = {
+    "t6t_cs": "targetpose_cameraspace",
+    "t6c_ts": "camerapose_targetspace",
+    "t6t_rs": "targetpose_robotspace",
+    "t6r_ts": "botpose_targetspace",
+}
+"""What only the primary tag has in `json`, by topic."""
+
+
+def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
+    tx, ty = seen.tx_deg, seen.ty_deg
+    return {"tx": tx, "ty": ty, "tx_nocross": tx, "ty_nocross": ty, "ta": seen.area_percent, "pts": seen.pixels}
+
+
 def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
     """The whole frame.
 
@@ -268,39 +282,15 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
             {
                 "fID": tag.id,
                 "fam": "36h11C",
-                "tx": tag.tx_deg,
-                "ty": tag.ty_deg,
-                "tx_nocross": tag.tx_deg,
-                "ty_nocross": tag.ty_deg,
                 "txp": float(tag.corners[:, 0].mean()),
                 "typ": float(tag.corners[:, 1].mean()),
-                "ta": tag.area_percent,
-                "pts": tag.pixels,
-                **(
-                    {
-                        "t6t_cs": values["targetpose_cameraspace"],
-                        "t6c_ts": values["camerapose_targetspace"],
-                        "t6t_rs": values["targetpose_robotspace"],
-                        "t6r_ts": values["botpose_targetspace"],
-                    }
-                    if tag is frame.primary_tag
-                    else {}
-                ),
+                **_json_target(tag),
+                **{key: values[name] for key, name in _OF_PRIMARY.items() if tag is frame.primary_tag},
             }
             for tag in frame.tags
         ],
         "Detector": [
-            {
-                "class": piece.class_name,
-                "classID": piece.class_id,
-                "tx": piece.tx_deg,
-                "ty": piece.ty_deg,
-                "tx_nocross": piece.tx_deg,
-                "ty_nocross": piece.ty_deg,
-                "ta": piece.area_percent,
-                "pts": piece.pixels,
-            }
-            for piece in frame.pieces
+            {"class": piece.class_name, "classID": piece.class_id, **_json_target(piece)} for piece in frame.pieces
         ],
     }
     return json.dumps(data)

@@ -59,13 +59,14 @@ def test_a_frame_leaves_the_camera_its_latency_after_it_was_exposed():
 
 
 def test_the_heading_is_that_of_the_frames_time():
-    """At two turns in three seconds, a heading that were a tick old would be 5 degrees off."""
+    """At two turns in three seconds, a heading that were a tick old would be 5 degrees off. Of an angle t, 0.08 rad a
+    tick, the attitude in between is off by t^3 / 240, 5 um at the distance of the tags."""
     config = CameraConfig(type=replace(LL3, corner_noise=0.0), mount=MOUNT, bias=CameraBias.none())
     _, frames = drive(config, 0.4, spin=4.0, each=orient, yaw=-0.8)
     seen = [frame for frame in frames if frame.megatag2 is not None]
     assert len(seen) > 5
     for frame in seen:
-        assert frame.megatag2.position[:2] == pytest.approx(PLACE[:2], abs=1e-6)
+        assert frame.megatag2.position[:2] == pytest.approx(PLACE[:2], abs=1e-5)
         assert math.radians(frame.megatag2.yaw_deg) == pytest.approx(-0.8 + 4.0 * frame.time, abs=1e-9)
 
 
