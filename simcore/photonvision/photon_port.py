@@ -24,8 +24,8 @@ from simcore import season
 from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagPose, TagSighting
-from simcore.vision.camera_manager import NetworkClock
 from simcore.vision.limelight import CameraRequest
+from simcore.vision.network_clock import NetworkClock
 
 Pose3d = season.wpimath.Pose3d
 Rotation3d = season.wpimath.Rotation3d

@@ -17,9 +17,9 @@ from simcore import season
 from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
-from simcore.vision.camera_manager import NetworkClock
 from simcore.vision.limelight import CameraRequest
 from simcore.vision.limelight_settings import INPUTS
+from simcore.vision.network_clock import NetworkClock
 
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 

@@ -15,12 +15,12 @@ import pytest
 
 from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.camera_manager import NetworkClock
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
 from simcore.vision.limelight_table import TOPICS
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tag_layout import official_layout
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")

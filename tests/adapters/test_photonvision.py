@@ -28,10 +28,10 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     optical_rotation,
     quad_area,
 )
-from simcore.vision.camera_manager import NetworkClock  # noqa: E402
 from simcore.vision.camera_scene import CameraScene  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
+from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.tag_layout import official_layout  # noqa: E402
 from simcore.vision.tag_visibility import find_tags  # noqa: E402
 

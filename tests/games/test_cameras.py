@@ -240,6 +240,22 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     assert none[0] == first[0]
 
 
+def test_the_bias_is_that_of_the_seed_and_tags_are_misplaced_for_all_cameras_alike():
+    """Tags moved by 50 mm x N(0, 1) and no other error: two cameras agree on a wrong place."""
+    bias = replace(CameraBias.none(), tag_position=0.05)
+    eyes = [replace(at_lens(0.5, pitch_deg=-15.0), name=name, bias=bias) for name in ("a", "b")]
+    places = {}
+    for seed in (1, 1, 2):
+        entry = RobotEntry(start=(2.5, 4.0345, 0.0), config=with_cameras(*eyes))
+        with RebuiltSim(seed=seed, robots=(entry,), staging=NO_FUEL) as match:
+            match.play(0.2)
+            a, b = (np.array(match.cameras.camera(name).last.megatag1.position) for name in ("a", "b"))
+            true = match.robots[0].chassis.pos
+        assert math.dist(a, b) < 0.02 < math.dist(a, true)
+        assert np.array_equal(places.setdefault(seed, a), a)
+    assert math.dist(places[1], places[2]) > 0.02
+
+
 def test_two_cameras_of_one_name_end_the_build():
     from simcore.errors import ConfigError
 
