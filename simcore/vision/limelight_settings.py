@@ -80,7 +80,7 @@ class CameraSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class _Setting:
     """What a topic sets."""
 
     name: str
@@ -103,28 +103,28 @@ def _first(values: Values) -> int:
 
 
 INPUTS = {
-    "pipeline": Setting("pipeline", 1, "a pipeline", lambda v: True, _first),
-    "priorityid": Setting("priority_id", 1, "a tag's id, or -1 for none", lambda v: _is_whole(v, -1), _first),
-    "crop": Setting(
+    "pipeline": _Setting("pipeline", 1, "a pipeline", lambda v: True, _first),
+    "priorityid": _Setting("priority_id", 1, "a tag's id, or -1 for none", lambda v: _is_whole(v, -1), _first),
+    "crop": _Setting(
         "crop", 4, "x0 < x1 and y0 < y1 within -1 to 1",
         lambda v: -1.0 <= v[0] < v[1] <= 1.0 and -1.0 <= v[2] < v[3] <= 1.0, tuple,
     ),
-    "fiducial_id_filters_set": Setting(
+    "fiducial_id_filters_set": _Setting(
         "id_filters", None, "ids of tags", lambda v: _is_whole(v, 0), lambda v: tuple(map(int, v)) or None
     ),
-    "fiducial_downscale_set": Setting(
+    "fiducial_downscale_set": _Setting(
         "downscale", 1, f"0 (as the pipeline) or 1 to 5 for {_DOWNSCALES[1:]}",
         lambda v: _is_whole(v, 0, len(_DOWNSCALES) - 1), lambda v: _DOWNSCALES[int(v[0])],
     ),
-    "throttle_set": Setting("throttle", 1, "how many frames to skip", lambda v: _is_whole(v, 0), _first),
-    "camMode": Setting(
+    "throttle_set": _Setting("throttle", 1, "how many frames to skip", lambda v: _is_whole(v, 0), _first),
+    "camMode": _Setting(
         "is_driver_camera", 1, "0 (vision) or 1 (driver camera)", lambda v: v[0] in (0.0, 1.0), lambda v: v[0] == 1.0
     ),
-    "imumode_set": Setting("imu_mode", 1, "a mode from 0 to 4", lambda v: _is_whole(v, 0, 4), _first),
-    "imuassistalpha_set": Setting(
+    "imumode_set": _Setting("imu_mode", 1, "a mode from 0 to 4", lambda v: _is_whole(v, 0, 4), _first),
+    "imuassistalpha_set": _Setting(
         "imu_assist", 1, "a weight from 0 to 1", lambda v: 0.0 <= v[0] <= 1.0, lambda v: v[0]
     ),
-    "camerapose_robotspace_set": Setting("mount", 6, "a place and angles", lambda v: True, tuple),
+    "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
 """Topics that change a setting. `robot_orientation_set` is none: the camera keeps its history."""
 
