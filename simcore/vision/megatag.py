@@ -148,6 +148,10 @@ class TagPicture:
         self._places = (true_layout.centers[self._rows] - self._eye) @ rotation.T
         start = np.array((true, flip_pose(true, self._places)))
         normal, right, step, left = solve_tags(start, self._places, self._seen, layout.size)
+        # A tilt by a shortens a tag by a^2 / 2, whatever it is turned: noise s hides it up to sqrt(2 s z / h).
+        hidden = 4.0 * self._noise / layout.size * self._places[:, 2]
+        turned = (step[..., :3] ** 2).sum(axis=-1)
+        step[..., :3] *= np.sqrt(hidden / (hidden + turned + _EXACT))[..., None]
         better = np.argmin(left, axis=0)
         order = np.array((better, 1 - better)), np.arange(len(better))
         self._turns = (rotation_matrices(step[..., :3]) @ start)[order]
@@ -163,6 +167,8 @@ class TagPicture:
         back = by_camera.swapaxes(1, 2)
         self._normal = (back @ normal[0] @ by_camera).sum(axis=0)
         self._right = (back @ right).sum(axis=0)[:, 0]
+        if len(better) == 1 and self._noise > 0.0:
+            self._normal[:3, :3] += self._noise**2 / hidden[0] * _IDENTITY
         self.tags = self._sightings(pixels, lens, doubt)
         """Each tag by itself."""
         self._statistics = _statistics(layout, self._rows, self.tags)

@@ -46,12 +46,14 @@ def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
 def test_deviations_of_a_tag_seen_head_on_are_those_of_the_textbook(distance):
     """Corners at (+-h, +-h) in depth z. A step along z moves each by h z'/z^2 in u and in v, of eight: s z^2 / (h
     sqrt(8)). A turn about the vertical moves u of all alike, as a step does, and v by +-h^2/z^2, of four: s z^2 /
-    (2 h^2). Both but for the square of h / z, which is 0.7 % at 1 m."""
+    (2 h^2); and it is seen by its square, where that moves a corner by s: at sqrt(2 s z / h). All but for the square of
+    h / z, which is 0.7 % at 1 m."""
     low = layout((1, (10.0, 4.0, 0.0)))  # the lens in the robot's origin: no turn moves that
     found = picture(low, (10.0 - distance, 4.0, 0.0), 0.0, CameraMount()).megatag1()
     x, _, _, _, _, yaw_deg = found.std_devs
     assert x == pytest.approx(NOISE * distance**2 / (HALF * math.sqrt(8.0)), rel=3.0 * (HALF / distance) ** 2)
-    turn = NOISE * distance**2 / (2.0 * HALF**2)
+    by_depth, by_square = NOISE * distance**2 / (2.0 * HALF**2), math.sqrt(2.0 * NOISE * distance / HALF)
+    turn = 1.0 / math.hypot(1.0 / by_depth, 1.0 / by_square)
     assert math.radians(yaw_deg) == pytest.approx(turn, rel=3.0 * (HALF / distance) ** 2)
 
 
