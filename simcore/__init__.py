@@ -97,7 +97,7 @@ _HOMES = {
     "robotpy.run_variation": ("run_variation",),
     "telemetry.networktables_sink": ("NetworkTablesSink",),
     "telemetry.wpilog": ("WpilogSink",),
-    "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
+    "vision.camera": ("CameraBias", "CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
     "vision.limelight": ("LimelightSim",),
 }  # fmt: skip
 _HOME = {name: f"simcore.{module}" for module, names in _HOMES.items() for name in names}

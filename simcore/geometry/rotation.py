@@ -17,11 +17,7 @@ from simcore.typing import FloatArray
 __all__ = [
     "IDENTITY",
     "Quaternion",
-    "Rows",
     "Vector",
-    "apply",
-    "apply_back",
-    "as_rows",
     "cross",
     "dot",
     "frame_pose",
@@ -35,9 +31,6 @@ __all__ = [
     "rotate",
     "rotate_back",
     "rpy",
-    "times",
-    "times_back",
-    "transposed",
     "wrap_angle",
     "yaw_of",
 ]
@@ -46,9 +39,6 @@ Quaternion = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
-
-
-Rows = tuple[Vector, Vector, Vector]
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -173,20 +163,6 @@ def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
     )
 
 
-def as_rows(a: Rows | FloatArray) -> Rows:
-    """An array of shape (3, 3) as rows; rows stay what they are."""
-    if isinstance(a, tuple):
-        return a
-    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a.tolist()
-    return (a00, a01, a02), (a10, a11, a12), (a20, a21, a22)
-
-
-def transposed(a: Rows) -> Rows:
-    """The transpose a^T."""
-    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
-    return (a00, a10, a20), (a01, a11, a21), (a02, a12, a22)
-
-
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
@@ -201,33 +177,3 @@ def cross(a: Vector, b: Vector) -> Vector:
     """Vector product."""
     (ax, ay, az), (bx, by, bz) = a, b
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-def apply(a: Rows, v: Vector) -> Vector:
-    """Its product a v with a vector."""
-    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
-    x, y, z = v
-    return a00 * x + a01 * y + a02 * z, a10 * x + a11 * y + a12 * z, a20 * x + a21 * y + a22 * z
-
-
-def apply_back(a: Rows, v: Vector) -> Vector:
-    """The product a^T v: for a rotation, its inverse."""
-    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
-    x, y, z = v
-    return a00 * x + a10 * y + a20 * z, a01 * x + a11 * y + a21 * z, a02 * x + a12 * y + a22 * z
-
-
-def times(a: Rows, b: Rows) -> Rows:
-    """Their product a b."""
-    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
-    (b00, b01, b02), (b10, b11, b12), (b20, b21, b22) = b
-    return (
-        (a00 * b00 + a01 * b10 + a02 * b20, a00 * b01 + a01 * b11 + a02 * b21, a00 * b02 + a01 * b12 + a02 * b22),
-        (a10 * b00 + a11 * b10 + a12 * b20, a10 * b01 + a11 * b11 + a12 * b21, a10 * b02 + a11 * b12 + a12 * b22),
-        (a20 * b00 + a21 * b10 + a22 * b20, a20 * b01 + a21 * b11 + a22 * b21, a20 * b02 + a21 * b12 + a22 * b22),
-    )
-
-
-def times_back(a: Rows, b: Rows) -> Rows:
-    """Their product a^T b."""
-    return times(transposed(a), b)

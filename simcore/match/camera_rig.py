@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.rotation import Quaternion, Vector, rotate
 from simcore.match.scatter import ScatterDraws
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
@@ -17,13 +19,17 @@ from simcore.robot.robot import Robot
 from simcore.season import NetworkTables
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, PiecePipeline
-from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
+from simcore.vision.camera_frame import Frame
 from simcore.vision.camera_scene import CameraScene
+from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
 
-__all__ = ["CameraRig", "tag_layout"]
+__all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
+
+_LENGTH = 1.0  # [m], of the line of a camera that aims at nothing
 
 
 def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
@@ -42,7 +48,7 @@ def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
     return load_layout(name) if isinstance(name, Path) else official_layout(name)
 
 
-class CameraRig(VisionSimManager):
+class CameraRig:
     """All cameras of a match.
 
     Args:
@@ -67,7 +73,12 @@ class CameraRig(VisionSimManager):
         draws: ScatterDraws,
         network: NetworkTables | None = None,
     ) -> None:
-        super().__init__(TagLayout.of([], field_size=field_size), rng)
+        self.layout = TagLayout.of([], field_size=field_size)
+        self.cameras: dict[str, LimelightSim] = {}
+        """By name, in the order in which they were added."""
+        self._rng = rng  # each camera draws from its own stream, so that one more changes nothing for the others
+        self._histories: dict[int, PoseHistory] = {}
+        self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
         """Of QuestNav, in the order in which they were added."""
         self.clock = NetworkClock()
@@ -94,10 +105,16 @@ class CameraRig(VisionSimManager):
         Raises:
             ConfigError: There is one of this name.
         """
+        if config.name in self.cameras:
+            raise ConfigError(f"camera {config.name!r} comes twice; each needs its own name, also on other robots")
         if self._load_layout is not None:
             self.layout, self._load_layout = self._load_layout(), None
+        if self._tag_errors is None:
+            self._tag_errors = self._rng.standard_normal((len(self.layout.ids), 6))
         config = _with_noise(config, self._draws.factor("camera_noise", robot, zlib.crc32(config.name.encode())))
-        camera = self.add(config, robot=robot)
+        (rng,) = self._rng.spawn(1)
+        camera = LimelightSim(config, self.layout, rng, robot=robot, tag_errors=self._tag_errors)
+        self.cameras[config.name] = camera
         self._carry(robot)
         if self._network is not None and config.maker == "limelight":
             from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
@@ -122,14 +139,26 @@ class CameraRig(VisionSimManager):
         self._carry(robot)
         return headset
 
+    def camera(self, name: str) -> LimelightSim:
+        """A camera by name.
+
+        Raises:
+            UnknownNameError: With the nearest names.
+        """
+        if name not in self.cameras:
+            raise UnknownNameError("camera", name, self.cameras)
+        return self.cameras[name]
+
     def _carry(self, robot: int) -> None:
-        self.follow(robot)
+        """Note from now on where a robot is."""
+        self._histories.setdefault(robot, PoseHistory())
         if all(other.number != robot for other in self._carriers):
             self._carriers.append(self._robots[robot])
 
     def listen(self, time: float) -> None:
         """Take what robot code wrote; call it right after robot code ran, at simulated time [s]."""
-        super().listen(time)
+        for camera in self.cameras.values():
+            camera.listen(time)
         for headset in self.headsets:
             headset.listen(time, self._histories[headset.robot])
 
@@ -152,7 +181,7 @@ class CameraRig(VisionSimManager):
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def look(self, time: float) -> None:
-        """One tick, at its end [s]."""
+        """One tick, at its end [s]: note where robots are, expose what is due, publish what is ready."""
         if not self._carriers:
             return
         scene = CameraScene(
@@ -164,13 +193,17 @@ class CameraRig(VisionSimManager):
             class_ids=self._class_ids,
             sight=self._sight,
         )
-        self.update(time, scene)
+        for number, history in self._histories.items():
+            history.add(time, *scene.robots[number])
+        for camera in self.cameras.values():
+            camera.update(time, self._histories[camera.robot], scene)
         for headset in self.headsets:
             headset.update(time, self._histories[headset.robot])
 
     def close(self) -> None:
         """Close all ports."""
-        super().close()
+        for camera in self.cameras.values():
+            camera.close()
         for headset in self.headsets:
             headset.close()
 
@@ -183,6 +216,48 @@ class CameraRig(VisionSimManager):
             found[f"Sim/Limelights/{name}/DirectionLine"] = direction_line(pos, quat, camera.last)
             found[f"Sim/Limelights/{name}/SeenTags"] = sighting_lines(pos, quat, camera.last, self.layout)
         return found
+
+
+def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
+    """From the lens to what the last frame aims at, or 1 m along its axis.
+
+    Args:
+        pos: Of the camera, field frame [m].
+        quat: Its attitude.
+        frame: Its last one; None: it has none yet.
+
+    Returns:
+        Two poses as rows of x, y, z, qw, qx, qy, qz, shape (2, 7).
+    """
+    ahead, left, up = _LENGTH, 0.0, 0.0
+    tag = frame.primary_tag if frame is not None else None
+    piece = frame.primary_piece if frame is not None else None
+    seen = tag or piece
+    if seen is not None:
+        reach = tag.camera_distance if tag is not None else piece.distance if piece is not None else _LENGTH
+        left, up = -math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
+        scale = reach / math.sqrt(1.0 + left * left + up * up)
+        ahead, left, up = scale, scale * left, scale * up
+    dx, dy, dz = rotate(quat, (ahead, left, up))
+    return _poses(np.array([pos, (pos[0] + dx, pos[1] + dy, pos[2] + dz)]), quat)
+
+
+def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
+    """From the lens to each tag of the last frame and back, shape (2 n + 1, 7); empty without tags."""
+    ids = [tag.id for tag in frame.tags] if frame is not None else []
+    if not ids:
+        return np.zeros((0, 7))
+    points = np.repeat(np.array([pos]), 2 * len(ids) + 1, axis=0)
+    points[1::2] = layout.centers[np.searchsorted(layout.ids, ids)]
+    return _poses(points, quat)
+
+
+def _poses(points: FloatArray, quat: Quaternion) -> FloatArray:
+    rows = np.empty((len(points), 7))
+    rows[:, :3] = points
+    rows[:, 3:] = (quat[3], quat[0], quat[1], quat[2])
+    rows.setflags(write=False)
+    return rows
 
 
 def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:

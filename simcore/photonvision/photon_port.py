@@ -23,10 +23,9 @@ from photonlibpy.targeting import (
 from simcore import season
 from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
-from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
-from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagPose, TagSighting
 from simcore.vision.limelight import CameraRequest
-from simcore.vision.planar_pose import SquarePose
+from simcore.vision.network_clock import NetworkClock
 
 Pose3d = season.wpimath.Pose3d
 Rotation3d = season.wpimath.Rotation3d
@@ -209,9 +208,9 @@ def _piece(piece: PieceSighting) -> Any:
     )
 
 
-def _transform(pose: SquarePose) -> Any:
+def _transform(pose: TagPose) -> Any:
     """Camera to tag, both with WPILib's axes."""
-    rotation = OPTICAL.T @ np.array(pose.rotation).reshape(3, 3) @ _TAG_TO_SQUARE
+    rotation = OPTICAL.T @ np.array(pose.rotation) @ _TAG_TO_SQUARE
     x, y, z = (OPTICAL.T @ np.array(pose.translation)).tolist()
     return Transform3d(Translation3d(x, y, z), _rotation(rotation))
 
@@ -219,7 +218,7 @@ def _transform(pose: SquarePose) -> Any:
 def _camera_pose(robot: PoseEstimate, frame: Frame) -> Any:
     """Field to camera: the estimated pose of the robot and the configured mount of the camera on it."""
     turn = Rotation3d(math.radians(robot.roll_deg), math.radians(robot.pitch_deg), math.radians(robot.yaw_deg))
-    mount = Transform3d(Translation3d(*frame.mount_position), _rotation(np.array(frame.mount_axes) @ OPTICAL))
+    mount = Transform3d(Translation3d(*frame.mount_position), _rotation(frame.mount_axes @ OPTICAL))
     return Transform3d(Pose3d(), Pose3d(Translation3d(*robot.position), turn).transformBy(mount))
 
 

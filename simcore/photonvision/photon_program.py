@@ -204,50 +204,26 @@ def _mount(transform: Any) -> CameraMount:
 
 
 def _hook_camera(module: Any) -> None:
-    cls = module.PhotonCamera
-    if _is_first(cls):
-        _after(cls, "__init__", _camera_built)
-        for name in ("getAllUnreadResults", "getLatestResult"):
-            if hasattr(cls, name):
-                setattr(cls, name, _tagging(getattr(cls, name)))
-        for camera in _alive(cls):
-            _camera_built(camera)
+    _watch(module.PhotonCamera, _camera_built, {"getAllUnreadResults": _tag_results, "getLatestResult": _tag_results})
 
 
 def _hook_estimator(module: Any) -> None:
     cls = module.PhotonPoseEstimator
-    if _is_first(cls):
-        _after(cls, "__init__", _estimator_built)
-        for name, method in list(vars(cls).items()):
-            if callable(method) and name.startswith(("estimate", "update")):
-                setattr(cls, name, _pairing(method))
-        for estimator in _alive(cls):
-            _estimator_built(estimator)
+    methods = [
+        name for name, method in vars(cls).items() if callable(method) and name.startswith(("estimate", "update"))
+    ]
+    _watch(cls, _estimator_built, dict.fromkeys(methods, _pair_camera))
 
 
 def _hook_camera_sim(module: Any) -> None:
-    cls = module.PhotonCameraSim
-    if not _is_first(cls):
-        return
-    _after(cls, "__init__", _camera_simulated)
-    for camera in _alive(cls):
-        _camera_simulated(camera)
-    for name in ("consumeNextEntryTime", "submitProcessedFrame"):
-        setattr(cls, name, _dropping(getattr(cls, name)))
+    dropped = dict.fromkeys(("consumeNextEntryTime", "submitProcessedFrame"), _drop_frame)
+    _watch(module.PhotonCameraSim, _camera_simulated, dropped)
 
 
 def _hook_vision_system(module: Any) -> None:
     cls = module.VisionSystemSim
-    if not _is_first(cls):
-        return
-    for name in ("addCamera", "adjustCamera"):
-        _after(cls, name, _camera_placed)
-    for system in _alive(cls):
-        for camera, buffer in system.camTrfMap.items():
-            _, pose = buffer.getInternalBuffer()[-1]
-            _camera_placed(system, camera, pose - type(pose)())
-    for name in ("update", "resetRobotPose"):
-        setattr(cls, name, _with_the_truth(getattr(cls, name)))
+    placed = dict.fromkeys(("addCamera", "adjustCamera"), _place_camera)
+    _watch(cls, _system_built, placed | dict.fromkeys(("update", "resetRobotPose"), _update_with_truth))
 
 
 def _hook_time_sync(module: Any) -> None:
@@ -288,6 +264,12 @@ def _camera_simulated(camera_sim: Any, *_: Any, **__: Any) -> None:
     _program.version += 1
 
 
+def _system_built(system: Any, *_: Any, **__: Any) -> None:
+    for camera, buffer in getattr(system, "camTrfMap", {}).items():
+        _, pose = buffer.getInternalBuffer()[-1]
+        _camera_placed(system, camera, pose - type(pose)())
+
+
 def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = None, **given: Any) -> None:
     camera_sim = given.get("cameraSim", camera_sim)
     robot_to_camera = given.get("robotToCamera", robot_to_camera)
@@ -300,11 +282,35 @@ def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = N
 # --- how ----------------------------------------------------------------------------------------------------------
 
 
-def _is_first(cls: Any) -> bool:
+def _watch(cls: Any, built: Callable[..., None], around: dict[str, Callable[..., Any]]) -> None:
+    """Hear of what a class builds and has built, and put functions around methods; once.
+
+    Args:
+        cls: The class.
+        built: Called with each object and what it was built with.
+        around: By name of a method, what is called in its place: with it, the object, and what was given.
+    """
     if "_simcore_watches" in vars(cls):
-        return False
+        return
     cls._simcore_watches = True
-    return True
+
+    def build(method: Callable[..., None], self: Any, *args: Any, **kwargs: Any) -> None:
+        method(self, *args, **kwargs)
+        built(self, *args, **kwargs)
+
+    for name, call in {"__init__": build, **around}.items():
+        if hasattr(cls, name):
+            setattr(cls, name, _surrounded(getattr(cls, name), call))
+    for thing in _alive(cls):
+        built(thing)
+
+
+def _surrounded(method: Callable[..., Any], call: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(method)
+    def both(self: Any, *args: Any, **kwargs: Any) -> Any:
+        return call(method, self, *args, **kwargs)
+
+    return both
 
 
 def _alive(cls: Any) -> list[Any]:
@@ -319,63 +325,38 @@ def _name_of(camera_sim: Any) -> str:
     return str(camera_sim.getCamera().getName())
 
 
-def _after(cls: Any, name: str, call: Callable[..., None]) -> None:
-    method = getattr(cls, name)
-
-    @functools.wraps(method)
-    def both(self: Any, *args: Any, **kwargs: Any) -> Any:
-        result = method(self, *args, **kwargs)
-        call(self, *args, **kwargs)
-        return result
-
-    setattr(cls, name, both)
-
-
-def _tagging(method: Callable[..., Any]) -> Callable[..., Any]:
+def _tag_results(method: Callable[..., Any], camera: Any, *args: Any, **kwargs: Any) -> Any:
     """Results know whose they are."""
-
-    @functools.wraps(method)
-    def read(self: Any, *args: Any, **kwargs: Any) -> Any:
-        results = method(self, *args, **kwargs)
-        for result in results if isinstance(results, list) else [results]:
-            setattr(result, _TAG, self.getName())
-        return results
-
-    return read
+    results = method(camera, *args, **kwargs)
+    for result in results if isinstance(results, list) else [results]:
+        setattr(result, _TAG, camera.getName())
+    return results
 
 
-def _pairing(method: Callable[..., Any]) -> Callable[..., Any]:
+def _pair_camera(method: Callable[..., Any], estimator: Any, *args: Any, **kwargs: Any) -> Any:
     """An estimator belongs to the camera whose results it is given."""
-
-    @functools.wraps(method)
-    def estimate(self: Any, *args: Any, **kwargs: Any) -> Any:
-        for argument in (*args, *kwargs.values()):
-            camera = getattr(argument, _TAG, None)
-            if camera is not None:
-                _program.pair(self, camera)
-        return method(self, *args, **kwargs)
-
-    return estimate
+    for argument in (*args, *kwargs.values()):
+        camera = getattr(argument, _TAG, None)
+        if camera is not None:
+            _program.pair(estimator, camera)
+    return method(estimator, *args, **kwargs)
 
 
-def _dropping(method: Callable[..., Any]) -> Callable[..., Any]:
+def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
     """What the program's own simulation of a camera shows is left out where simcore feeds that camera."""
-
-    @functools.wraps(method)
-    def submit(self: Any, *args: Any, **kwargs: Any) -> Any:
-        if _name_of(self) in _program.fed:
-            _program.dropped += 1
-            return None
-        return method(self, *args, **kwargs)
-
-    return submit
+    if _name_of(camera_sim) in _program.fed:
+        _program.dropped += 1
+        return None
+    return method(camera_sim, *args, **kwargs)
 
 
-def _with_the_truth(method: Callable[..., Any]) -> Callable[..., Any]:
-    @functools.wraps(method)
-    def update(self: Any, *args: Any, **kwargs: Any) -> Any:
-        if _program.true_pose is None:
-            return method(self, *args, **kwargs)
-        return method(self, _program.true_pose())
+def _place_camera(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:
+    result = method(system, *args, **kwargs)
+    _camera_placed(system, *args, **kwargs)
+    return result
 
-    return update
+
+def _update_with_truth(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:
+    if _program.true_pose is None:
+        return method(system, *args, **kwargs)
+    return method(system, _program.true_pose())

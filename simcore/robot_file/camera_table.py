@@ -44,7 +44,7 @@ _LENS = (
     Key("diagonal_fov_deg", FIELD_OF_VIEW, None, "or horizontal_fov_deg", 76.0),
     _FPS,
     Key("latency_ms", Quantity("ms", 0.0, 10_000.0), None, "from exposure until robot code can read it", 30.0),
-    Key("noise_px", NOISE_PIXELS, None, "of a tag's corners", 0.25),
+    Key("noise_px", NOISE_PIXELS, None, "of a tag's corners", 0.085),
     Key("mode", Several(("tags", "pieces")), ("tags",), '["tags", "pieces"] are pipelines 0 and 1'),
 )
 _TYPES = tuple(LIMELIGHTS)

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply, rotate
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy, matrix, multiply, rotate
 from simcore.quantities import (
     COUNT,
     DEGREES,
@@ -25,6 +25,7 @@ from simcore.quantities import (
     NOISE_DEGREES,
     NOISE_PIXELS,
     PIXELS,
+    ROBOT_HEIGHT,
     ROBOT_PLACE,
     Quantity,
     require_fields,
@@ -36,6 +37,7 @@ __all__ = [
     "LIMELIGHTS",
     "OPTICAL",
     "PHOTON_LENS",
+    "CameraBias",
     "CameraConfig",
     "CameraMount",
     "LimelightType",
@@ -47,7 +49,6 @@ __all__ = [
     "crop_pixels",
     "limelight_type",
     "optical_rotation",
-    "optical_rows",
     "project",
     "quad_area",
     "vertical_fov_deg",
@@ -81,8 +82,9 @@ class LimelightType:
     """Whether IMU modes 1 to 4 do anything."""
     imu_drift_deg: float = 0.5
     """How far the yaw of its IMU wanders in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
-    corner_noise: float = 0.25
-    """Standard deviation of a tag corner in each direction [px]: the mean error photonlib suggests for its cameras."""
+    corner_noise: float = 0.085
+    """Standard deviation of a tag corner in each direction, from frame to frame [px]. The types below have 0.115 mrad:
+    what a Limelight showed on a robot that stood (log of a 2024 robot, `docs/cameras.md`), as it fits best."""
     focal_length: tuple[float, float] = field(init=False)
     """Of the pinhole, across and down [px]."""
     principal_point: tuple[float, float] = field(init=False)
@@ -116,12 +118,12 @@ LIMELIGHTS: dict[str, LimelightType] = {
         # Latency: the JSON example of the same pages (LL2/3 class). Rate: of the Java system simcore began from.
         LimelightType(
             name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
-            frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206,
+            frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206, corner_noise=0.06,
         ),
         # FOV and 50 frames a second at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
         LimelightType(
             name="LL3A", width=640, height=480, horizontal_fov_deg=54.5, vertical_fov_deg=42.0,
-            frame_rate=50.0, capture_latency=0.020, pipeline_latency=0.015,
+            frame_rate=50.0, capture_latency=0.020, pipeline_latency=0.015, corner_noise=0.07,
         ),
         # OV9281, global shutter. FOV: constants in teams' code, as the modes of 1280 x 800. Latency: estimate, +-50 %.
         LimelightType(
@@ -155,13 +157,14 @@ PHOTON_LENS = LimelightType(
     name="OV9281",
     width=1280,
     height=720,
-    # Focal lengths and noise: SimCameraProperties.OV9281_1280_720 of photonlibpy 2026.3, 940.7 x 940.0 px and 0.25 px.
+    # Focal lengths: SimCameraProperties.OV9281_1280_720 of photonlibpy 2026.3, 940.7 x 940.0 px.
     horizontal_fov_deg=68.5,
     vertical_fov_deg=41.9,
     # Rate and latency: estimates for an Orange Pi 5, +-50 %; photonlibpy's 15 frames/s and 60 ms are a Raspberry Pi's.
     frame_rate=30.0,
     capture_latency=0.0,
     pipeline_latency=0.030,
+    corner_noise=0.11,
 )
 """What a PhotonVision camera has if nobody says otherwise; it tells one latency, from exposure to publishing."""
 
@@ -224,6 +227,41 @@ class CameraMount:
     def rotation(self) -> Quaternion:
         """From camera axes to robot axes."""
         return from_rpy(math.radians(self.roll_deg), math.radians(self.pitch_deg), math.radians(self.yaw_deg))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraBias:
+    """How far a camera and the tags are from what robot code believes, for a whole match: standard deviations.
+
+    The match's seed draws them, tags' places once for all cameras. `CameraBias.none()` has none.
+    """
+
+    tag_position: float = 0.002
+    """Of each tag, along each axis of the field [m]. Estimate, a factor of 3 either way, as all of these: such that a
+    robot that stands sees its pose move by 2 cm from one tag to two (58 mm were measured, on one robot)."""
+    tag_angle_deg: float = 0.3
+    """Of each tag, about each axis [deg]."""
+    mount_position: float = 0.005
+    """Of the camera on the robot, along each axis [m]."""
+    mount_angle_deg: float = 0.3
+    """The same, about each of its axes [deg]."""
+    focal_length: float = 0.003
+    """Of the calibrated focal length [-]."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self,
+            tag_position=ROBOT_HEIGHT,
+            tag_angle_deg=NOISE_DEGREES,
+            mount_position=ROBOT_HEIGHT,
+            mount_angle_deg=NOISE_DEGREES,
+            focal_length=Quantity("", 0.0, 0.5),
+        )
+
+    @classmethod
+    def none(cls) -> CameraBias:
+        """Everything is where robot code believes."""
+        return cls(tag_position=0.0, tag_angle_deg=0.0, mount_position=0.0, mount_angle_deg=0.0, focal_length=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,11 +328,13 @@ class CameraConfig:
     """Which protocol it speaks. One of PhotonVision gets its port from `simcore.photonvision`."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
-    """Where it truly is; robot code can tell it something else by `camerapose_robotspace_set`."""
+    """Where it is, but for its bias; robot code can tell it something else by `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
     """By number, from 0; at most 10."""
     frame_rate: float | None = None
     """Instead of the type's [1/s]."""
+    bias: CameraBias = field(default_factory=CameraBias)
+    """How exactly it and the tags sit where they should."""
     perfect: bool = False
     """Publish the robot's exact pose, whatever is in sight: for tests of what follows a pose estimate."""
 
@@ -323,16 +363,7 @@ def camera_pose(
 
 def optical_rotation(quat: Quaternion) -> FloatArray:
     """Rotation R from field to optical axes, shape (3, 3): `p_optical = R @ (p_field - camera)`."""
-    return np.array(optical_rows(quat))
-
-
-def optical_rows(quat: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """The same in plain floats, row by row: 2 us instead of 10."""
-    x, y, z, w = quat
-    right = (2.0 * (w * z - x * y), 2.0 * (x * x + z * z) - 1.0, -2.0 * (y * z + w * x))
-    down = (-2.0 * (x * z + w * y), 2.0 * (w * x - y * z), 2.0 * (x * x + y * y) - 1.0)
-    ahead = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
-    return right, down, ahead
+    return OPTICAL @ matrix(quat).T
 
 
 def project(

@@ -9,19 +9,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Rows, Vector
+from simcore.geometry.rotation import Vector
 from simcore.typing import FloatArray
-from simcore.vision.planar_pose import SquarePose
 
-__all__ = ["Corners", "Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+__all__ = [
+    "Corners",
+    "Frame",
+    "ImuReading",
+    "PieceSighting",
+    "PoseEstimate",
+    "StdDevs",
+    "TagPose",
+    "TagSighting",
+    "as_pixels",
+]
 
 Pixel = tuple[float, float]
 Corners = tuple[Pixel, Pixel, Pixel, Pixel]
 """Pixels (u to the right, v down) of a tag's lower left, lower right, upper right and upper left corner as one faces
 it, or of a box's upper left, upper right, lower right and lower left one."""
 
+
+def as_pixels(corners: FloatArray) -> Corners:
+    """Corners as plain floats, from an array of shape (4, 2)."""
+    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
+    return (u0, v0), (u1, v1), (u2, v2), (u3, v3)
+
+
 StdDevs = tuple[float, float, float, float, float, float]
 """Of x, y, z [m], roll, pitch, yaw [deg]."""
+
+
+@dataclass(slots=True, eq=False)
+class TagPose:
+    """Where a camera sees a tag."""
+
+    rotation: list[list[float]]
+    """From the tag's axes (right as one faces it, up, out of its face) to optical axes, 3 rows."""
+    translation: list[float]
+    """Of its middle, optical frame [m]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -42,9 +68,9 @@ class TagSighting:
     robot_distance: float
     """From the robot's center on the carpet to its middle, as measured [m]."""
     ambiguity: float
-    """0 to 1: how little the better of the two single-tag poses is better."""
-    poses: tuple[SquarePose, SquarePose] | None
-    """Both poses that explain the corners, the better one first."""
+    """0 to 1: error in the picture of the better of the two single-tag poses, over that of the other."""
+    poses: tuple[TagPose, TagPose] | None
+    """Both poses that explain the corners, the better one first; None: those of a perfect camera."""
 
     @property
     def corners(self) -> FloatArray:
@@ -135,10 +161,10 @@ class Frame:
     """The nearest."""
     mount: tuple[float, float, float, float, float, float]
     """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
-    mount_position: Vector
-    """The same in the robot frame [m]."""
-    mount_axes: Rows
-    """And its rotation from optical to robot axes, 3 rows."""
+    mount_position: FloatArray
+    """The same in the robot frame [m], shape (3,)."""
+    mount_axes: FloatArray
+    """And its rotation from optical to robot axes, shape (3, 3)."""
     imu: ImuReading | None = None
 
     @property

@@ -16,7 +16,6 @@ from simcore.vision.camera_frame import PieceSighting
 
 __all__ = ["MOST_DETECTIONS", "CameraScene", "SightLines", "find_pieces", "hidden_by_spheres"]
 
-_CARPET = 1.2  # radii; a ball whose center is higher does not lie on the carpet
 _NOTHING: FloatArray = np.zeros((0, 3))
 
 
@@ -62,8 +61,6 @@ class CameraScene:
     sight: SightLines | None = None
     """None: nothing but pieces is in the way."""
     _radii: FloatArray = field(init=False, repr=False)
-    _largest: float = field(init=False, repr=False)
-    _high: tuple[FloatArray, FloatArray] | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if np.ndim(self.piece_radius) and np.shape(self.piece_radius) != (len(self.pieces),):
@@ -72,52 +69,32 @@ class CameraScene:
                 f"got {np.shape(self.piece_radius)}"
             )
         self._radii = np.broadcast_to(np.asarray(self.piece_radius, dtype=np.float64), (len(self.pieces),))
-        self._largest = float(np.max(self.piece_radius, initial=0.0))
 
     @property
     def radii(self) -> FloatArray:
         """Of each piece [m], shape (n,); read-only."""
         return self._radii
 
-    def above(self, height: float) -> tuple[FloatArray, FloatArray]:
-        """Pieces that may reach above a height [m]: of many pieces on the carpet, seen from above, none.
 
-        Returns:
-            Their centers [m], shape (m, 3), and radii [m], shape (m,).
-        """
-        if self._high is None:
-            is_high: BoolArray = self.pieces[:, 2] > _CARPET * self._radii
-            if self.is_there is not None:
-                is_high &= self.is_there
-            self._high = self.pieces[is_high], self._radii[is_high]
-        if height > (_CARPET + 1.0) * self._largest:
-            return self._high
-        if self.is_there is None:
-            return self.pieces, self._radii
-        return self.pieces[self.is_there], self._radii[self.is_there]
-
-
-def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radii: FloatArray) -> BoolArray | None:
-    """Which lines of sight pass through a ball.
+def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:
+    """Which lines of sight pass through a piece.
 
     Args:
         start: The camera [m].
         points: What it looks at [m], shape (n, 3).
-        centers: Of the balls [m], shape (m, 3).
-        radii: Of each [m], shape (m,).
+        scene: With the pieces, which are balls.
 
     Returns:
-        Shape (n,); None if there is no ball between their heights.
+        Shape (n,).
     """
     # A ball that lies below all lines of sight hides nothing: those are most of them, and it is one comparison.
-    lowest = min(start[2], float(points[:, 2].min())) - radii
-    highest = max(start[2], float(points[:, 2].max())) + radii
-    z = centers[:, 2]
-    is_near: BoolArray = (z > lowest) & (z < highest)
-    near, radii = centers[is_near], radii[is_near]
-    if not len(near):
-        return None
-    ray, ball = points - start, near - start
+    z, radii = scene.pieces[:, 2], scene.radii
+    is_near: BoolArray = z > min(start[2], float(points[:, 2].min(initial=np.inf))) - radii
+    if scene.is_there is not None:
+        is_near &= scene.is_there
+    if not is_near.any():
+        return np.zeros(len(points), dtype=bool)
+    ray, ball, radii = points - start, scene.pieces[is_near] - start, radii[is_near]
     length2 = np.einsum("ij,ij->i", ray, ray)
     along = (ray @ ball.T) / length2[:, None]  # fraction of the line at which it is nearest to the ball
     at = np.clip(along, 0.0, 1.0)

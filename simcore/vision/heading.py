@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Rows, Vector, rotate_back, rpy
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
 
-__all__ = ["HeadingSource", "PoseHistory", "ScalarHistory", "slerp"]
+__all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
+
+_Value = TypeVar("_Value")
 
 _TELEPORT = 30.0  # [m/s]; faster than any robot: it was set to another place, and was nowhere in between
 
@@ -23,7 +26,45 @@ _EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
 _IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
 
 
-class PoseHistory:
+class _History(Generic[_Value]):
+    """Values by time, in its order, with what lies between two of them."""
+
+    __slots__ = ("_between", "_span", "_times", "_values")
+
+    def __init__(self, between: Callable[[_Value, _Value, float], _Value], span: float) -> None:
+        require(type(self).__name__, "span", span, DURATION)
+        self._between = between
+        self._span = span
+        self._times: list[float] = []
+        self._values: list[_Value] = []
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._times.clear()
+        self._values.clear()
+
+    def _append(self, time: float, value: _Value) -> None:
+        times = self._times
+        times.append(time)
+        self._values.append(value)
+        if len(times) > 64 and times[32] < time - self._span:  # dropped in lots: cheaper than one each tick
+            del times[:32], self._values[:32]
+
+    def _look_up(self, time: float) -> _Value | None:
+        """Value at a time [s]; before the first and after the last one: that one; None without any."""
+        times, values = self._times, self._values
+        k = bisect_right(times, time)
+        if not times or k == len(times):
+            return values[-1] if times else None
+        if k == 0:
+            return values[0]
+        return self._between(values[k - 1], values[k], (time - times[k - 1]) / (times[k] - times[k - 1]))
+
+
+class PoseHistory(_History[tuple[Vector, Quaternion]]):
     """Poses by time; between two of them the place moves straight and the attitude turns evenly.
 
     >>> history = PoseHistory()
@@ -33,34 +74,19 @@ class PoseHistory:
     (0.02, 0.0, 0.0)
     """
 
-    __slots__ = ("_poses", "_span", "_times")
+    __slots__ = ()
 
     def __init__(self, span: float = 2.0) -> None:
         """Keep poses for `span` [s]."""
-        require("PoseHistory", "span", span, DURATION)
-        self._span = span
-        self._times: list[float] = []
-        self._poses: list[tuple[Vector, Quaternion]] = []
-
-    def __len__(self) -> int:
-        return len(self._times)
+        super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
         """Note where the robot is now; a jump in space or backwards in time starts over."""
-        times = self._times
-        if times:
-            step = time - times[-1]
-            if step <= 0.0 or math.dist(pos, self._poses[-1][0]) > _TELEPORT * step:
+        if self._times:
+            step = time - self._times[-1]
+            if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:
                 self.clear()
-        times.append(time)
-        self._poses.append((pos, quat))
-        if len(times) > 64 and times[32] < time - self._span:  # dropped in lots: cheaper than one each tick
-            del times[:32], self._poses[:32]
-
-    def clear(self) -> None:
-        """Forget all poses."""
-        self._times.clear()
-        self._poses.clear()
+        self._append(time, (pos, quat))
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
         """Pose at a time [s]; before the first and after the last one: that one.
@@ -68,74 +94,35 @@ class PoseHistory:
         Raises:
             ConfigError: Nothing was added yet.
         """
-        times = self._times
-        if not times:
+        found = self._look_up(time)
+        if found is None:
             raise ConfigError("PoseHistory: no pose was added yet")
-        k = bisect_right(times, time)
-        if k == 0:
-            return self._poses[0]
-        if k == len(times):
-            return self._poses[-1]
-        (p0, q0), (p1, q1) = self._poses[k - 1], self._poses[k]
-        s = (time - times[k - 1]) / (times[k] - times[k - 1])
-        place = (p0[0] + s * (p1[0] - p0[0]), p0[1] + s * (p1[1] - p0[1]), p0[2] + s * (p1[2] - p0[2]))
-        return place, slerp(q0, q1, s)
+        return found
 
 
-class ScalarHistory:
-    """A reading by time, e.g. a heading; linear in between, so it must not wrap."""
+class AngleHistory(_History[Vector]):
+    """Yaw, pitch and roll [rad] by time; linear in between, so they must not wrap."""
 
-    __slots__ = ("_span", "_times", "_values")
+    __slots__ = ()
 
     def __init__(self, span: float = 2.0) -> None:
         """Keep readings for `span` [s]."""
-        require("ScalarHistory", "span", span, DURATION)
-        self._span = span
-        self._times: list[float] = []
-        self._values: list[float] = []
+        super().__init__(_lerp, span)
 
-    def __len__(self) -> int:
-        return len(self._times)
-
-    def add(self, time: float, value: float) -> None:
+    def add(self, time: float, angles: Vector) -> None:
         """Note a reading; one from before the last is dropped, one of the same time replaces it."""
-        times = self._times
-        if times and time <= times[-1]:
-            if time == times[-1]:
-                self._values[-1] = value
-            return
-        times.append(time)
-        self._values.append(value)
-        if len(times) > 64 and times[32] < time - self._span:
-            del times[:32], self._values[:32]
+        if self._times and time == self._times[-1]:
+            self._values[-1] = angles
+        elif not self._times or time > self._times[-1]:
+            self._append(time, angles)
 
-    def at(self, time: float) -> float | None:
+    def at(self, time: float) -> Vector | None:
         """Reading at a time [s], held before the first and after the last; None if there is none."""
-        times = self._times
-        if not times:
-            return None
-        k = bisect_right(times, time)
-        if k == 0:
-            return self._values[0]
-        if k == len(times):
-            return self._values[-1]
-        s = (time - times[k - 1]) / (times[k] - times[k - 1])
-        return self._values[k - 1] + s * (self._values[k] - self._values[k - 1])
+        return self._look_up(time)
 
 
-def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
-    """The attitude a part `s` of the way from a to b, on the shorter way."""
-    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
-    if dot < 0.0:
-        b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
-    if dot > 0.99995:  # under a degree: the chord is as good as the arc
-        u, v = 1.0 - s, s
-    else:
-        angle = math.acos(dot)
-        u, v = math.sin((1.0 - s) * angle), math.sin(s * angle)
-    x, y, z, w = u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2], u * a[3] + v * b[3]
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
-    return x / norm, y / norm, z / norm, w / norm
+def _lerp(a: Vector, b: Vector, s: float) -> Vector:
+    return a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
 
 
 class HeadingSource:
@@ -160,10 +147,8 @@ class HeadingSource:
         """0 to 4; without an IMU it is ignored."""
         self.assist = 0.001
         """Weight of the correction in each of the IMU's 1000 samples a second, in modes 3 and 4 [-]."""
-        self._sent = ScalarHistory()
-        self._sent_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
-        self._internal = ScalarHistory()
-        self._true_tilt = ScalarHistory(), ScalarHistory()
+        self._sent = AngleHistory()
+        self._internal = AngleHistory()
         self._yaw = 0.0
         self._true: tuple[float, float, float] | None = None  # roll, pitch, yaw
         self._time = 0.0
@@ -175,10 +160,8 @@ class HeadingSource:
         yaw = math.radians(orientation[0])
         last = self._sent.at(math.inf)
         if last is not None:
-            yaw = last + math.remainder(yaw - last, math.tau)
-        self._sent.add(time, yaw)
-        for tilt, angle in zip(self._sent_tilt, (orientation[2], orientation[4]), strict=True):
-            tilt.add(time, math.radians(angle))
+            yaw = last[0] + math.remainder(yaw - last[0], math.tau)
+        self._sent.add(time, (yaw, math.radians(orientation[2]), math.radians(orientation[4])))
 
     def move(self, time: float, quat: Quaternion) -> None:
         """Update the IMU with the robot's true attitude at a time [s]; called once a tick."""
@@ -196,14 +179,12 @@ class HeadingSource:
             )
             sent = self._sent.at(time)
             if sent is not None and self.mode == _SEED:
-                self._yaw = sent
+                self._yaw = sent[0]
             elif sent is not None and self.mode == _EXTERNAL_ASSIST:
-                self._draw_to(sent, dt)
+                self._draw_to(sent[0], dt)
         self._true, self._time = (roll, pitch, yaw), time
         self._gravity = rotate_back(quat, (0.0, 0.0, 1.0))
-        self._internal.add(time, self._yaw)
-        for tilt, angle in zip(self._true_tilt, (pitch, roll), strict=True):
-            tilt.add(time, angle)
+        self._internal.add(time, (self._yaw, pitch, roll))
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
         """Mode 3: a frame gave a heading [deg]; `since` the one before [s]."""
@@ -212,20 +193,8 @@ class HeadingSource:
 
     def attitude(self, time: float) -> FloatArray:
         """From robot to field axes at a time [s], shape (3, 3)."""
-        return np.array(self.attitude_rows(time))
-
-    def attitude_rows(self, time: float) -> Rows:
-        """The same in plain floats."""
         yaw, pitch, roll = self._at(time)
-        cy, sy = math.cos(yaw), math.sin(yaw)
-        if roll == 0.0 and pitch == 0.0:
-            return (cy, -sy, 0.0), (sy, cy, 0.0), (0.0, 0.0, 1.0)
-        cp, sp, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
-        return (
-            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-            (-sp, cp * sr, cp * cr),
-        )
+        return matrix(from_rpy(roll, pitch, yaw))
 
     def reading(self) -> ImuReading | None:
         """Reading of the IMU now; None without one."""
@@ -242,12 +211,10 @@ class HeadingSource:
             self._gravity,
         )
 
-    def _at(self, time: float) -> tuple[float, float, float]:
+    def _at(self, time: float) -> Vector:
         """Yaw, pitch, roll [rad]. A robot that never sent a heading looks along x, as far as the camera knows."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
-        yaw = self._internal if is_internal else self._sent
-        pitch, roll = self._true_tilt if is_internal else self._sent_tilt
-        return yaw.at(time) or 0.0, pitch.at(time) or 0.0, roll.at(time) or 0.0
+        return (self._internal if is_internal else self._sent).at(time) or (0.0, 0.0, 0.0)
 
     def _draw_to(self, yaw: float, dt: float) -> None:
         """As many steps of a complementary filter as the IMU makes in dt [s]."""

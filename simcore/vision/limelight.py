@@ -12,23 +12,22 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import nearest
-from simcore.geometry.rotation import Quaternion, Vector
-from simcore.typing import BoolSupplier
-from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rows
-from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy
+from simcore.typing import BoolSupplier, FloatArray
+from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rotation
+from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.camera_scene import CameraScene, find_pieces
 from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings, limelight_mount
-from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_frame
+from simcore.vision.megatag import Mounting, TagPicture, perfect_frame
 from simcore.vision.tag_layout import TagLayout
-from simcore.vision.tag_visibility import Occlusion, TagFinder
+from simcore.vision.tag_visibility import Occlusion, find_tags
 
 __all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 
 _log = logging.getLogger(__name__)
 
 _ORIENTATION = "robot_orientation_set"
-_STD_PERIOD = 0.1  # [s]; the standard deviations of the same tags change slowly, and a Limelight's lag, too
 _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
 
 
@@ -66,15 +65,16 @@ class _Exposure:
     number: int
     time: float
     pipeline: int
-    rows: list[int]
+    robot_pose: tuple[Vector, Quaternion]
+    eye: Vector
+    """Where the camera truly was, field frame [m]."""
+    rotation: FloatArray
+    """From field to its optical axes, shape (3, 3)."""
+    rows: list[int] = field(default_factory=list)
     """Of the tags, in the layout."""
-    corners: list[Corners]
-    """Pixels of each."""
-    pieces: tuple[PieceSighting, ...]
-    pose: tuple[Vector, Quaternion]
-    """Of the robot."""
-    camera: CameraPose | None = None
-    """Where the camera truly was."""
+    pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)))
+    """Of their corners, shape (k, 4, 2)."""
+    pieces: tuple[PieceSighting, ...] = ()
 
 
 @dataclass(slots=True)
@@ -111,11 +111,13 @@ class LimelightSim:
 
     Args:
         config: What it is.
-        layout: The tags of the field.
-        rng: For its noise and for when its first frame is exposed.
+        layout: The tags of the field, where robot code believes them.
+        rng: For its noise, its bias, and for when its first frame is exposed.
         robot: Number of the robot that carries it.
         ports: Where it publishes and listens.
         gate: Whether it looks at all; closed, its frames are empty and cost nothing. None: always.
+        tag_errors: Where the tags truly are, in standard deviations of the config's bias: turn and way of each,
+            shape (n, 6); the same for all cameras of a match. None: it draws its own.
     """
 
     def __init__(
@@ -127,6 +129,7 @@ class LimelightSim:
         robot: int = 0,
         ports: Sequence[CameraPort] = (),
         gate: BoolSupplier | None = None,
+        tag_errors: FloatArray | None = None,
     ) -> None:
         self.config = config
         self.layout = layout
@@ -138,21 +141,29 @@ class LimelightSim:
         self.last: Frame | None = None
         """The frame that was published last."""
         self._rng = rng
-        self._mount = config.mount.position, config.mount.rotation
         self._latency = config.type.capture_latency + config.type.pipeline_latency
         self._period = 1.0 / config.rate
         self._next = float(rng.uniform(0.0, self._period))
         self._skip = 0
         self._number = 0
         self._megatag1_at: float | None = None
-        self._std_devs: tuple[float, list[int], StdDevs] | None = None
         self._working: deque[_Exposure] = deque()
         self._complaints = _Complaints(config.name)
         self._believed = Mounting.of(*self.settings.believed_mount)
         self._wanted: frozenset[int] | None = None
-        self._finder = TagFinder(layout, config.type)
-        self._occlusion = Occlusion(layout, robot)
         self._settings_seen = -1
+        bias, draws = config.bias, rng.standard_normal(7)
+        self._focal_factor = 1.0 + bias.focal_length * float(draws[6])
+        x, y, z, *angles = (
+            draws[:6] * np.repeat((bias.mount_position, math.radians(bias.mount_angle_deg)), 3)
+        ).tolist()
+        self._mount_bias = (x, y, z), from_rpy(*angles)
+        self._mount = camera_pose(config.mount.position, config.mount.rotation, *self._mount_bias)
+        if tag_errors is None:
+            tag_errors = rng.standard_normal((len(layout.ids), 6))
+        self._tag_offsets = tag_errors * np.repeat((math.radians(bias.tag_angle_deg), bias.tag_position), 3)
+        self._tags = layout.displaced(self._tag_offsets)
+        self._occlusion = Occlusion(self._tags, robot)
 
     @property
     def bad_requests(self) -> int:
@@ -229,8 +240,8 @@ class LimelightSim:
         return camera_pose(pos, quat, *self._mount)
 
     def move_to(self, mount: CameraMount) -> None:
-        """Sit somewhere else on the robot from the next frame on, and know it."""
-        self._mount = mount.position, mount.rotation
+        """Sit somewhere else on the robot from the next frame on, and know it as exactly as before."""
+        self._mount = camera_pose(mount.position, mount.rotation, *self._mount_bias)
         self.settings.mount = limelight_mount(mount)
         self.settings.version += 1
 
@@ -242,42 +253,38 @@ class LimelightSim:
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
-        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], [], (), robot_pose)
+        pos, quat = self.pose_at(*robot_pose)
+        rotation = optical_rotation(quat)
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, robot_pose, pos, rotation)
         if self.config.perfect or self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
             return exposure
-        pos, quat = self.pose_at(*robot_pose)
-        rotation = optical_rows(quat)
-        exposure.camera = pos, rotation
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):
             self._follow_settings()
-            downscale = self.settings.downscale or pipeline.downscale
-            rows, corners = self._finder.find(
+            rows, pixels = find_tags(
+                self._tags,
+                lens,
                 pos,
                 rotation,
-                min_side=pipeline.min_side * downscale,
+                min_side=pipeline.min_side * (self.settings.downscale or pipeline.downscale),
                 max_angle_deg=pipeline.max_angle_deg,
                 crop=self.settings.crop,
                 wanted=self._wanted,
             )
             if rows:
                 free = self._occlusion.uncovered(rows, pos, scene, time)
-                noise = self._rng.standard_normal((len(rows), 4, 2))  # also of what is covered: one law, whatever is
-                for row, is_free, exact, error in zip(rows, free, corners, noise.tolist(), strict=True):
-                    if is_free:
-                        exposure.rows.append(row)
-                        exposure.corners.append(_blurred(exact, error, lens.corner_noise))
+                noise = lens.corner_noise * self._rng.standard_normal(pixels.shape)  # also of what is covered
+                center = np.array(lens.principal_point)
+                exposure.rows = [row for row, is_free in zip(rows, free, strict=True) if is_free]
+                exposure.pixels = (center + self._focal_factor * (pixels - center) + noise)[free]
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
-                scene, self.robot, pos, np.array(rotation), lens, pipeline, self.settings.crop, self._rng
+                scene, self.robot, pos, rotation, lens, pipeline, self.settings.crop, self._rng
             )
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve it: by now the robot has sent the heading that it had then.
-
-        With three tags 0.1 ms, 0.27 while the mathematics went through small arrays.
-        """
+        """Solve it: by now the robot has sent the heading that it had then."""
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
@@ -285,20 +292,19 @@ class LimelightSim:
         one: PoseEstimate | None = None
         two: PoseEstimate | None = None
         if self.config.perfect and pipeline.kind == "tags" and not self.settings.is_driver_camera:
-            tags, one, two = perfect_frame(self.layout, exposure.pose, self.config)
+            tags, one = perfect_frame(self.layout, exposure.robot_pose, self.config)
+            two = one
         elif exposure.rows:
-            picture = TagPicture(self.layout, exposure.rows, exposure.corners, lens, self._believed)
+            picture = TagPicture(
+                *(self.layout, self._tags, self._tag_offsets, exposure.rows, exposure.pixels),
+                *(exposure.eye, exposure.rotation, lens, self._believed),
+            )
             tags = picture.tags
-            held = self._std_devs
-            is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
-            two = picture.megatag2(self.heading.attitude_rows(exposure.time))
-            one = picture.megatag1(held[2] if held is not None and is_same else None, exposure.camera)
-            if one is not None:
-                since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
-                self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
-                self._megatag1_at = exposure.time
-                if not is_same:
-                    self._std_devs = (exposure.time, exposure.rows, one.std_devs)
+            two = picture.megatag2(self.heading.attitude(exposure.time))
+            one = picture.megatag1()
+            since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
+            self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
+            self._megatag1_at = exposure.time
         primary: TagSighting | None = None
         wanted = self.settings.priority_id
         for tag in tags:
@@ -323,8 +329,8 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
-            mount_position=self._believed.place,
-            mount_axes=self._believed.axes,
+            mount_position=self._believed.position,
+            mount_axes=self._believed.to_optical.T,
             imu=self.heading.reading(),
         )
 
@@ -340,15 +346,3 @@ class LimelightSim:
         if ids is None and isinstance(pipeline, TagPipeline):
             ids = pipeline.id_filters or None
         self._wanted = None if ids is None else frozenset(ids)
-
-
-def _blurred(corners: Corners, error: Sequence[Sequence[float]], size: float) -> Corners:
-    """Corners with an error of `size` [px] times these numbers."""
-    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners
-    (a0, b0), (a1, b1), (a2, b2), (a3, b3) = error
-    return (
-        (u0 + size * a0, v0 + size * b0),
-        (u1 + size * a1, v1 + size * b1),
-        (u2 + size * a2, v2 + size * b2),
-        (u3 + size * a3, v3 + size * b3),
-    )

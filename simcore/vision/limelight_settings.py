@@ -57,13 +57,19 @@ class CameraSettings:
         """
         if not all(math.isfinite(v) for v in values):
             return f"needs finite numbers, got {list(values)}"
-        length, setter = INPUTS[topic]
-        if length is not None and len(values) != length:
-            return f"needs {length} number{'s' if length > 1 else ''}, got {len(values)}"
-        problem = setter(self, values)
-        if problem is None:
-            self.version += 1
-        return problem
+        setting = INPUTS[topic]
+        if setting.length is not None and len(values) != setting.length:
+            return f"needs {setting.length} number{'s' if setting.length > 1 else ''}, got {len(values)}"
+        got = f"{values[0]:g}" if setting.length == 1 else str(list(values))
+        if topic == "pipeline" and values[0] not in range(len(self.config.pipelines)):
+            last = len(self.config.pipelines) - 1
+            known = f"0 to {last}" if last else "only 0"
+            return f'no pipeline {got}; this camera has {known}; mode = ["tags", "pieces"] makes two'
+        if not setting.is_valid(values):
+            return f"needs {setting.needs}, got {got}"
+        setattr(self, setting.name, setting.of(values))
+        self.version += 1
+        return None
 
     @property
     def believed_mount(self) -> tuple[Vector, Quaternion]:
@@ -72,84 +78,55 @@ class CameraSettings:
         turn = from_rpy(math.radians(roll), -math.radians(pitch), math.radians(yaw))
         return (ahead, -right, up), turn
 
-    # --- one setter a topic -------------------------------------------------------------------------------------
 
-    def _set_pipeline(self, values: Values) -> str | None:
-        n = len(self.config.pipelines)
-        if not _is_whole(values[0]) or not 0 <= values[0] < n:
-            known = f"0 to {n - 1}" if n > 1 else "only 0"
-            return f'no pipeline {values[0]:g}; this camera has {known}; mode = ["tags", "pieces"] makes two'
-        self.pipeline = int(values[0])
-        return None
+@dataclass(frozen=True, slots=True)
+class _Setting:
+    """What a topic sets."""
 
-    def _set_priority(self, values: Values) -> str | None:
-        if not _is_whole(values[0]) or values[0] < -1:
-            return f"needs a tag's id, or -1 for none, got {values[0]:g}"
-        self.priority_id = int(values[0])
-        return None
-
-    def _set_crop(self, values: Values) -> str | None:
-        x0, x1, y0, y1 = values
-        if not (-1.0 <= x0 < x1 <= 1.0 and -1.0 <= y0 < y1 <= 1.0):
-            return f"needs x0 < x1 and y0 < y1 within -1 to 1, got {list(values)}"
-        self.crop = (x0, x1, y0, y1)
-        return None
-
-    def _set_filters(self, values: Values) -> str | None:
-        if not all(_is_whole(v) and v >= 0 for v in values):
-            return f"needs ids of tags, got {list(values)}"
-        self.id_filters = tuple(int(v) for v in values) or None
-        return None
-
-    def _set_downscale(self, values: Values) -> str | None:
-        if not _is_whole(values[0]) or not 0 <= values[0] < len(_DOWNSCALES):
-            return f"needs 0 (as the pipeline) or 1 to 5 for {_DOWNSCALES[1:]}, got {values[0]:g}"
-        self.downscale = _DOWNSCALES[int(values[0])]
-        return None
-
-    def _set_throttle(self, values: Values) -> str | None:
-        if not _is_whole(values[0]) or values[0] < 0:
-            return f"needs how many frames to skip, got {values[0]:g}"
-        self.throttle = int(values[0])
-        return None
-
-    def _set_camera_mode(self, values: Values) -> str | None:
-        if values[0] not in (0.0, 1.0):
-            return f"needs 0 (vision) or 1 (driver camera), got {values[0]:g}"
-        self.is_driver_camera = values[0] == 1.0
-        return None
-
-    def _set_imu_mode(self, values: Values) -> str | None:
-        if not _is_whole(values[0]) or not 0 <= values[0] <= 4:
-            return f"needs a mode from 0 to 4, got {values[0]:g}"
-        self.imu_mode = int(values[0])
-        return None
-
-    def _set_imu_assist(self, values: Values) -> str | None:
-        if not 0.0 <= values[0] <= 1.0:
-            return f"needs a weight from 0 to 1, got {values[0]:g}"
-        self.imu_assist = values[0]
-        return None
-
-    def _set_mount(self, values: Values) -> str | None:
-        self.mount = (values[0], values[1], values[2], values[3], values[4], values[5])
-        return None
+    name: str
+    """Of the field of `CameraSettings`."""
+    length: int | None
+    """How many numbers it needs; None: any."""
+    needs: str
+    """What they must be, in words."""
+    is_valid: Callable[[Values], bool]
+    of: Callable[[Values], object]
+    """The field's value, of valid numbers."""
 
 
-INPUTS: dict[str, tuple[int | None, Callable[[CameraSettings, Values], str | None]]] = {
-    "pipeline": (1, CameraSettings._set_pipeline),
-    "priorityid": (1, CameraSettings._set_priority),
-    "crop": (4, CameraSettings._set_crop),
-    "fiducial_id_filters_set": (None, CameraSettings._set_filters),
-    "fiducial_downscale_set": (1, CameraSettings._set_downscale),
-    "throttle_set": (1, CameraSettings._set_throttle),
-    "camMode": (1, CameraSettings._set_camera_mode),
-    "imumode_set": (1, CameraSettings._set_imu_mode),
-    "imuassistalpha_set": (1, CameraSettings._set_imu_assist),
-    "camerapose_robotspace_set": (6, CameraSettings._set_mount),
-}
-"""Topics that change a setting, how many numbers each needs, and what they do. `robot_orientation_set` is no setting:
-the camera keeps its history."""
+def _is_whole(values: Values, least: float, most: float = math.inf) -> bool:
+    return all(v == math.floor(v) and least <= v <= most for v in values)
+
+
+def _first(values: Values) -> int:
+    return int(values[0])
+
+
+INPUTS = {
+    "pipeline": _Setting("pipeline", 1, "a pipeline", lambda v: True, _first),
+    "priorityid": _Setting("priority_id", 1, "a tag's id, or -1 for none", lambda v: _is_whole(v, -1), _first),
+    "crop": _Setting(
+        "crop", 4, "x0 < x1 and y0 < y1 within -1 to 1",
+        lambda v: -1.0 <= v[0] < v[1] <= 1.0 and -1.0 <= v[2] < v[3] <= 1.0, tuple,
+    ),
+    "fiducial_id_filters_set": _Setting(
+        "id_filters", None, "ids of tags", lambda v: _is_whole(v, 0), lambda v: tuple(map(int, v)) or None
+    ),
+    "fiducial_downscale_set": _Setting(
+        "downscale", 1, f"0 (as the pipeline) or 1 to 5 for {_DOWNSCALES[1:]}",
+        lambda v: _is_whole(v, 0, len(_DOWNSCALES) - 1), lambda v: _DOWNSCALES[int(v[0])],
+    ),
+    "throttle_set": _Setting("throttle", 1, "how many frames to skip", lambda v: _is_whole(v, 0), _first),
+    "camMode": _Setting(
+        "is_driver_camera", 1, "0 (vision) or 1 (driver camera)", lambda v: v[0] in (0.0, 1.0), lambda v: v[0] == 1.0
+    ),
+    "imumode_set": _Setting("imu_mode", 1, "a mode from 0 to 4", lambda v: _is_whole(v, 0, 4), _first),
+    "imuassistalpha_set": _Setting(
+        "imu_assist", 1, "a weight from 0 to 1", lambda v: 0.0 <= v[0] <= 1.0, lambda v: v[0]
+    ),
+    "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
+}  # fmt: skip
+"""Topics that change a setting. `robot_orientation_set` is none: the camera keeps its history."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",
@@ -168,7 +145,3 @@ NOT_MODELED = ("fiducial_offset_set", "keystone_set")
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:
     """A mount in a Limelight's robot space: ahead, right, up [m]; roll, pitch, yaw [deg], looking up is positive."""
     return mount.x, -mount.y, mount.z, mount.roll_deg, -mount.pitch_deg, mount.yaw_deg
-
-
-def _is_whole(value: float) -> bool:
-    return value == math.floor(value)

@@ -1,6 +1,12 @@
-"""From the corners of tags to the robot's pose: MegaTag 1 (everything from the picture) and 2 (heading from a gyro).
+"""From the corners of tags to poses: of each tag, and the robot's as MegaTag 1 (picture alone) and 2 (heading known).
 
-And the perfect camera: the robot's exact pose, for tests of what robot code does with a pose.
+What a solver would find is the true pose, moved by the errors of the corners through the linearized projection. With
+the Jacobian J (8 x 6) of a tag's corners by its pose, an error e of the corners moves the least-squares pose by
+(J^T J)^-1 J^T e, with the covariance s^2 (J^T J)^-1 for a noise of s in each direction. Source: R. Hartley,
+A. Zisserman, "Multiple View Geometry in Computer Vision", sections 5.2 and A6.
+
+Corners are in ideal coordinates here: pixels from the principal point over the focal length. A change of a tag's pose
+is a turn w about its middle and a step v, both in optical axes: what was at m + a is then at m + a + w x a + v.
 """
 
 from __future__ import annotations
@@ -11,21 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import (
-    Quaternion,
-    Rows,
-    Vector,
-    apply,
-    apply_back,
-    as_rows,
-    matrix,
-    rpy,
-    times,
-    times_back,
-    transposed,
-)
-from simcore.typing import FloatArray
-from simcore.units import plain_sum
+from simcore.geometry.rotation import Quaternion, Vector, matrix, rpy
+from simcore.typing import FloatArray, IntArray
 from simcore.vision.camera import (
     OPTICAL,
     CameraConfig,
@@ -36,207 +29,248 @@ from simcore.vision.camera import (
     project,
     quad_area,
 )
-from simcore.vision.camera_frame import Corners, PoseEstimate, StdDevs, TagSighting
-from simcore.vision.corner_fit import CameraSolution, refine_pose, solve_position, squared_error
-from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
-from simcore.vision.tag_layout import TagLayout
+from simcore.vision.camera_frame import PoseEstimate, StdDevs, TagPose, TagSighting, as_pixels
+from simcore.vision.tag_layout import TagLayout, cross_matrices, rotation_matrices
 
-__all__ = ["CameraPose", "Mounting", "TagPicture", "perfect_frame"]
+__all__ = ["Mounting", "TagPicture", "flip_pose", "perfect_frame", "solve_tags"]
 
-CameraPose = tuple[Vector, Rows]
-"""Place of a camera in the field [m], and rotation from field to optical axes."""
-
-_NEAR = 0.02
-"""Root mean square distance of corners up to which a pose is a start for MegaTag 1 [-]: a heading off by 1 deg."""
-_FITS = 3.0
-"""And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
-
-
-_TAGS = 4  # nearest ones that a perfect camera sees
+_PERFECT_TAGS = 4  # nearest ones that a perfect camera sees
+_NEAR = 0.01  # [m]; of a tag right before the lens the flipped pose can have corners behind it
+_EXACT = 1e-20  # [-]; square of what rounding leaves of corners without noise
+_IDENTITY: FloatArray = np.eye(3)
+_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a square in its own plane
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mounting:
-    """Where a camera believes to sit, ready for use."""
+    """Where a camera believes to sit."""
 
     position: FloatArray
     """Robot frame [m], shape (3,)."""
     to_optical: FloatArray
     """From robot to optical axes, shape (3, 3)."""
-    place: Vector
-    """`position` in plain floats, for single vectors; so the next."""
-    rows: Rows
-    """The same as `to_optical`."""
-    axes: Rows
-    """From optical to robot axes."""
-    lever: Vector
-    """From the robot's origin to the camera, optical axes [m]."""
 
     @classmethod
     def of(cls, position: Vector, rotation: Quaternion) -> Mounting:
         """From the place [m] and attitude (camera to robot axes) on the robot."""
-        to_optical = OPTICAL @ matrix(rotation).T
-        rows = as_rows(to_optical)
-        return cls(np.array(position), to_optical, position, rows, transposed(rows), apply(rows, position))
+        return cls(np.array(position), OPTICAL @ matrix(rotation).T)
+
+
+def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
+    """The other attitude in which each tag looks nearly the same: its normal mirrored by the line of sight.
+
+    That is half a turn about the line of sight, after half a turn in the tag's own plane. In weak perspective both
+    pictures are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation Using Coplanar Feature
+    Points", CVIU 63 (1996).
+
+    Args:
+        rotations: From squares' axes (right, up, out of the face) to optical axes, shape (k, 3, 3).
+        places: Their middles, optical frame [m], shape (k, 3).
+    """
+    sight = places / _lengths(places)[:, None]
+    mirrored: FloatArray = (2.0 * sight[:, :, None] * sight[:, None, :] - _IDENTITY) @ rotations @ _HALF_TURN
+    return mirrored
+
+
+def solve_tags(
+    rotations: FloatArray, places: FloatArray, seen: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """One step of least squares (Gauss-Newton) for the pose of each tag by itself.
+
+    Args:
+        rotations: Start of each, from its square's axes to optical axes, shape (..., 3, 3).
+        places: The same: its middle, optical frame [m], shape (..., 3).
+        seen: Its corners in ideal coordinates [-], shape (..., 4, 2).
+        size: Edge of a tag [m].
+
+    Returns:
+        J^T J, shape (..., 6, 6); J^T e, shape (..., 6); the steps, turn [rad] and way [m], shape (..., 6); and the sum
+        of squared distances between corners that each leaves [-], shape (...).
+    """
+    half = 0.5 * size
+    square = np.array([(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)])
+    arms = square @ rotations.swapaxes(-1, -2)
+    corners = arms + places[..., None, :]
+    inverse = 1.0 / np.maximum(corners[..., 2:], _NEAR)
+    ideal = corners[..., :2] * inverse
+    # d(x / z) is (1, 0, -x / z) / z times the step of a corner, v - a x w.
+    by_step = np.zeros((*ideal.shape, 3))
+    by_step[..., 0, 0] = by_step[..., 1, 1] = inverse[..., 0]
+    by_step[..., 2] = -ideal * inverse
+    by_turn = -by_step @ cross_matrices(arms)
+    jacobian = np.concatenate((by_turn, by_step), axis=-1).reshape(*ideal.shape[:-2], 8, 6)
+    error = (seen - ideal).reshape(*jacobian.shape[:-1], 1)
+    transposed = jacobian.swapaxes(-1, -2)
+    normal, right = transposed @ jacobian, (transposed @ error)[..., 0]
+    step = np.linalg.solve(normal, right[..., None])[..., 0]
+    left = (error[..., 0] ** 2).sum(-1) - (step * right).sum(-1)
+    return normal, right, step, np.maximum(left, 0.0)
 
 
 class TagPicture:
     """The tags of one frame, and what follows from them.
 
+    Of a tag by itself two poses explain the corners about as well: the true one and the one of `flip_pose`. The better
+    fit of both is its pose, so that noise flips small and frontal tags. Its ambiguity is the ratio of both errors, as
+    PhotonVision's documentation defines it ("3D Tracking").
+
     Args:
-        layout: All tags.
+        layout: All tags where robot code and camera believe them.
+        true_layout: All tags where they are.
+        offsets: Of these from those: a turn [rad] and a way [m], field axes, shape (n, 6).
         rows: Which ones are seen, k >= 1.
-        corners: Their corners as detected [px].
-        lens: The picture.
+        pixels: Their corners as detected [px], shape (k, 4, 2).
+        eye: Where the camera truly is, field frame [m].
+        rotation: From field to its optical axes, shape (3, 3).
+        lens: The picture as the camera believes it.
         mounting: Where the camera believes to sit.
     """
 
     def __init__(
         self,
         layout: TagLayout,
+        true_layout: TagLayout,
+        offsets: FloatArray,
         rows: Sequence[int],
-        corners: Sequence[Corners],
+        pixels: FloatArray,
+        eye: Vector,
+        rotation: FloatArray,
         lens: LimelightType,
         mounting: Mounting,
     ) -> None:
-        self._layout = layout
-        self._rows = list(rows)
-        self._mounting = mounting
-        (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
-        self._noise = lens.corner_noise / math.sqrt(fx * fy)  # in ideal coordinates
-        self._squares = [layout.squares[row] for row in self._rows]
-        self._ideal: list[Corners] = []
-        """Corners in the optical frame, x / z and y / z [-]."""
-        self._depths: list[float] = []
-        axes, (mount_x, mount_y, mount_z) = mounting.axes, mounting.place
-        percent = 50.0 / (lens.width * lens.height)
-        atan, degrees, hypot = math.atan, math.degrees, math.hypot
-        size, ids = layout.size, layout.id_list
-        tags: list[TagSighting] = []
-        areas: list[float] = []
-        distance = 0.0
-        for row, pixels in zip(self._rows, corners, strict=True):
-            (u0, v0), (u1, v1), (u2, v2), (u3, v3) = pixels
-            ideal = (
-                ((u0 - cx) / fx, (v0 - cy) / fy),
-                ((u1 - cx) / fx, (v1 - cy) / fy),
-                ((u2 - cx) / fx, (v2 - cy) / fy),
-                ((u3 - cx) / fx, (v3 - cy) / fy),
-            )
-            self._ideal.append(ideal)
-            poses = solve_square(ideal, size)
-            near = far = 0.0
-            depth = doubt = 1.0
-            if poses is not None:
-                px, py, depth = place = poses[0].translation
-                x, y, z = apply(axes, place)
-                near, far = hypot(px, py, depth), hypot(x + mount_x, y + mount_y, z + mount_z)
-                doubt = ambiguity(poses)
-            area = percent * abs((u2 - u0) * (v3 - v1) - (v2 - v0) * (u3 - u1))
-            tx = degrees(atan((0.25 * (u0 + u1 + u2 + u3) - cx) / fx))
-            ty = degrees(atan((cy - 0.25 * (v0 + v1 + v2 + v3)) / fy))
-            tags.append(TagSighting(ids[row], pixels, tx, ty, area, near, far, doubt, poses))
-            self._depths.append(depth)
-            areas.append(area)
-            distance += near
-        self.tags = tuple(tags)
+        focal_length, principal_point = np.array(lens.focal_length), np.array(lens.principal_point)
+        self._layout, self._rows, self._mounting = layout, np.array(rows), mounting
+        self._noise = lens.corner_noise / math.sqrt(lens.focal_length[0] * lens.focal_length[1])
+        self._eye, self._rotation = np.array(eye), rotation
+        self._seen = (pixels - principal_point) / focal_length
+        offsets = offsets[self._rows]
+        true = rotation @ true_layout.square_axes[self._rows].swapaxes(1, 2)
+        self._places = (true_layout.centers[self._rows] - self._eye) @ rotation.T
+        start = np.array((true, flip_pose(true, self._places)))
+        normal, right, step, left = solve_tags(start, self._places, self._seen, layout.size)
+        # A tilt by a shortens a tag by a^2 / 2, whatever it is turned: noise s hides it up to sqrt(2 s z / h).
+        hidden = 4.0 * self._noise / layout.size * self._places[:, 2]
+        turned = (step[..., :3] ** 2).sum(axis=-1)
+        step[..., :3] *= np.sqrt(hidden / (hidden + turned + _EXACT))[..., None]
+        better = np.argmin(left, axis=0)
+        order = np.array((better, 1 - better)), np.arange(len(better))
+        self._turns = (rotation_matrices(step[..., :3]) @ start)[order]
+        self._found = (self._places + step[..., 3:])[order]
+        least, most = left[order]
+        doubt = np.sqrt((least + _EXACT) / (most + _EXACT))
+        # The normal equations of the camera: its turn w and step s, in optical axes, move a tag by -w and m x w - s.
+        by_camera = np.zeros((len(better), 6, 6))
+        by_camera[:, :3, :3] = by_camera[:, 3:, 3:] = -_IDENTITY
+        by_camera[:, 3:, :3] = cross_matrices(self._places)
+        misplaced = (offsets.reshape(-1, 2, 3) @ rotation.T).reshape(-1, 6, 1)
+        right = right[0, :, :, None] + normal[0] @ misplaced
+        back = by_camera.swapaxes(1, 2)
+        self._normal = (back @ normal[0] @ by_camera).sum(axis=0)
+        self._right = (back @ right).sum(axis=0)[:, 0]
+        if len(better) == 1 and self._noise > 0.0:
+            self._normal[:3, :3] += self._noise**2 / hidden[0] * _IDENTITY
+        self.tags = self._sightings(pixels, lens, doubt)
         """Each tag by itself."""
-        self._near: CameraPose | None = None
-        self._largest = areas.index(max(areas))
-        count = len(tags)
-        self._statistics = (layout.span(self._rows), distance / count, plain_sum(areas) / count)
+        self._statistics = _statistics(layout, self._rows, self.tags)
 
-    def megatag1(self, std: StdDevs | None = None, near: CameraPose | None = None) -> PoseEstimate | None:
-        """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
+    def _sightings(self, pixels: FloatArray, lens: LimelightType, doubt: FloatArray) -> tuple[TagSighting, ...]:
+        middle = (pixels.mean(axis=1) - lens.principal_point) / lens.focal_length
+        tx, ty = np.degrees(np.arctan(middle.T)).tolist()
+        area = (100.0 / (lens.width * lens.height) * np.abs(quad_area(pixels))).tolist()
+        best = self._found[0]
+        near = _lengths(best).tolist()
+        far = _lengths(best @ self._mounting.to_optical + self._mounting.position).tolist()
+        turns, places = self._turns.tolist(), self._found.tolist()
+        ids = self._layout.ids[self._rows].tolist()
+        return tuple(
+            TagSighting(
+                ids[k], as_pixels(pixels[k]), tx[k], -ty[k], area[k], near[k], far[k], float(doubt[k]),
+                (TagPose(turns[0][k], places[0][k]), TagPose(turns[1][k], places[1][k])),
+            )
+            for k in range(len(ids))
+        )  # fmt: skip
 
-        With several tags it is where the error in the picture is least, wherever the search starts: from where the
-        camera truly is it takes 1.2 steps, from MegaTag 2 1.7, from the largest tag's pose 3. With one tag it starts
-        from the picture, because there both poses are a minimum.
+    def megatag1(self) -> PoseEstimate:
+        """Pose from the picture alone: of one tag the better of its two poses, of several their least squares."""
+        covariance = np.linalg.inv(self._normal)
+        if len(self._rows) == 1:
+            row = self._rows[0]
+            rotation = self._turns[0, 0] @ self._layout.square_axes[row]
+            eye = self._layout.centers[row] - self._found[0, 0] @ rotation
+        else:
+            step = covariance @ self._right
+            rotation = rotation_matrices(-step[:3]) @ self._rotation
+            eye = self._eye + step[3:] @ rotation
+        to_optical, position = self._mounting.to_optical, self._mounting.position
+        # Robot: x, y, z by s + lever x w in field axes; roll and pitch about its own axes, yaw about the field's.
+        lever = cross_matrices(to_optical @ position)
+        back = rotation.T
+        by_camera = np.zeros((6, 6))
+        by_camera[:3, :3], by_camera[:3, 3:] = back @ lever, back
+        by_camera[3:, :3] = to_optical[:, 0], to_optical[:, 1], back[2]
+        deviations = self._noise * np.sqrt(np.einsum("ij,jk,ik->i", by_camera, covariance, by_camera))
+        deviations[3:] = np.degrees(deviations[3:])
+        return self._estimate(eye, back @ to_optical, deviations)
+
+    def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
+        """Place from the picture by linear least squares, with the attitude from the robot or from the camera's IMU.
+
+        With t = -R c, a corner X says t_x - x t_z = x p_z - p_x for p = R X, and the same of y; over its depth that is
+        a distance in the picture.
 
         Args:
-            std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 8 us.
-            near: Where to start; None: from MegaTag 2 if that was asked for before.
+            attitude: From robot to field axes, shape (3, 3). A wrong one gives a wrong place.
+
+        Returns:
+            None if the tags would be behind the camera, which happens with a very wrong attitude.
         """
-        found: CameraSolution | None = None
-        near = near or self._near
-        if near is not None and len(self.tags) > 1:
-            found = refine_pose(self._squares, self._ideal, *near, start_error=_NEAR)
-        if found is None or found.error > _FITS * self._noise:
-            start = self._start()
-            found = None if start is None else refine_pose(self._squares, self._ideal, *start)
-        if found is None:
+        rotation = self._mounting.to_optical @ attitude.T
+        points = (self._layout.corners[self._rows] @ rotation.T).reshape(-1, 3)
+        seen = self._seen.reshape(-1, 2)
+        rows = np.zeros((len(seen), 2, 3))
+        rows[:, 0, 0] = rows[:, 1, 1] = 1.0
+        rows[:, :, 2] = -seen
+        weights = (np.repeat(self._places[:, 2], 8) ** -1.0)[:, None]
+        right = weights * (seen * points[:, 2:] - points[:, :2]).reshape(-1, 1)
+        rows = weights * rows.reshape(-1, 3)
+        covariance = np.linalg.inv(rows.T @ rows)
+        step = (covariance @ (rows.T @ right))[:, 0]
+        if (points[:, 2] + step[2]).min() <= 0.0:
             return None
-        attitude = times_back(found.rotation, self._mounting.rows)
-        return self._estimate(found.position, attitude, std or self._std_devs(found))
+        deviations = np.zeros(6)
+        deviations[:3] = self._noise * np.sqrt(np.einsum("ji,jk,ki->i", rotation, covariance, rotation))
+        return self._estimate(-step @ rotation, attitude, deviations)
 
-    def megatag2(self, attitude: Rows | FloatArray) -> PoseEstimate | None:
-        """Place from the picture, with the attitude from the robot or from the camera's IMU.
-
-        Args:
-            attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
-        """
-        upright = as_rows(attitude)
-        rotation = times(self._mounting.rows, transposed(upright))
-        found = solve_position(self._squares, self._ideal, self._depths, rotation)
-        if found is None:
-            return None
-        place, (sx, sy, sz) = found
-        self._near = place, rotation
-        k = self._noise
-        return self._estimate(place, upright, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
-
-    def _start(self) -> CameraPose | None:
-        """Place of the camera [m] and rotation from field to optical axes, from the largest tag."""
-        poses = self.tags[self._largest].poses
-        if poses is None:
-            return None
-        row = self._rows[self._largest]
-        guess = self._camera(row, poses[0])
-        # With an ambiguity this low the other one cannot be meant.
-        if len(self.tags) > 1 and poses[0].error > 0.2 * poses[1].error:
-            other = self._camera(row, poses[1])
-            if squared_error(self._squares, self._ideal, *other) < squared_error(self._squares, self._ideal, *guess):
-                guess = other
-        return guess
-
-    def _camera(self, row: int, pose: SquarePose) -> CameraPose:
-        a, b, c, d, e, f, g, h, i = pose.rotation
-        rotation = times(((a, b, c), (d, e, f), (g, h, i)), as_rows(self._layout.square_axes[row]))
-        x, y, z = self._layout.center_list[row]
-        dx, dy, dz = apply_back(rotation, pose.translation)
-        return (x - dx, y - dy, z - dz), rotation
-
-    def _std_devs(self, found: CameraSolution) -> StdDevs:
-        """Standard deviations of the robot's pose: the corners' noise, propagated through the linearised solution."""
-        # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
-        lx, ly, lz = self._mounting.lever
-        back = transposed(found.rotation)
-        swing = [((y * lz - z * ly, z * lx - x * lz, x * ly - y * lx), (x, y, z)) for x, y, z in back]
-        roll, pitch, _ = self._mounting.axes
-        still = (0.0, 0.0, 0.0)
-        variances = found.variances([*swing, (roll, still), (pitch, still), (back[2], still)])
-        k = self._noise
-        turn = math.degrees(k)
-        x, y, z, roll_sd, pitch_sd, yaw_sd = map(math.sqrt, variances)
-        return k * x, k * y, k * z, turn * roll_sd, turn * pitch_sd, turn * yaw_sd
-
-    def _estimate(self, camera: Vector, attitude: Rows, std: StdDevs) -> PoseEstimate:
-        dx, dy, dz = apply(attitude, self._mounting.place)
+    def _estimate(self, eye: FloatArray, attitude: FloatArray, deviations: FloatArray) -> PoseEstimate:
+        x, y, z = (eye - attitude @ self._mounting.position).tolist()
+        (a, _, _), (b, _, _), (c, d, e) = attitude.tolist()
+        std: StdDevs = tuple(deviations.tolist())
         return PoseEstimate(
-            (camera[0] - dx, camera[1] - dy, camera[2] - dz),
-            math.degrees(math.atan2(attitude[2][1], attitude[2][2])),
-            math.degrees(math.asin(max(-1.0, min(1.0, -attitude[2][0])))),
-            math.degrees(math.atan2(attitude[1][0], attitude[0][0])),
-            len(self.tags),
+            (x, y, z),
+            math.degrees(math.atan2(d, e)),
+            math.degrees(math.asin(max(-1.0, min(1.0, -c)))),
+            math.degrees(math.atan2(b, a)),
             *self._statistics,
             std,
         )
 
 
+def _lengths(vectors: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.sqrt((vectors * vectors).sum(axis=1))
+    return lengths
+
+
+def _statistics(layout: TagLayout, rows: IntArray, tags: Sequence[TagSighting]) -> tuple[int, float, float, float]:
+    """Count of tags, largest distance between two [m], average distance [m] and area [%]."""
+    centers, n = layout.centers[rows], len(tags)
+    span = _lengths((centers[:, None, :] - centers).reshape(-1, 3)).max()
+    return n, float(span), sum(t.camera_distance for t in tags) / n, sum(t.area_percent for t in tags) / n
+
+
 def perfect_frame(
     layout: TagLayout, robot_pose: tuple[Vector, Quaternion], config: CameraConfig
-) -> tuple[tuple[TagSighting, ...], PoseEstimate, PoseEstimate]:
-    """Tags and both poses of a frame without any error.
+) -> tuple[tuple[TagSighting, ...], PoseEstimate | None]:
+    """Tags and robot pose of a frame without any error.
 
     Args:
         layout: All tags; the four nearest ones count as seen, even behind the camera.
@@ -246,29 +280,20 @@ def perfect_frame(
     lens = config.type
     pos, quat = camera_pose(*robot_pose, config.mount.position, config.mount.rotation)
     rotation = optical_rotation(quat)
-    reach = np.linalg.norm(layout.centers - pos, axis=1)
+    reach = _lengths(layout.centers - pos)
+    rows = np.argsort(reach, kind="stable")[:_PERFECT_TAGS]
     tags = []
-    for row in np.argsort(reach, kind="stable")[:_TAGS].tolist():
+    for row in rows.tolist():
         corners, _ = project(layout.corners[row], pos, rotation, lens)
         u, v = corners.mean(axis=0).tolist()
         tx, ty = angles_deg(u, v, lens)
         area = 100.0 / (lens.width * lens.height) * abs(float(quad_area(corners[None])[0]))
-        near, far = float(reach[row]), math.dist(layout.centers[row].tolist(), robot_pose[0])
-        (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
-        pixels = (u0, v0), (u1, v1), (u2, v2), (u3, v3)
-        tags.append(TagSighting(int(layout.ids[row]), pixels, tx, ty, area, near, far, 0.0, None))
-    roll, pitch, yaw = rpy(robot_pose[1])
-    chosen = layout.centers[np.argsort(reach, kind="stable")[:_TAGS]]
-    apart = np.linalg.norm(chosen[:, None, :] - chosen[None, :, :], axis=2)
-    estimate = PoseEstimate(
-        position=robot_pose[0],
-        roll_deg=math.degrees(roll),
-        pitch_deg=math.degrees(pitch),
-        yaw_deg=math.degrees(yaw),
-        tag_count=len(tags),
-        tag_span=float(apart.max(initial=0.0)),
-        average_distance=plain_sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
-        average_area=plain_sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
-        std_devs=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    )
-    return tuple(tags), estimate, estimate
+        far = math.dist(layout.centers[row].tolist(), robot_pose[0])
+        tags.append(
+            TagSighting(int(layout.ids[row]), as_pixels(corners), tx, ty, area, float(reach[row]), far, 0.0, None)
+        )
+    if not tags:
+        return (), None
+    roll, pitch, yaw = map(math.degrees, rpy(robot_pose[1]))
+    std = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return tuple(tags), PoseEstimate(robot_pose[0], roll, pitch, yaw, *_statistics(layout, rows, tags), std)

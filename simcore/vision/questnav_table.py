@@ -17,7 +17,7 @@ from typing import Any
 from simcore import season
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion, Vector
-from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.quest_headset import PoseReset, QuestFrame
 
 __all__ = [

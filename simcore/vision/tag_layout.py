@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,15 @@ from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, Quantity, require, req
 from simcore.typing import FloatArray, IntArray
 from simcore.units import inches, plain_sum
 
-__all__ = ["OFFICIAL_LAYOUTS", "TAG_SIZE", "TagLayout", "load_layout", "official_layout"]
+__all__ = [
+    "OFFICIAL_LAYOUTS",
+    "TAG_SIZE",
+    "TagLayout",
+    "cross_matrices",
+    "load_layout",
+    "official_layout",
+    "rotation_matrices",
+]
 
 TAG_SIZE = inches(6.5)
 """Edge of the black square of an FRC AprilTag, family 36h11 [m]. 2026 manual, section 5."""
@@ -28,6 +36,12 @@ _TAG_SIZE = Quantity("m", 0.0, 1.0, is_open=True)
 _QUATERNION = Quantity("", -1.0 - 1e-3, 1.0 + 1e-3)
 _ROUNDING = 1e-3  # [-]; files have three digits or more
 _MOST_BYTES = 1_000_000
+
+_IDENTITY: FloatArray = np.eye(3)
+_CROSS: FloatArray = np.array(
+    [(0, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 1, 0, 0, 0, -1, 0, 0), (0, -1, 0, 1, 0, 0, 0, 0, 0)], dtype=float
+)
+"""Of each unit vector the matrix of its vector product, row by row."""
 
 OFFICIAL_LAYOUTS = {
     "2026-welded": "k2026RebuiltWelded",
@@ -56,19 +70,6 @@ class TagLayout:
     """Out of each tag's face, shape (n, 3)."""
     square_axes: FloatArray
     """From field axes to a square's (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
-    apart: list[list[float]]
-    """Distances between tags [m]; lists, as the next, because single numbers are asked for."""
-    center_list: list[list[float]]
-    """The same as `centers`."""
-    id_list: list[int]
-    """The same as `ids`."""
-    normal_list: list[list[float]]
-    """The same as `normals`."""
-    corner_list: list[list[list[float]]]
-    """The same as `corners`."""
-    squares: list[tuple[Vector, Vector, Vector]]
-    """Middle of each tag, and from there to its upper right and lower right corner, field axes [m]; the other two are
-    opposite."""
 
     @classmethod
     def of(
@@ -97,38 +98,51 @@ class TagLayout:
             raise ConfigError(f"{owner}: ids must differ, got {twice} more than once")
         centers = np.array([tuple(map(float, pos)) for _, pos, _ in rows]).reshape(-1, 3)
         rotations = np.array([matrix(quat) for _, _, quat in rows]).reshape(-1, 3, 3)
+        return cls._placed(np.array(ids, dtype=np.int64), centers, rotations, field_size, size)
+
+    @classmethod
+    def _placed(
+        cls, ids: IntArray, centers: FloatArray, rotations: FloatArray, field_size: tuple[float, float], size: float
+    ) -> TagLayout:
         h = size / 2.0
         square = np.array([(0.0, -h, -h), (0.0, h, -h), (0.0, h, h), (0.0, -h, h)])
-        corners = centers[:, None, :] + np.einsum("nij,kj->nki", rotations, square)
+        corners = centers[:, None, :] + square @ rotations.swapaxes(1, 2)
         normals = np.ascontiguousarray(rotations[:, :, 0])
         square_axes = np.ascontiguousarray(rotations[:, :, (1, 2, 0)].transpose(0, 2, 1))
-        apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2).tolist()
-        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
+        arrays = (ids, centers, rotations, corners, normals, square_axes)
         for array in arrays:
             array.setflags(write=False)
-        reach = (corners[:, (2, 1)] - centers[:, None, :]).tolist()
-        squares = [(_vector(m), _vector(e), _vector(f)) for m, (e, f) in zip(centers.tolist(), reach, strict=True)]
-        return cls(
-            *arrays[:4],
-            field_size,
-            size,
-            *arrays[4:],
-            apart,
-            centers.tolist(),
-            ids,
-            normals.tolist(),
-            corners.tolist(),
-            squares,
-        )
+        return cls(*arrays[:4], field_size, size, *arrays[4:])
 
-    def span(self, rows: Sequence[int]) -> float:
-        """Largest distance between two of some tags [m]."""
-        most = 0.0
-        for k, row in enumerate(rows):
-            apart = self.apart[row]
-            for other in rows[:k]:
-                most = max(most, apart[other])
-        return most
+    def displaced(self, offsets: FloatArray) -> TagLayout:
+        """The same tags elsewhere.
+
+        Args:
+            offsets: A turn about each one's middle [rad] and a way [m], field axes, shape (n, 6).
+        """
+        rotations = rotation_matrices(offsets[:, :3]) @ self.rotations
+        return self._placed(self.ids, self.centers + offsets[:, 3:], rotations, self.field_size, self.size)
+
+    @property
+    def id_list(self) -> list[int]:
+        """`ids` as a list: a tag's row is its index."""
+        numbers: list[int] = self.ids.tolist()
+        return numbers
+
+
+def cross_matrices(vectors: FloatArray) -> FloatArray:
+    """Matrices C with C w = v x w, shapes (..., 3) and (..., 3, 3)."""
+    matrices: FloatArray = (vectors @ _CROSS).reshape(*vectors.shape, 3)
+    return matrices
+
+
+def rotation_matrices(vectors: FloatArray) -> FloatArray:
+    """Rotations by rotation vectors [rad] (Rodrigues), shapes (..., 3) and (..., 3, 3)."""
+    across = cross_matrices(vectors)
+    angle2 = np.maximum((vectors * vectors).sum(axis=-1), 1e-18)[..., None, None]
+    angle = np.sqrt(angle2)
+    turns: FloatArray = _IDENTITY + np.sin(angle) / angle * across + (1.0 - np.cos(angle)) / angle2 * (across @ across)
+    return turns
 
 
 def _require_tag(number: int, pos: Vector, quat: Quaternion) -> None:
@@ -143,11 +157,6 @@ def _unit(quat: Quaternion) -> Quaternion:
     x, y, z, w = quat
     norm = math.sqrt(plain_sum([float(c) ** 2 for c in quat]))
     return x / norm, y / norm, z / norm, w / norm
-
-
-def _vector(v: Sequence[float]) -> Vector:
-    x, y, z = v
-    return x, y, z
 
 
 def official_layout(name: str) -> TagLayout:

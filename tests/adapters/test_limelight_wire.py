@@ -15,12 +15,12 @@ import pytest
 
 from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.camera_manager import NetworkClock
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.limelight_wire import TOPICS
+from simcore.vision.limelight_table import TOPICS
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tag_layout import official_layout
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
@@ -172,7 +172,7 @@ def test_target_spaces_fit_together(told):
     """Camera and robot as the tag sees them: in front of it is a negative z; ahead of the robot is its own z."""
     values = told[0]["values"]
     row = LAYOUT.id_list.index(values["tid"])
-    tag = LAYOUT.center_list[row]  # 25 or 26: it faces the blue wall
+    tag = LAYOUT.centers[row]  # 25 or 26: it faces the blue wall
     x, y, z, pitch, yaw, roll = values["botpose_targetspace"]
     assert z == pytest.approx(-(tag[0] - PLACE[0]), abs=0.1)
     assert x == pytest.approx(-(PLACE[1] - tag[1]), abs=0.1)  # to the right as one faces it
@@ -191,7 +191,7 @@ def test_raw_fiducials_are_the_tags(told):
     raw = np.array(values["rawfiducials"]).reshape(-1, 7)
     assert {25, 26} <= set(raw[:, 0].astype(int))
     for number, tx, ty, area, near, far, doubt in raw.tolist():
-        tag = LAYOUT.center_list[LAYOUT.id_list.index(int(number))]
+        tag = LAYOUT.centers[LAYOUT.id_list.index(int(number))]
         assert far == pytest.approx(math.dist(tag, PLACE), rel=0.08)  # farther ones are 14 px wide
         assert near < far + 0.6 and area > 0.0 and 0.0 <= doubt <= 1.0
         if number == values["tid"]:

@@ -28,12 +28,12 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     optical_rotation,
     quad_area,
 )
-from simcore.vision.camera_manager import NetworkClock  # noqa: E402
 from simcore.vision.camera_scene import CameraScene  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
+from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.tag_layout import official_layout  # noqa: E402
-from simcore.vision.tag_visibility import TagFinder  # noqa: E402
+from simcore.vision.tag_visibility import find_tags  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
@@ -64,7 +64,7 @@ def theirs():
     targets = []
     for row, number in enumerate(LAYOUT.id_list):
         turn = LAYOUT.rotations[row]
-        tag = Pose3d(Translation3d(*LAYOUT.center_list[row]), Rotation3d(np.array(turn)))
+        tag = Pose3d(Translation3d(*LAYOUT.centers[row]), Rotation3d(np.array(turn)))
         targets.append(VisionTargetSim(tag, TargetModel.AprilTag36h11(), number))
     return camera, targets
 
@@ -74,14 +74,13 @@ def test_their_simulation_sees_the_same_tags_from_200_poses(theirs):
     100 px^2 of area, we for edges of 12 px and an angle below 75 degrees."""
     camera, targets = theirs
     rng = np.random.default_rng(2026)
-    finder = TagFinder(LAYOUT, CONFIG.type)
     both = only_theirs = 0
     for _ in range(200):
         pos = tuple(rng.uniform((0.4, 0.4, 0.0), (16.1, 7.6, 0.05)).tolist())
         quat = from_rpy(*rng.uniform(-0.1, 0.1, 2).tolist(), float(rng.uniform(-math.pi, math.pi)))
         eye, turn = camera_pose(pos, quat, CONFIG.mount.position, CONFIG.mount.rotation)
         rotation = optical_rotation(turn)
-        rows, corners = finder.find(eye, rotation, min_side=12.0, max_angle_deg=75.0)
+        rows, corners = find_tags(LAYOUT, CONFIG.type, eye, rotation, min_side=12.0, max_angle_deg=75.0)
         ours = {LAYOUT.id_list[row]: c for row, c in zip(rows, corners, strict=True)}
         result = camera.process(0.0, pose3d(eye, turn), list(targets))
         other = {t.getFiducialId(): np.array([(c.x, c.y) for c in t.getDetectedCorners()]) for t in result.getTargets()}
@@ -140,7 +139,7 @@ def test_a_photon_camera_reads_our_frames():
         assert target.getArea() == pytest.approx(tag.area_percent)
         row = LAYOUT.id_list.index(tag.id)
         at = pose3d(eye, turn).transformBy(target.getBestCameraToTarget())
-        assert math.dist((at.X(), at.Y(), at.Z()), LAYOUT.center_list[row]) < 0.1
+        assert math.dist((at.X(), at.Y(), at.Z()), LAYOUT.centers[row]) < 0.1
     multi = result.multitagResult
     assert multi is not None and set(multi.fiducialIDsUsed) == {tag.id for tag in last.tags}
     best = Pose3d().transformBy(multi.estimatedPose.best)

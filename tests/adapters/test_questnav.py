@@ -14,8 +14,8 @@ pytest.importorskip("wpimath.geometry")
 
 from simcore.geometry.rotation import from_rpy  # noqa: E402
 from simcore.vision.camera import CameraMount, camera_pose  # noqa: E402
-from simcore.vision.camera_manager import NetworkClock  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
+from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestFrame, QuestHeadset  # noqa: E402
 from simcore.vision.questnav_table import (  # noqa: E402
     QuestNavTable,

@@ -14,9 +14,9 @@ from games.rebuilt.staging import Staging
 from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
+from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
-from simcore.vision.tag_visibility import TagFinder
+from simcore.vision.tag_visibility import find_tags
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -28,7 +28,7 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
     """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
-    return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, **more)
+    return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
@@ -56,10 +56,9 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
     assert not {3, 4, 19, 20} & found
-    finder = TagFinder(official_layout("2026-welded"), camera.type)
-    rotation = optical_rotation(camera.mount.rotation)
-    rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
-    in_picture = {finder._layout.id_list[row] for row in rows}
+    layout, rotation = official_layout("2026-welded"), optical_rotation(camera.mount.rotation)
+    rows, _ = find_tags(layout, camera.type, (2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
+    in_picture = set(layout.ids[rows].tolist())
     assert 4 in in_picture  # only the hub hides it
 
 
@@ -88,10 +87,11 @@ def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     Beyond 75 degrees it is not read at all."""
     layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
-    x, y, z = layout.center_list[row]
+    x, y, z = layout.centers[row].tolist()
     angle = math.radians(angle_deg)
     eye = (x - distance * math.cos(angle), y + distance * math.sin(angle), z)
-    rows, _ = TagFinder(layout, lens).find(eye, optical_rotation(from_yaw(-angle)), min_side=12.0, max_angle_deg=75.0)
+    turn = optical_rotation(from_yaw(-angle))
+    rows, _ = find_tags(layout, lens, eye, turn, min_side=12.0, max_angle_deg=75.0)
     assert (row in rows) is expected
 
 
@@ -129,6 +129,7 @@ def test_a_carpet_full_of_fuel_hides_nothing():
 
 def piece_frame(fuel, camera=None, others=(), gate=None):
     camera = camera or CameraConfig(
+        bias=CameraBias.none(),
         name="eye",
         type=limelight_type("LL3"),
         mount=CameraMount(z=0.5, pitch_deg=20.0),
@@ -239,6 +240,22 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     assert none[0] == first[0]
 
 
+def test_the_bias_is_that_of_the_seed_and_tags_are_misplaced_for_all_cameras_alike():
+    """Tags moved by 50 mm x N(0, 1) and no other error: two cameras agree on a wrong place."""
+    bias = replace(CameraBias.none(), tag_position=0.05)
+    eyes = [replace(at_lens(0.5, pitch_deg=-15.0), name=name, bias=bias) for name in ("a", "b")]
+    places = {}
+    for seed in (1, 1, 2):
+        entry = RobotEntry(start=(2.5, 4.0345, 0.0), config=with_cameras(*eyes))
+        with RebuiltSim(seed=seed, robots=(entry,), staging=NO_FUEL) as match:
+            match.play(0.2)
+            a, b = (np.array(match.cameras.camera(name).last.megatag1.position) for name in ("a", "b"))
+            true = match.robots[0].chassis.pos
+        assert math.dist(a, b) < 0.02 < math.dist(a, true)
+        assert np.array_equal(places.setdefault(seed, a), a)
+    assert math.dist(places[1], places[2]) > 0.02
+
+
 def test_two_cameras_of_one_name_end_the_build():
     from simcore.errors import ConfigError
 
@@ -291,4 +308,4 @@ def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
     for k, tag in enumerate(seen_tags):
         assert tags[2 * k + 1, :3] == pytest.approx(layout.centers[layout.id_list.index(tag.id)])
     largest = max(seen_tags, key=lambda tag: tag.area_percent)
-    assert math.dist(line[1, :3], layout.center_list[layout.id_list.index(largest.id)]) < 0.1
+    assert math.dist(line[1, :3], layout.centers[layout.id_list.index(largest.id)]) < 0.1

@@ -1,4 +1,4 @@
-"""Projection and pose from corners, against OpenCV, which shares no code with ours."""
+"""Projection and linearized poses against OpenCV, which shares no code with ours and solves each picture anew."""
 
 from __future__ import annotations
 
@@ -11,18 +11,14 @@ from simcore.geometry.rotation import from_rpy, matrix
 from simcore.vision.camera import CameraMount, camera_pose, limelight_type, optical_rotation
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import official_layout
-from simcore.vision.tag_visibility import TagFinder
+from simcore.vision.tag_visibility import find_tags
 
 cv2 = pytest.importorskip("cv2", reason="needs OpenCV: pip install opencv-python-headless")
 
 LAYOUT = official_layout("2026-welded")
+EXACT = np.zeros((len(LAYOUT.ids), 6))
 MOUNT = CameraMount(x=0.2, y=0.1, z=0.5, roll_deg=3.0, pitch_deg=-15.0, yaw_deg=20.0)
 MOUNTING = Mounting.of(MOUNT.position, MOUNT.rotation)
-
-
-def tuples(corners):
-    """Corners as a camera has them: of each tag four pairs of floats."""
-    return [tuple(map(tuple, four)) for four in corners.tolist()]
 
 
 def intrinsics(lens):
@@ -30,7 +26,7 @@ def intrinsics(lens):
     return np.array([(fx, 0.0, cx), (0.0, fy, cy), (0.0, 0.0, 1.0)])
 
 
-def views(kind: str, count: int):
+def views(kind: str, count: int, min_side: float = 12.0):
     """Random robot poses, also tilted, with what the camera would read there."""
     lens = limelight_type(kind)
     rng = np.random.default_rng(7)
@@ -39,11 +35,29 @@ def views(kind: str, count: int):
         quat = from_rpy(*rng.uniform(-0.15, 0.15, 2).tolist(), float(rng.uniform(-math.pi, math.pi)))
         eye, turn = camera_pose(pos, quat, MOUNT.position, MOUNT.rotation)
         rotation = optical_rotation(turn)
-        rows, found = TagFinder(LAYOUT, lens).find(eye, rotation, min_side=12.0, max_angle_deg=75.0)
-        corners = np.array(found)
+        rows, corners = find_tags(LAYOUT, lens, eye, rotation, min_side=min_side, max_angle_deg=75.0)
         if len(rows):
             count -= 1
-            yield lens, pos, quat, np.array(eye), rotation, rows, corners
+            yield lens, pos, quat, eye, rotation, rows, corners
+
+
+def solved(lens, rows, corners, eye, rotation):
+    """Place of the camera and field to optical axes, by OpenCV's iterations from the truth."""
+    start, _ = cv2.Rodrigues(rotation)
+    points = LAYOUT.corners[rows].reshape(-1, 3)
+    way = (-rotation @ eye).reshape(3, 1)
+    _, r, t = cv2.solvePnP(
+        points, corners.reshape(-1, 2), intrinsics(lens), None, start, way, True, cv2.SOLVEPNP_ITERATIVE
+    )
+    turn, _ = cv2.Rodrigues(r)
+    return -turn.T @ t.ravel(), turn
+
+
+def megatag1(lens, rows, corners, eye, rotation):
+    """The same by ours, and the whole estimate."""
+    found = TagPicture(LAYOUT, LAYOUT, EXACT, rows, corners, eye, rotation, lens, MOUNTING).megatag1()
+    turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
+    return np.array(found.position) + turn @ MOUNTING.position, MOUNTING.to_optical @ turn.T, found
 
 
 @pytest.mark.parametrize("kind", ["LL3", "LL4"])
@@ -59,85 +73,98 @@ def test_pixels_are_those_of_project_points(kind):
     assert worst < 1e-6
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.3])
-def test_both_poses_of_a_single_tag_are_those_of_ippe(noise):
-    """OpenCV's SOLVEPNP_IPPE_SQUARE finds the same two, also from corners that fit no square."""
+def test_without_noise_megatag_1_is_the_truth():
+    for lens, pos, quat, eye, rotation, rows, corners in views("LL4", 100):
+        _, turn, found = megatag1(lens, rows, corners, eye, rotation)
+        assert math.dist(found.position, pos) < 1e-6
+        assert np.abs(turn - MOUNTING.to_optical @ matrix(quat).T).max() < 1e-6
+
+
+def test_one_picture_of_several_tags_gives_the_pose_that_opencv_finds():
+    """What the linearization leaves out is of second order: of a turn by d it is about d^2, some hundredths of d."""
+    rng = np.random.default_rng(11)
+    shares = []
+    for lens, _, _, eye, rotation, rows, exact in views("LL3", 80):
+        if len(rows) > 1:
+            corners = exact + lens.corner_noise * rng.standard_normal(exact.shape)
+            theirs, _ = solved(lens, rows, corners, eye, rotation)
+            ours, _, _ = megatag1(lens, rows, corners, eye, rotation)
+            shares.append(math.dist(ours, theirs) / math.dist(theirs, eye))
+    half, most = np.percentile(shares, (50, 90))  # small far tags can make OpenCV end in another minimum
+    print(f"{len(shares)} pictures: differ by {half:.4f} of the error, nine of ten by less than {most:.3f}")
+    assert len(shares) >= 20
+    assert half < 0.02 and most < 0.1
+
+
+def test_covariance_is_that_of_many_solutions_of_opencv():
+    """400 pictures from each of 6 places: a deviation is known to 3.5 %; four of these, and 2 % for what is bent."""
+    rng = np.random.default_rng(5)
+    compared = 0
+    for lens, _, _, eye, rotation, rows, exact in views("LL4", 12, min_side=40.0):
+        if compared == 6:
+            break
+        *_, found = megatag1(lens, rows, exact, eye, rotation)
+        robots = []
+        for _ in range(400):
+            corners = exact + lens.corner_noise * rng.standard_normal(exact.shape)
+            place, turn = solved(lens, rows, corners, eye, rotation)
+            attitude = turn.T @ MOUNTING.to_optical
+            robots.append((*(place - attitude @ MOUNTING.position), math.atan2(attitude[1, 0], attitude[0, 0])))
+        theirs = np.std(robots, axis=0)
+        ours = (*found.std_devs[:3], math.radians(found.std_devs[5]))
+        assert theirs == pytest.approx(ours, rel=0.16), f"{len(rows)} tags"
+        compared += 1
+    assert compared == 6
+
+
+def test_both_poses_of_a_tag_and_its_ambiguity_are_those_of_ippe():
+    """OpenCV's SOLVEPNP_IPPE_SQUARE, each answer refined to its least squares; tags wider than 30 px."""
     rng = np.random.default_rng(3)
     h = LAYOUT.size / 2.0
     square = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])
-    compared = 0
-    for lens, _, _, _, _, rows, exact in views("LL4", 60):
-        corners = exact + noise * rng.standard_normal(exact.shape)
-        for tag in TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).tags:
-            assert tag.poses is not None
-            _, turns, places, _ = cv2.solvePnPGeneric(
-                square, tag.corners[[3, 2, 1, 0]], intrinsics(lens), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
-            )
-            theirs = [(cv2.Rodrigues(r)[0], t.ravel()) for r, t in zip(turns, places, strict=True)]
-            for ours in tag.poses:
-                rotation = np.array(ours.rotation).reshape(3, 3)
-                off = min(
-                    max(np.abs(r - rotation).max(), np.abs(t - ours.translation).max() / ours.translation[2])
-                    for r, t in theirs
-                )
-                # OpenCV takes the square's Jacobian from the same homography: equal to rounding.
-                assert off < 1e-5
-                compared += 1
-    assert compared > 200
+    angles, ways, doubts = [], [], []
+    for lens, _, _, eye, rotation, rows, exact in views("LL4", 120, min_side=30.0):
+        corners = exact + lens.corner_noise * rng.standard_normal(exact.shape)
+        picture = TagPicture(LAYOUT, LAYOUT, EXACT, rows, corners, eye, rotation, lens, MOUNTING)
+        for tag in picture.tags:
+            pixels, camera = tag.corners[[3, 2, 1, 0]], intrinsics(lens)
+            _, turns, places, _ = cv2.solvePnPGeneric(square, pixels, camera, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+            theirs = []
+            for r, t in zip(turns, places, strict=True):
+                r, t = cv2.solvePnPRefineLM(square, pixels, camera, None, r.copy(), t.copy())
+                back, _ = cv2.projectPoints(square, r, t, camera, None)
+                theirs.append((float(np.linalg.norm(back[:, 0] - pixels)), cv2.Rodrigues(r)[0], t.ravel()))
+            theirs.sort(key=lambda answer: answer[0])
+            for (_, turn, place), ours in zip(theirs, tag.poses, strict=True):
+                cosine = 0.5 * (np.trace(turn.T @ np.array(ours.rotation)) - 1.0)
+                angles.append(math.degrees(math.acos(max(-1.0, min(1.0, cosine)))))
+                ways.append(math.dist(place, ours.translation) / ours.translation[2])
+            doubts.append((tag.ambiguity, theirs[0][0] / theirs[1][0]))
+    ours, theirs = np.array(doubts).T
+    off = [np.percentile(some, (50, 90)) for some in (angles, ways, np.abs(ours - theirs))]
+    print(f"{len(ours)} tags: angles [deg], ways [of the distance], ambiguity: {off}")
+    assert len(ours) > 150
+    for (half, most), (half_limit, most_limit) in zip(off, ((0.02, 0.5), (1e-4, 1e-3), (2e-3, 2e-2)), strict=True):
+        assert half < half_limit and most < most_limit
 
 
-def test_megatag_1_agrees_with_an_independent_pnp_and_with_the_truth():
-    """Without noise: the issue asks for 1 mm and 0.05 degrees."""
-    worst_mm = worst_deg = 0.0
-    compared = 0
-    for lens, pos, quat, _, _, rows, corners in views("LL4", 100):
-        found = TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).megatag1()
-        assert found is not None
-        worst_mm = max(worst_mm, 1e3 * math.dist(found.position, pos))
-        turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
-        cosine = 0.5 * (np.trace(turn.T @ matrix(quat)) - 1.0)
-        worst_deg = max(worst_deg, math.degrees(math.acos(min(1.0, cosine))))
-        points, pixels = LAYOUT.corners[rows].reshape(-1, 3), corners.reshape(-1, 2)
-        ok, r, t = cv2.solvePnP(points, pixels, intrinsics(lens), None, flags=cv2.SOLVEPNP_SQPNP)
-        rotation, _ = cv2.Rodrigues(r)
-        eye = -rotation.T @ t.ravel()
-        ours = np.array(found.position) + turn @ MOUNTING.position
-        back, _ = cv2.projectPoints(points, r, t, intrinsics(lens), None)
-        if ok and np.abs(back.reshape(-1, 2) - pixels).max() < 1e-3:  # else it found the other one of a tag's two poses
-            compared += 1
-            assert math.dist(eye, ours) < 1e-3
-            assert np.abs(rotation - MOUNTING.to_optical @ turn.T).max() < math.radians(0.05)
-    print(f"worst {worst_mm:.1e} mm, {worst_deg:.1e} degrees")
-    assert worst_mm < 1.0
-    assert worst_deg < 0.05
-    assert compared > 80
-
-
-def test_refinement_ends_where_opencv_ends_with_noise():
-    """Several tags, 0.5 px of noise: both least-squares answers are the same to a hundredth of their error."""
-    rng = np.random.default_rng(11)
-    compared = 0
-    for lens, pos, _, _, _, rows, exact in views("LL3", 80):
-        if len(rows) < 2:
-            continue
-        corners = exact + 0.5 * rng.standard_normal(exact.shape)
-        found = TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).megatag1()
-        assert found is not None
-        turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
-        eye = np.array(found.position) + turn @ MOUNTING.position
-        rotation = MOUNTING.to_optical @ turn.T
-        start, _ = cv2.Rodrigues(rotation)
-        _, r, t = cv2.solvePnP(
-            LAYOUT.corners[rows].reshape(-1, 3),
-            corners.reshape(-1, 2),
-            intrinsics(lens),
-            None,
-            start.copy(),
-            (-rotation @ eye).reshape(3, 1),
-            useExtrinsicGuess=True,
-            flags=cv2.SOLVEPNP_ITERATIVE,
-        )
-        theirs = -cv2.Rodrigues(r)[0].T @ t.ravel()
-        assert math.dist(theirs, eye) < 0.05 * math.dist(found.position, pos) + 1e-3
-        compared += 1
-    assert compared >= 20
+@pytest.mark.parametrize("distance", [2.0, 5.0, 10.0])
+def test_a_tag_seen_head_on_tilts_by_as_much_as_with_ippe(distance):
+    """There only the square of a tilt shows, which no linear law has: from 0.4 to 2 of the median of OpenCV."""
+    lens, rng, h = limelight_type("LL4"), np.random.default_rng(1), LAYOUT.size / 2.0
+    row = LAYOUT.id_list.index(26)
+    eye = LAYOUT.centers[row] + distance * LAYOUT.normals[row]
+    rotation = -LAYOUT.square_axes[row] * ((-1.0,), (1.0,), (1.0,))
+    rows, exact = find_tags(LAYOUT, lens, eye, rotation, min_side=10.0, max_angle_deg=10.0, wanted=[26])
+    square = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])
+    tilts = []
+    for _ in range(200):
+        corners = exact + lens.corner_noise * rng.standard_normal(exact.shape)
+        (tag,) = TagPicture(LAYOUT, LAYOUT, EXACT, rows, corners, eye, rotation, lens, MOUNTING).tags
+        pixels = tag.corners[[3, 2, 1, 0]]
+        _, turns, _, _ = cv2.solvePnPGeneric(square, pixels, intrinsics(lens), None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+        normals = np.array((np.array(tag.poses[0].rotation)[:, 2], cv2.Rodrigues(turns[0])[0][:, 2]))
+        tilts.append(np.degrees(np.arccos(np.clip(-normals[:, 2], -1.0, 1.0))))
+    ours, theirs = np.median(tilts, axis=0)
+    print(f"{distance:.0f} m: {ours:.1f} degrees, OpenCV {theirs:.1f}")
+    assert 0.4 < ours / theirs < 2.0

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_rpy, from_yaw, yaw_of
-from simcore.vision.heading import PoseHistory, ScalarHistory, slerp
+from simcore.geometry.rotation import from_yaw, yaw_of
+from simcore.vision.heading import AngleHistory, PoseHistory
 
 
 def test_between_two_poses_it_moves_straight_and_turns_evenly():
@@ -18,7 +18,9 @@ def test_between_two_poses_it_moves_straight_and_turns_evenly():
     pos, quat = history.at(1.005)
     assert pos == pytest.approx((1.025, 2.0, 0.0))
     turn = math.remainder(-3.0 - 3.0, math.tau)
-    assert math.remainder(yaw_of(quat) - (3.0 + 0.25 * turn), math.tau) == pytest.approx(0.0, abs=1e-12)
+    assert math.remainder(yaw_of(quat) - (3.0 + 0.25 * turn), math.tau) == pytest.approx(
+        0.0, abs=abs(turn) ** 3 / 240.0
+    )
 
 
 def test_outside_of_what_it_knows_it_holds_the_ends():
@@ -47,18 +49,12 @@ def test_a_robot_that_was_carried_was_nowhere_in_between(time, x):
     assert history.at(time - 0.01)[0] == (x, 0.0, 0.0)
 
 
-def test_slerp_of_large_and_small_turns():
-    for angle in (1e-6, 1e-3, 0.5, 3.0):
-        quat = slerp(from_rpy(0.0, 0.0, 0.0), from_rpy(0.0, angle, 0.0), 0.25)
-        assert quat == pytest.approx(from_rpy(0.0, 0.25 * angle, 0.0), abs=1e-9)
-
-
 def test_readings_are_interpolated_and_late_ones_dropped():
-    history = ScalarHistory()
+    history = AngleHistory()
     assert history.at(0.0) is None
-    history.add(1.0, 1.0)
-    history.add(2.0, 3.0)
-    history.add(1.5, 99.0)
-    assert history.at(1.5) == pytest.approx(2.0)
-    history.add(2.0, 5.0)
-    assert history.at(9.0) == 5.0
+    history.add(1.0, (1.0, 0.0, 0.0))
+    history.add(2.0, (3.0, 0.0, 0.0))
+    history.add(1.5, (99.0, 0.0, 0.0))
+    assert history.at(1.5) == pytest.approx((2.0, 0.0, 0.0))
+    history.add(2.0, (5.0, 0.0, 0.0))
+    assert history.at(9.0) == (5.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""How pose errors grow with distance, and whether the published standard deviations tell the truth about them."""
+"""How far poses are off: closed forms of the linearized projection, a Limelight that was measured, and what flips."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from simcore.geometry.rotation import from_yaw, matrix
-from simcore.vision.camera import CameraMount, camera_pose, limelight_type, optical_rotation
+from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, camera_pose, limelight_type, optical_rotation
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.heading import PoseHistory
+from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
-from simcore.vision.tag_visibility import TagFinder
+from simcore.vision.tag_visibility import find_tags
 
 LENS = limelight_type("LL4")
+NOISE = LENS.corner_noise / math.sqrt(LENS.focal_length[0] * LENS.focal_length[1])
 MOUNT = CameraMount(x=0.1, z=0.6, pitch_deg=-5.0)
-MOUNTING = Mounting.of(MOUNT.position, MOUNT.rotation)
-DISTANCES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
 def layout(*tags: tuple[int, tuple[float, float, float]]) -> TagLayout:
@@ -25,84 +27,185 @@ def layout(*tags: tuple[int, tuple[float, float, float]]) -> TagLayout:
 
 ONE = layout((1, (10.0, 4.0, 0.9)))
 TWO = layout((1, (10.0, 3.7, 0.9)), (2, (10.0, 4.3, 1.1)))
+HALF = 0.5 * ONE.size
 
 
-def errors(tags: TagLayout, distance: float, frames: int, yaw: float = 0.0, off: float = 0.7, seed: int = 0):
-    """Errors and standard deviations of x, y, yaw in MegaTag 1 and of x, y in MegaTag 2, a row a frame."""
-    rng = np.random.default_rng(seed)
-    finder = TagFinder(tags, LENS)
-    one, two = [], []
-    for _ in range(frames):
-        pos = (10.0 - distance - 0.1, 4.0 - off + float(rng.uniform(-0.2, 0.2)), 0.0)
-        quat = from_yaw(yaw + math.atan2(off, distance))
-        eye, turn = camera_pose(pos, quat, MOUNT.position, MOUNT.rotation)
-        rows, exact = finder.find(eye, optical_rotation(turn), min_side=8.0, max_angle_deg=75.0)
-        assert len(rows) == len(tags.ids)
-        corners = np.array(exact) + LENS.corner_noise * rng.standard_normal((len(rows), 4, 2))
-        quads = [tuple(map(tuple, four)) for four in corners.tolist()]
-        picture = TagPicture(tags, rows, quads, LENS, MOUNTING)
-        first, second = picture.megatag1(), picture.megatag2(matrix(quat))
-        assert first is not None and second is not None
-        x, y = pos[:2]
-        turned = math.remainder(first.yaw_deg - math.degrees(math.atan2(off, distance)) - math.degrees(yaw), 360.0)
-        s = first.std_devs
-        one.append((first.position[0] - x, first.position[1] - y, turned, s[0], s[1], s[5]))
-        two.append((second.position[0] - x, second.position[1] - y, second.std_devs[0], second.std_devs[1]))
-    return np.array(one), np.array(two)
+def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
+    """A frame, with noise if there is a generator."""
+    eye, turn = camera_pose(pos, from_yaw(yaw), mount.position, mount.rotation)
+    rotation = optical_rotation(turn)
+    rows, pixels = find_tags(tags, lens, eye, rotation, min_side=8.0, max_angle_deg=75.0)
+    assert len(rows) == len(tags.ids)
+    if rng is not None:
+        pixels = pixels + lens.corner_noise * rng.standard_normal(pixels.shape)
+    exact = np.zeros((len(tags.ids), 6))
+    return TagPicture(tags, tags, exact, rows, pixels, eye, rotation, lens, Mounting.of(mount.position, mount.rotation))
 
 
-def test_errors_grow_with_the_square_of_the_distance():
-    """Depth is a length in the picture: sigma_z ~ z^2. MegaTag 2 leaves the direction to the gyro and grows so in range
-    too, but is several times better for one tag, whose own attitude tells little.
-    """
-    print("distance, MegaTag 1 (two tags), MegaTag 2 (one tag): median error in the plane [m]")
-    first, second = [], []
-    for distance in DISTANCES:
-        one, _ = errors(TWO, distance, 150)
-        _, two = errors(ONE, distance, 150)
-        first.append(float(np.median(np.hypot(one[:, 0], one[:, 1]))))
-        second.append(float(np.median(np.hypot(two[:, 0], two[:, 1]))))
-        print(f"{distance:.0f} m   {first[-1]:.4f}   {second[-1]:.4f}")
-    for grown in (first, second):
-        power = np.polyfit(np.log(DISTANCES), np.log(grown), 1)[0]
-        assert 1.5 < power < 2.5
-        assert grown[-1] > 10.0 * grown[0]
+@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
+def test_deviations_of_a_tag_seen_head_on_are_those_of_the_textbook(distance):
+    """Corners at (+-h, +-h) in depth z. A step along z moves each by h z'/z^2 in u and in v, of eight: s z^2 / (h
+    sqrt(8)). A turn about the vertical moves u of all alike, as a step does, and v by +-h^2/z^2, of four: s z^2 /
+    (2 h^2); and it is seen by its square, where that moves a corner by s: at sqrt(2 s z / h). All but for the square of
+    h / z, which is 0.7 % at 1 m."""
+    low = layout((1, (10.0, 4.0, 0.0)))  # the lens in the robot's origin: no turn moves that
+    found = picture(low, (10.0 - distance, 4.0, 0.0), 0.0, CameraMount()).megatag1()
+    x, _, _, _, _, yaw_deg = found.std_devs
+    assert x == pytest.approx(NOISE * distance**2 / (HALF * math.sqrt(8.0)), rel=3.0 * (HALF / distance) ** 2)
+    by_depth, by_square = NOISE * distance**2 / (2.0 * HALF**2), math.sqrt(2.0 * NOISE * distance / HALF)
+    turn = 1.0 / math.hypot(1.0 / by_depth, 1.0 / by_square)
+    assert math.radians(yaw_deg) == pytest.approx(turn, rel=3.0 * (HALF / distance) ** 2)
+
+
+def test_angles_have_half_the_noise_of_a_corner():
+    """The middle of four corners: s / 2. Of 2,000 frames the deviation is known to 1.6 %; four of these are allowed."""
+    rng = np.random.default_rng(0)
+    tx = [picture(ONE, (8.0, 4.0, 0.0), 0.0, CameraMount(z=0.9), rng).tags[0].tx_deg for _ in range(2000)]
+    assert math.radians(np.std(tx)) == pytest.approx(0.5 * NOISE, rel=4.0 / math.sqrt(2.0 * 2000))
+
+
+@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
+def test_published_standard_deviations_cover_the_true_error(distance):
+    """One sigma covers 68.3 % of a normal error: +-2.3 % of 400 frames, and four of these."""
+    rng, pos, yaw = np.random.default_rng(1), (10.0 - distance - 0.1, 3.3, 0.0), math.atan2(0.7, distance)
+    inside = []
+    for _ in range(400):
+        seen = picture(TWO, pos, yaw, rng=rng)
+        one, two = seen.megatag1(), seen.megatag2(matrix(from_yaw(yaw)))
+        off = [
+            *(np.abs(np.subtract(one.position[:2], pos[:2])) < one.std_devs[:2]),
+            abs(one.yaw_deg - math.degrees(yaw)) < one.std_devs[5],
+            *(np.abs(np.subtract(two.position[:2], pos[:2])) < two.std_devs[:2]),
+        ]
+        inside.append(off)
+    assert np.mean(inside, axis=0) == pytest.approx(0.683, abs=0.093)
 
 
 def test_a_single_tag_seen_head_on_flips_and_an_oblique_one_does_not():
-    """Head on, both poses of a small square fit about as well, and noise decides."""
-    far, _ = errors(ONE, 5.0, 200, off=0.0)
-    near, _ = errors(ONE, 1.0, 200, off=0.9)
-    flipped = np.hypot(far[:, 0], far[:, 1]) > 0.5
-    assert 0.1 < flipped.mean() < 0.7
-    assert (np.hypot(near[:, 0], near[:, 1]) < 0.05).all()
-
-
-@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0, 6.0])
-def test_published_standard_deviations_cover_the_true_error(distance):
-    """One sigma covers 68 % of a normal error; the issue asks for 60 to 80 %."""
-    one, two = errors(TWO, distance, 400, seed=1)
-    for name, error, sigma in (
-        ("x, MegaTag 1", one[:, 0], one[:, 3]),
-        ("y, MegaTag 1", one[:, 1], one[:, 4]),
-        ("yaw, MegaTag 1", one[:, 2], one[:, 5]),
-        ("x, MegaTag 2", two[:, 0], two[:, 2]),
-        ("y, MegaTag 2", two[:, 1], two[:, 3]),
-    ):
-        covered = float((np.abs(error) < sigma).mean())
-        print(f"{distance:.0f} m, {name}: {100 * covered:.0f} % within one sigma of {np.median(sigma):.4f}")
-        assert 0.60 < covered < 0.80
+    """At 5 m, 8 degrees beside its normal, the two poses differ in the picture by about 2 h^2 / z^2 sin 8 = 0.08 mrad,
+    less than the noise of a corner; at 1.5 m and 45 degrees by 4 mrad, 37 times that noise."""
+    rng = np.random.default_rng(2)
+    flips, doubts = [], []
+    for distance, angle in ((5.0, 8.0), (1.5, 45.0)):
+        a = math.radians(angle)
+        pos = (10.0 - distance * math.cos(a), 4.0 - distance * math.sin(a), 0.0)
+        tags = [picture(ONE, pos, a, CameraMount(z=0.9), rng).tags[0] for _ in range(300)]
+        true = picture(ONE, pos, a, CameraMount(z=0.9)).tags[0].poses[0].rotation
+        normals = np.array([np.array(tag.poses[0].rotation)[0, 2] for tag in tags])
+        flips.append(np.mean(np.sign(normals) != np.sign(true[0][2])))
+        doubts.append(np.median([tag.ambiguity for tag in tags]))
+    print(f"flipped {flips}, ambiguity {doubts}")
+    assert 0.1 < flips[0] < 0.5 and flips[1] == 0.0
+    assert doubts[0] > 0.3 > 0.1 > doubts[1]
 
 
 def test_a_wrong_heading_gives_a_wrong_place():
     """MegaTag 2 turned by 10 degrees about a tag 3 m away lands 3 m x 2 sin(5 deg) = 0.52 m beside the truth."""
-    finder = TagFinder(ONE, LENS)
-    pos, quat = (6.9, 4.0, 0.0), from_yaw(0.0)
-    eye, turn = camera_pose(pos, quat, MOUNT.position, MOUNT.rotation)
-    rows, exact = finder.find(eye, optical_rotation(turn), min_side=8.0, max_angle_deg=75.0)
-    picture = TagPicture(ONE, rows, exact, LENS, MOUNTING)
-    right, wrong = picture.megatag2(matrix(quat)), picture.megatag2(matrix(from_yaw(math.radians(10.0))))
-    assert right is not None and wrong is not None
+    pos = (6.9, 4.0, 0.0)
+    seen = picture(ONE, pos, 0.0)
+    right, wrong = (seen.megatag2(matrix(from_yaw(math.radians(angle)))) for angle in (0.0, 10.0))
     assert math.dist(right.position, pos) < 1e-9
     assert math.dist(wrong.position[:2], pos[:2]) == pytest.approx(3.1 * 2.0 * math.sin(math.radians(5.0)), rel=0.03)
     assert wrong.yaw_deg == pytest.approx(10.0)
+
+
+# --- a Limelight that was measured ----------------------------------------------------------------------------------
+
+SPEAKER = layout((3, (16.579, 4.983, 1.451)), (4, (16.579, 5.548, 1.451)))  # of the field of 2024
+MEASURED = [
+    # Distance of tag 3 [m], angle [deg] and height [m] from where it is seen; the tags; the tag whose distance counts;
+    # standard deviations of tx [deg], distance, x, y [mm], yaw [deg].
+    (2.19, 50.0, 0.88, (3.0,), 3, (0.0023, 3.9, 6.4, 4.0, 0.092)),
+    (2.24, 50.0, 0.88, (3.0, 4.0), 4, (0.0023, 4.8, 4.7, 0.7, 0.057)),
+    (3.48, 34.5, 0.88, (3.0, 4.0), 3, (0.0047, 8.5, 12.1, 5.1, 0.145)),
+]
+
+
+def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
+    """Frames of a Limelight 3 on a robot that stands and looks at the middle of both tags."""
+    middle = SPEAKER.centers[0]
+    level = math.sqrt(distance**2 - (middle[2] - height) ** 2)
+    a = math.radians(angle_deg)
+    eye = middle[:2] - level * np.array((math.cos(a), math.sin(a)))
+    ahead = SPEAKER.centers.mean(axis=0)[:2] - eye
+    yaw = math.atan2(ahead[1], ahead[0])
+    pos = (eye[0] - 0.25 * math.cos(yaw), eye[1] - 0.25 * math.sin(yaw), 0.0)
+    mount = CameraMount(x=0.25, z=height, pitch_deg=-13.0)
+    camera = LimelightSim(
+        CameraConfig(type=limelight_type("LL3"), mount=mount, bias=bias), SPEAKER, np.random.default_rng(seed)
+    )
+    camera.request(CameraRequest("fiducial_id_filters_set", ids), 0.0)
+    history, found = PoseHistory(), []
+    for k in range(2 * frames):  # 30 frames in 50 ticks
+        history.add(0.02 * k, pos, from_yaw(yaw))
+        found += camera.update(0.02 * k, history, CameraScene())
+    return found[:frames]
+
+
+@pytest.mark.parametrize(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
+def test_a_robot_that_stands_is_as_noisy_as_a_measured_one(distance, angle, height, ids, tag, measured):
+    """A log of 2024 (github.com/Tan560/wpilogsTomf4), within a factor of 1.5. Where that robot stood is not known: at
+    this angle one noise of a corner explains all of its numbers."""
+    found = stand(distance, angle, height, ids, frames=600, bias=CameraBias.none())
+    assert {len(frame.tags) for frame in found} == {len(ids)}
+    tags = [next(one for one in frame.tags if one.id == tag) for frame in found]
+    places = np.array([frame.megatag1.position for frame in found])
+    deviations = (
+        np.std([one.tx_deg for one in tags]),
+        1e3 * np.std([one.camera_distance for one in tags]),
+        *(1e3 * places.std(axis=0)[:2]),
+        np.std([frame.megatag1.yaw_deg for frame in found]),
+    )
+    ratios = np.array(deviations) / measured
+    print(
+        f"{found[0].megatag1.average_distance:.2f} m: {np.round(deviations, 4)}, of the measured {np.round(ratios, 2)}"
+    )
+    assert (ratios < 1.5).all() and (ratios > 1.0 / 1.5).all()
+
+
+def test_from_one_tag_to_two_a_standing_robot_moves_by_centimeters():
+    """Its mean place, with the bias of 20 matches: 58 mm were measured."""
+    ways = []
+    for seed in range(20):
+        one, two = (
+            np.mean(
+                [f.megatag1.position for f in stand(*MEASURED[1][:3], ids, frames=8, seed=seed, bias=CameraBias())], 0
+            )
+            for ids in ((3.0,), (3.0, 4.0))
+        )
+        ways.append(math.dist(one[:2], two[:2]))
+    print(f"median {1e3 * np.median(ways):.0f} mm, most {1e3 * max(ways):.0f} mm")
+    assert 0.01 < np.median(ways) < 0.06
+    assert max(ways) < 0.15
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "closed"),
+    [("mount_angle_deg", 0.5, "yaw"), ("mount_position", 0.05, "place"), ("focal_length", 0.01, "range")],
+)
+def test_each_bias_moves_megatag_1_as_the_pinhole_says(name, size, closed):
+    """A camera turned by its mount's error turns the robot by it; one beside its place moves the robot by it; a
+    longer lens brings a tag nearer by the same part. Means of frames without noise, to second order in the bias."""
+    none = {field: 0.0 for field in CameraBias.__dataclass_fields__}
+    quiet = {"type": limelight_type("LL3"), "mount": CameraMount(z=0.9), "bias": CameraBias(**{**none, name: size})}
+    camera = LimelightSim(CameraConfig(**quiet), ONE, np.random.default_rng(4))
+    history, pos = PoseHistory(), (8.5, 3.4, 0.0)
+    yaw, offs = math.atan2(0.6, 1.5), []
+    for k in range(600):
+        history.add(0.02 * k, pos, from_yaw(yaw))
+        for frame in camera.update(0.02 * k, history, CameraScene()):
+            found = frame.megatag1
+            offs.append(
+                (*np.subtract(found.position, pos), math.radians(found.yaw_deg) - yaw, frame.tags[0].camera_distance)
+            )
+    off, sure = np.mean(offs, axis=0), 4.0 * np.std(offs, axis=0) / math.sqrt(len(offs))
+    (true_x, true_y, _), true_quat = camera.pose_at((0.0, 0.0, 0.0), from_yaw(0.0))
+    if closed == "yaw":
+        turned = math.atan2(*matrix(true_quat)[(1, 0), 0])
+        assert off[3] == pytest.approx(turned, abs=sure[3] + 0.03 * abs(turned))
+    elif closed == "place":
+        c, s = math.cos(yaw), math.sin(yaw)
+        assert off[:2] == pytest.approx((c * true_x - s * true_y, s * true_x + c * true_y), abs=sure[:2].max())
+    else:
+        distance = math.hypot(1.5, 0.6)
+        assert off[4] == pytest.approx(distance / camera._focal_factor, abs=sure[4] + 1e-4)
