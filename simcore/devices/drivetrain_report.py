@@ -22,7 +22,10 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
         found: With complete measures.
     """
     wheels, first = found.wheels, found.wheels[0]
-    rows: list[Row] = [("kind", found.kind, found.about), ("controller", first.motors[0].model, "")]
+    rows: list[Row] = [("kind", found.kind, found.about)]
+    if len({w.motors[0].model for w in wheels}) > 1:  # the table has one; what is found has no need of it
+        return rows + [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
+    rows.append(("controller", first.motors[0].model, ""))
     if found.kind == "tank":
         model = first.motors[0].model
         for wheel in wheels:  # the program says itself who follows, of whatever model

@@ -9,6 +9,7 @@ import unittest
 
 __all__ = [
     "ATTRIBUTES",
+    "CONVERSION_FACTORS",
     "ELEMENT_TYPES",
     "GONE",
     "HOOKS",
@@ -17,6 +18,7 @@ __all__ = [
     "MOVED",
     "PHOENIX_DEVICES",
     "REQUIREMENTS",
+    "SPARKS",
     "STAMPS",
     "VENDORS",
     "new_name",
@@ -140,6 +142,10 @@ STAMPS = {"time", "getLastChange", "getFPGATime", "getFPGATimestamp", "getServer
 
 PHOENIX_DEVICES = {f"phoenix6.hardware.{n}" for n in "TalonFX TalonFXS CANcoder Pigeon2 CANrange CANdi CANdle".split()}
 """Need their CANBus."""
+SPARKS = ("rev.SparkMax", "rev.SparkFlex")
+"""Their first argument is the CAN port."""
+CONVERSION_FACTORS = ("positionConversionFactor", "velocityConversionFactor")
+"""Of encoders in a SPARK's configuration, which REVLib of 2027 has no more."""
 MOTORS = ("wpilib.PWM", "wpilib.MotorController", "phoenix6.hardware.TalonFX", "rev.Spark", "wpilib.VictorSP")
 """What their full names begin with: `set` is `set_throttle`."""
 

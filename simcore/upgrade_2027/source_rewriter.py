@@ -7,12 +7,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from simcore.upgrade_2027.names_2027 import (
+    CONVERSION_FACTORS,
     ELEMENT_TYPES,
     GONE,
     HOOKS,
     LIBRARIES,
     MOTORS,
     PHOENIX_DEVICES,
+    SPARKS,
     STAMPS,
     VENDORS,
     new_name,
@@ -252,6 +254,11 @@ class _File:
                 self._note(node, "telemetry.log wants a name first")
         elif path in PHOENIX_DEVICES:
             self._give_bus(node, path)
+        elif path in SPARKS and "can_port" not in {k.arg for k in node.keywords} and len(node.args) < 3:
+            first = node.args[0] if node.args else None
+            place = self._end(function) + 1 if first is None else self._at(first.lineno, first.col_offset)
+            self._edits.append((place, place, "can_port=0, " if first is None else "0, "))
+            self._note(node, f"{path}: CAN port 0 is taken; the robot of 2027 has several")
         elif path == "hal.initialize" and node.args:  # a time-out, and what to do with other programs
             self._edits.append((self._at(node.args[0].lineno, node.args[0].col_offset), self._end(node) - 1, ""))
             self._visit(function)
@@ -275,6 +282,9 @@ class _File:
             elif function.attr.startswith("pov") and function.attr != "pov":
                 self._note(node, f"{function.attr}: in commands2 2027.0.0a7 it is never true, as it compares a "
                                  "POVDirection with degrees; Trigger(lambda: hid.get_pov() == ...) is")  # fmt: skip
+            elif function.attr in CONVERSION_FACTORS:
+                self._note(node, f"{function.attr}: REVLib of 2027 has none, encoders read turns and turns a minute: "
+                                 "multiply where they are read, and divide gains and set points")  # fmt: skip
             elif function.attr in ("setAutonomous", "setTest"):
                 self._note(node, f"{function.attr}: DriverStationSim.set_robot_mode(hal.RobotMode....)")
         for keyword in node.keywords:

@@ -28,6 +28,11 @@ def new(text: str) -> str:
             "from wpilib import DriverStation\nred = DriverStation.getAlliance() == DriverStation.Alliance.kRed\n",
             "from wpilib import Alliance, MatchState\nred = MatchState.get_alliance() == Alliance.RED\n",
         ),
+        ("import rev\nrev.SparkMax(3, kind)\n", "import rev\nrev.SparkMax(0, 3, kind)\n"),
+        (
+            "from rev import SparkFlex\nSparkFlex(deviceID=3, type=kind)\n",
+            "from rev import SparkFlex\nSparkFlex(can_port=0, device_id=3, type=kind)\n",
+        ),
         ("import wpilib\nwpilib.DriverStation.isTest()\n", "import wpilib\nwpilib.RobotState.is_utility()\n"),
         (
             "from wpimath.geometry import Pose2d\nfrom wpimath.kinematics import ChassisSpeeds\n"
