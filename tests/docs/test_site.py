@@ -73,7 +73,18 @@ TYPED = (
     *("brownout", "brown-out", "odometry drift", "wheel slip", "navx", "pigeon", "cancoder", "sysid", "feedforward"),
     *("pathplanner", "choreo", "starting pose", "trajectory", "limelight", "photonvision", "questnav", "apriltag"),
     *("spark max", "maxswerve", "tank drive", "mecanum", "turret", "beam break", "pneumatics", "current limit"),
-    *("elastic", "glass", "shuffleboard", "gamepad", "keyboard", "defense", "opponent", "upgrade", "install"),
+    *(
+        "elastic",
+        "glass",
+        "shuffleboard",
+        "gamepad",
+        "keyboard",
+        "defense",
+        "opponent",
+        "upgrade",
+        "install",
+        "windows",
+    ),
 )
 """What students type into the search."""
 
