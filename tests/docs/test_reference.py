@@ -89,6 +89,13 @@ def test_extras_are_those_of_the_package():
     assert {name for name in told if name.split(": ")[1] not in extras} == set()
 
 
+def test_the_rows_of_the_start_screen_are_those_of_the_code():
+    block = TEXT["connect.md"].partition("    Robot is on the field of")[2].partition("\n\n")[0]
+    rows = [row[:12].strip() for row in re.findall(r"^      (\S.*)$", block, re.MULTILINE)]
+    summary = (ROOT / "simcore/robotpy/startup_summary.py").read_text(encoding="utf-8")
+    assert len(rows) > 7 and [row for row in rows if f'"{row}"' not in summary] == []
+
+
 DOTTED = re.compile(r"`((?:simcore|games)(?:\.[A-Za-z_]\w*)+)`")
 SUFFIXES = ("toml", "whl", "games", "models", "wpilog")  # `simcore.toml`, `simcore.games`: no modules
 FILE = re.compile(r"`((?:simcore|games|scripts|tests|models|examples|docs)/[\w./-]+)`")
