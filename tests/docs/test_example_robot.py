@@ -29,7 +29,9 @@ def test_the_blocks_of_the_example_are_in_its_files(language, count):
     assert len([block for block in blocks if any(block in text for text in files)]) == count
 
 
-def test_the_table_of_the_page_is_what_check_prints(tmp_path, monkeypatch, capsys):
+def test_the_table_of_the_page_is_what_check_prints(whole, tmp_path, monkeypatch, capsys):
+    if not whole:
+        pytest.skip("starts a robot program: with --whole")
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip('needs the extras: pip install -e ".[phoenix6,robotpy]"')
     shutil.copytree(PROJECT, tmp_path / "robot", ignore=shutil.ignore_patterns("ctre_sim", "out", "__pycache__"))
