@@ -26,6 +26,7 @@ from simcore.physics.shapes import Sphere
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.show import play_command
 from simcore.telemetry.sinks import MemorySink
+from simcore.testing import game_laws
 from simcore.vision.camera import CameraConfig
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,6 +146,7 @@ def described(page: str, part: str) -> set[str]:
 def test_every_field_and_hook_is_described():
     assert {field.name for field in fields(Game)} <= described("new_game.md", "What a game has")
     assert {field.name for field in fields(RobotConfig)} <= described("robot.md", "In Python")
+    assert set(game_laws.__all__) == described("new_game.md", "Test it")
     hooks = {name for name in vars(Rules) if not name.startswith("_")}
     assert set(re.findall(r"^\| `(\w+)\(", TEXT["new_game.md"], re.MULTILINE)) == hooks
 
