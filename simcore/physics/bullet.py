@@ -1,6 +1,6 @@
 """The engine on PyBullet: the one module that imports it.
 
-How it is set up, and why (each was measured; ratios in docs/measurements.md):
+How it is set up, and why:
 
 - Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
   a third faster than its multibodies.

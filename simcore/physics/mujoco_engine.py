@@ -1,6 +1,6 @@
 """The engine on MuJoCo: the one module that imports it.
 
-How it is set up, and why (figures in docs/measurements.md):
+How it is set up, and why:
 
 - Contact is MuJoCo's own, with one set of numbers a shape (`mujoco_model`). What robots drive over and into has neither
   friction nor bounce, and the spring that a step allows. While anything else is awake, a step of the caller is cut into

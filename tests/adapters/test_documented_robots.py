@@ -82,9 +82,9 @@ def test_a_partner_and_two_opponents_wait_for_the_driver_station_and_then_play(s
 def test_scripted_robots_share_the_field_with_robot_code(project_of):
     run = project_of(FIRST)
     (run.folder / "physics.py").unlink()  # the drivetrain is found by itself
-    (run.folder / "simcore.toml").write_text(block("several_robots.md", r"\[\[partner\]\]", "toml"))
+    (run.folder / "simcore.toml").write_text(block("whole_match.md", r"\[\[partner\]\]", "toml"))
     script = re.search(
-        r"^def defend.*?(?=^\S)", (ROOT / "docs" / "several_robots.md").read_text(encoding="utf-8"), re.M | re.S
+        r"^def defend.*?(?=^\S)", (ROOT / "docs" / "whole_match.md").read_text(encoding="utf-8"), re.M | re.S
     )
     (run.folder / "defense.py").write_text(script[0])
     code, said = run("import math\n" + COMPANY)

@@ -141,7 +141,7 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, 
 
 
 def test_the_robot_of_the_first_page_drives_by_stick(scenario):
-    """docs/first_robot.md, word for word: half a stick of 4.4 m/s, open loop, through the trench."""
+    """Half a stick of 4.4 m/s, open loop, through the trench."""
     run = scenario("robot_sim", FIRST, "straight", "blue")
     assert run["true_speed"] == pytest.approx(2.2, rel=0.08)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)

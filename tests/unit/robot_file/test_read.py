@@ -383,11 +383,11 @@ def test_an_outlet_makes_a_hopper_of_a_storage(read):
 
 
 def test_the_arm_on_an_elevator_of_the_docs(read):
-    page = Path(__file__).resolve().parents[3] / "docs" / "connect.md"
+    page = Path(__file__).resolve().parents[3] / "docs" / "robot.md"
     blocks = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     (text,) = [block for block in blocks if "[[claw]]" in block]
     (claw,) = read(text).placers
-    assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("lift", True), ("arm", False)]
+    assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("elevator", True), ("arm", False)]
 
 
 def test_the_start_of_each_auto(read):
