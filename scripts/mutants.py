@@ -175,8 +175,8 @@ MUTANTS = (
     Mutant("a wheel stands on nothing but what is straight under it", "simcore/robot/wheel_ground.py",
            "touching |= away <", "touching |= away < -",
            "tests/physics/test_chassis.py::test_a_wheel_at_the_edge_of_a_bar_stands_on_it"),
-    Mutant("plates on the side of the fewer faces", "simcore/physics/sheets.py",
-           "areas[as_it_is].sum() < areas", "areas[as_it_is].sum() > areas", "tests/unit/physics/test_sheets.py"),
+    Mutant("plates on the side of the fewer faces", "simcore/physics/mesh.py",
+           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/unit/physics/test_sheets.py"),
 )  # fmt: skip
 
 
