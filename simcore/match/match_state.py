@@ -209,7 +209,7 @@ class MatchState:
         self.robots = []
         for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
             self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
-        self.pieces.holders = self.robots
+        self.pieces.on_taken = [robot.forget_piece for robot in self.robots]
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             pose = self.start_pose(robot.number)

@@ -23,10 +23,9 @@ from simcore.physics.ball_dynamics import prepare as prepare_balls
 from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
-from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
-from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius
+from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius, mass_properties, principal_axes
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum

@@ -171,8 +171,8 @@ def make_table(
         engine: Name of the physics engine, which says where the robot can stand.
         on_row: Called with each row as it is done.
     """
-    spread, rows = scatter or Scatter(), []
-    aways = sorted(distances)
+    spread, aways = scatter or Scatter(), sorted(distances)
+    rows: list[ShotTableRow] = []
     with PracticeField(task, engine=engine) as practice:
         for along, across in itertools.product(radial, tangential):
             before: ShotTableRow | None = None

@@ -15,8 +15,7 @@ from simcore.geometry.zones import CylinderZone
 from simcore.match.game import Game, PieceSupply
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldElement, box_element
-from simcore.physics.round_shapes import tube
-from simcore.physics.shapes import Cylinder, Sphere
+from simcore.physics.shapes import Cylinder, Sphere, tube
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace

@@ -9,9 +9,22 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, matrix
-from simcore.physics.mass_properties import centered, mass_properties, principal_axes
-from simcore.physics.round_shapes import cone, torus, tube
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere, bounding_box
+from simcore.physics.shapes import (
+    Box,
+    Compound,
+    Cylinder,
+    HalfSpace,
+    Hull,
+    Part,
+    Sphere,
+    bounding_box,
+    centered,
+    cone,
+    mass_properties,
+    principal_axes,
+    torus,
+    tube,
+)
 
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.physics.mass_properties import centered
-from simcore.physics.round_shapes import tube
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere, centered, tube
 from simcore.pieces.kinds import GamePieceConfig
 
 
