@@ -23,7 +23,6 @@ __all__ = [
     "apply_back",
     "as_rows",
     "cross",
-    "dot",
     "frame_pose",
     "from_rpy",
     "from_yaw",
@@ -190,11 +189,6 @@ def transposed(a: Rows) -> Rows:
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def dot(a: Vector, b: Vector) -> float:
-    """Scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:

@@ -429,20 +429,15 @@ class BulletEngine(Engine):
         return rotate(quat, (free_spin(spin[None], moments[None], h)[0] - spin + taken).tolist())
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        hits = self._cast(start.tolist(), end.tolist(), mask)
+        # lists: 23 us for 20 rays, arrays 53
+        hits = self._p.rayTestBatch(
+            start.tolist(), end.tolist(), collisionFilterMask=mask, physicsClientId=self._open()
+        )
         return RayHits(
             fraction=np.array([hit[2] for hit in hits]),
             row=np.array([self._row_of.get(hit[0], -1) for hit in hits], dtype=np.int64),
             normal=np.array([hit[4] for hit in hits]).reshape(-1, 3),
         )
-
-    def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        row_of = self._row_of
-        return [row_of.get(hit[0], -1) for hit in self._cast([start] * len(ends), ends, mask)]
-
-    def _cast(self, starts: Sequence[Sequence[float]], ends: Sequence[Sequence[float]], mask: int) -> Any:
-        # lists: 23 us for 20 rays, arrays 53
-        return self._p.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self._open())
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         found = self._p.getOverlappingObjects(low, high, self._open()) or ()

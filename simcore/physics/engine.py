@@ -168,13 +168,6 @@ class Engine(Protocol):
         """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
         ...
 
-    def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        """Row of what each segment from one place to n ends [m] meets first, -1 for nothing.
-
-        For a few lines it costs half of what `rays` does: no array is made.
-        """
-        ...
-
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
         ...

@@ -256,7 +256,7 @@ class MuJoCoEngine(Engine):
 
     def depth(self, row: int) -> float:
         self._refresh()
-        return self._queries.depth(row)
+        return self._model.depth(row)
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
         self._build()
@@ -292,7 +292,6 @@ class MuJoCoEngine(Engine):
             self._weigh(row, _FIXED)
         self._moved[:] = True
         self._kinematics()  # of the statics, too
-        self._queries = _ModelQueries(model)
 
     # --- one step -----------------------------------------------------------------------------------------------
 
@@ -333,22 +332,16 @@ class MuJoCoEngine(Engine):
         self._refresh()
         groups = _ray_flags(mask)
         start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-        found = [self._queries.cast(a, b, groups) for a, b in zip(start, end, strict=True)]
+        found = [self._model.cast(a, b, groups) for a, b in zip(start, end, strict=True)]
         return RayHits(
             fraction=np.array([hit[0] for hit in found]),
             row=np.array([hit[1] for hit in found], dtype=np.int64),
             normal=np.array([hit[2] for hit in found]).reshape(-1, 3),
         )
 
-    def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        self._refresh()
-        groups = _ray_flags(mask)
-        here = np.array(start, dtype=float)
-        return [self._queries.cast(here, np.array(end, dtype=float), groups)[1] for end in ends]
-
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         self._refresh()
-        return self._queries.overlapping(low, high)
+        return self._model.overlapping(low, high)
 
     def _require_open(self) -> None:
         if not self._is_open:
@@ -398,6 +391,51 @@ class _CompiledModel:
     """Which moving bodies meet nothing but statics without friction and bounce, as robots do, shape (bodies,)."""
     is_rigid: BoolArray
     """Which shapes are of these statics, shape (geoms,)."""
+
+    def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
+        """Fraction, row and normal of the first surface that a segment enters."""
+        way, passed = end - start, 0.0
+        geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
+        for _ in range(_MOST_PASSED):
+            there = self.mj.mj_ray(
+                self.m, self.d, (start + passed * way)[:, None], way[:, None], groups, True, -1, geom, normal
+            )
+            passed += there
+            if there < 0.0 or passed > 1.0:
+                break
+            if float(normal[:, 0] @ way) < 0.0:
+                return passed, int(self.row_of_geom[geom[0]]), normal[:, 0].tolist()
+            passed += 1e-9  # it left a body from the inside
+        return 1.0, -1, (0.0, 0.0, 0.0)
+
+    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Rows of the bodies in the world whose bounding boxes overlap a box [m]."""
+        lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
+        here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
+        rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
+        return rows
+
+    def depth(self, row: int) -> float:
+        """As `Engine.depth`."""
+        m, mine = self.m, np.nonzero(self.row_of_geom == row)[0]
+        low, high = (corner[:, None] for corner in self.boxes(mine))
+        lows, highs = self.boxes(np.arange(self.statics))
+        near = ((lows <= high) & (highs >= low)).all(axis=2)
+        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self.statics]  # both ways are the same
+        gaps = [
+            float(self.mj.mj_geomDistance(m, self.d, int(mine[one]), other, 0.0, None))
+            for one, other in np.argwhere(near & (ways != 0)).tolist()
+        ]
+        return -min(gaps, default=0.0)
+
+    def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
+        m, d = self.m, self.d
+        axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
+        center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
+        half = (np.abs(axes) @ box[:, 3:, None])[:, :, 0]
+        half[m.geom_type[geoms] == self.mj.mjtGeom.mjGEOM_PLANE] = np.inf
+        return center - half, center + half
 
 
 def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float, longest: float) -> _CompiledModel:
@@ -645,73 +683,3 @@ def _write_masks(model: _CompiledModel, collision: Sequence[tuple[int, int]]) ->
     statics = slice(0, model.statics)
     m.body_contype[0] = np.bitwise_or.reduce(m.geom_contype[statics], initial=0)
     m.body_conaffinity[0] = np.bitwise_or.reduce(m.geom_conaffinity[statics], initial=0)
-
-
-class _ModelQueries:
-    """Questions to one model; the poses of statics in it are right already."""
-
-    def __init__(self, model: _CompiledModel) -> None:
-        self._model, self._mj, self._m, self._d = model, model.mj, model.m, model.d
-        self._first = model.statics
-        low, high = self.boxes(np.arange(self._first))
-        self._static_low, self._static_high = low.T.copy(), high.T.copy()
-
-    def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
-        """Fraction, row and normal of the first surface that a segment enters."""
-        way, passed = end - start, 0.0
-        geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
-        for _ in range(_MOST_PASSED):
-            there = self._mj.mj_ray(
-                self._m, self._d, (start + passed * way)[:, None], way[:, None], groups, True, -1, geom, normal
-            )
-            passed += there
-            if there < 0.0 or passed > 1.0:
-                break
-            if float(normal[:, 0] @ way) < 0.0:
-                return passed, int(self._model.row_of_geom[geom[0]]), normal[:, 0].tolist()
-            passed += 1e-9  # it left a body from the inside
-        return 1.0, -1, (0.0, 0.0, 0.0)
-
-    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Rows of the bodies in the world whose bounding boxes overlap a box [m]."""
-        first = self._first
-        here = np.nonzero(_overlap(self._static_low, self._static_high, low, high))[0]
-        pos, radius = self._d.geom_xpos[first:].T, self._m.geom_rbound[first:]
-        near = np.nonzero(_overlap(pos - radius, pos + radius, low, high))[0] + first
-        lows, highs = self.boxes(near)
-        near = near[_overlap(lows.T, highs.T, low, high)]
-        geoms = np.concatenate((here, near))
-        geoms = geoms[self._m.geom_contype[geoms] != 0]
-        rows: list[int] = np.unique(self._model.row_of_geom[geoms]).tolist()
-        return rows
-
-    def depth(self, row: int) -> float:
-        """As `Engine.depth`."""
-        m, mine = self._m, np.nonzero(self._model.row_of_geom == row)[0]
-        low, high = (corner.T[:, :, None] for corner in self.boxes(mine))
-        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low, high)
-        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]  # both ways are the same
-        gaps = [
-            float(self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, 0.0, None))
-            for one, other in np.argwhere(near & (ways != 0)).tolist()
-        ]
-        return -min(gaps, default=0.0)
-
-    def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
-        m, d = self._m, self._d
-        axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
-        center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
-        half = (np.abs(axes) @ box[:, 3:, None])[:, :, 0]
-        half[m.geom_type[geoms] == self._mj.mjtGeom.mjGEOM_PLANE] = np.inf
-        return center - half, center + half
-
-
-def _overlap(
-    lows: FloatArray, highs: FloatArray, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray
-) -> BoolArray:
-    """Whether boxes overlap another, corners of shape (3, n), shape (n,)."""
-    found: BoolArray = (lows[0] <= high[0]) & (highs[0] >= low[0])
-    for axis in (1, 2):
-        found &= (lows[axis] <= high[axis]) & (highs[axis] >= low[axis])
-    return found

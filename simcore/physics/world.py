@@ -375,8 +375,7 @@ class PhysicsWorld:
         """
         if self.floor is None:
             return False
-        boxes = self._ramp_boxes
-        return boxes.is_clear(x, y, reach) or not boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
+        return not self._ramp_boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
@@ -404,11 +403,11 @@ class PhysicsWorld:
             ends: Field frame [m].
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
-        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
-            return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
         there = np.array(ends).reshape(-1, 3)
-        _, rows = self.first_obstacles(np.repeat(np.array([start]), len(there), axis=0), there, ignore=ignore)
-        return [row >= 0 for row in rows.tolist()]
+        here = np.repeat(np.array([start]), len(there), axis=0)
+        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
+            return [row >= 0 for row in self.solid_rays(here, there).row.tolist()]
+        return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
 
     def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
         """What segments, (n, 3) each [m], meet first of the field and of robots.
