@@ -18,7 +18,7 @@ from simcore.loop.solids import FIELD, Solids
 from simcore.loop.state import REMEMBERED, Balls, Bodies, Floor, Memory
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_radius
+from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shape, Sphere, bounding_radius
 from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 
@@ -289,7 +289,6 @@ _SIDES = 48  # of a cylinder: 0.2 % of its radius off
 _POINTS = 162  # of a sphere: 0.5 % of its radius off
 _AROUND = 1.0  # [m] around the solids, that cells cover
 _CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], and how many there are at most, of fields that are larger
-_DEEP = 100.0  # [m], edge of the box that stands for a half space
 
 
 class SolidsBuilder:
@@ -318,8 +317,6 @@ class SolidsBuilder:
             body: Whose it is.
         """
         axes, at, first = matrix(quat), np.asarray(pos, dtype=float), self.count
-        if isinstance(shape, HalfSpace):
-            shape = Compound((Part(Box((_DEEP, _DEEP, _DEEP)), (0.0, 0.0, -0.5 * _DEEP)),))
         if isinstance(shape, Mesh):
             for a, b, c in shape.vertices[shape.faces]:
                 self._put(body, np.array([[a, b, c], [a, c, b]]) @ axes.T + at, surface)

@@ -23,7 +23,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import lru_cache
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,6 @@ from simcore.physics.shapes import (
     Box,
     Compound,
     Cylinder,
-    HalfSpace,
     Hull,
     Mesh,
     Part,
@@ -75,7 +73,6 @@ _WARM_START = 0.95
 _CONTACT_DISTANCE = 0.001  # [m]
 _SLIGHT_SPIN = 1e-4  # [rad/s], of what the gyroscopic torque changes in a step
 _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
-_flat = chain.from_iterable
 
 
 def _load_pybullet() -> Any:
@@ -159,7 +156,6 @@ class BulletEngine(Engine):
         self._row_of: dict[int, int] = {}
         self._definitions: list[BodyDefinition] = []
         self._fixed: set[int] = set()
-        self._uneven: set[int] = set()  # rows whose bounding boxes are not about their centers of mass
         self._tops: list[int] = []  # rows of the free bodies whose principal moments differ
         self._shapes = _BulletShapes(p, self._open())
 
@@ -180,8 +176,6 @@ class BulletEngine(Engine):
         self._collision.append((definition.group, definition.mask))
         self._row_of[body] = row
         self._definitions.append(definition)
-        if definition.center_of_mass != (0.0, 0.0, 0.0) or isinstance(definition.shape, Hull | Compound):
-            self._uneven.add(row)
         is_top = definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1
         if is_top and definition.keeps_spin:
             self._tops.append(row)
@@ -268,7 +262,6 @@ class BulletEngine(Engine):
         p.removeBody(self._ids[row], physicsClientId=client)
         body = self._ids[row] = self._make(replace(new, group=group, mask=mask))
         self._definitions[row], self._row_of[body] = new, row
-        self._uneven.add(row)
         self.set_pose(row, pos, quat)
         self.set_velocity(row, linear, angular)
 
@@ -286,28 +279,6 @@ class BulletEngine(Engine):
     def velocity(self, row: int) -> tuple[Vector, Vector]:
         linear, angular = self._p.getBaseVelocity(self._ids[row], self._open())
         return linear, angular
-
-    def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of mass, field frame [m], shape (n, 3).
-
-        getAABB is three times cheaper than getBasePositionAndOrientation (142 against 413 us for 400 bodies), and for
-        shapes that are the same on both sides of their center as exact.
-        """
-        client, get, ids = self._open(), self._p.getAABB, self._ids
-        boxes = [get(ids[row], -1, client) for row in rows]
-        corners = np.fromiter(_flat(_flat(boxes)), float, 6 * len(boxes)).reshape(-1, 6)  # half the time of np.array
-        centers: FloatArray = 0.5 * (corners[:, :3] + corners[:, 3:])
-        if not self._uneven.isdisjoint(rows):
-            place = self._p.getBasePositionAndOrientation
-            for number, row in enumerate(rows):
-                if row in self._uneven:
-                    centers[number] = place(ids[row], client)[0]
-        return centers
-
-    def velocities(self, rows: Sequence[int]) -> FloatArray:
-        client, get, ids = self._open(), self._p.getBaseVelocity, self._ids
-        twists = [get(ids[row], client) for row in rows]
-        return np.fromiter(_flat(_flat(twists)), float, 6 * len(twists)).reshape(-1, 6)
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
@@ -369,12 +340,9 @@ class BulletEngine(Engine):
         return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
-        contacts = self._contacts(row)
+        found = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
+        contacts = [contact for contact in found if contact[8] < _CONTACT_DISTANCE and contact[2] in self._row_of]
         return [self._row_of[c[2]] for c in contacts], np.array([c[6] for c in contacts]).reshape(-1, 3)
-
-    def _contacts(self, row: int) -> list[tuple[Any, ...]]:
-        contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
-        return [contact for contact in contacts if contact[8] < _CONTACT_DISTANCE and contact[2] in self._row_of]
 
     def depth(self, row: int) -> float:
         p, client, me = self._p, self._open(), self._ids[row]
@@ -511,9 +479,7 @@ class _BulletShapes:
             )
         key = (type(shape), shape)
         if key not in self._shapes:
-            if isinstance(shape, HalfSpace):
-                made = p.createCollisionShape(p.GEOM_PLANE, planeNormal=[0, 0, 1], **kw)
-            elif isinstance(shape, Sphere):
+            if isinstance(shape, Sphere):
                 made = p.createCollisionShape(p.GEOM_SPHERE, radius=shape.radius, **kw)
             elif isinstance(shape, Cylinder):
                 made = p.createCollisionShape(p.GEOM_CYLINDER, radius=shape.radius, height=shape.height, **kw)

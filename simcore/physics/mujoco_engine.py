@@ -32,7 +32,7 @@ from simcore.physics.contact_law import (
     pair_rolling,
 )
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
-from simcore.physics.shapes import Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, mass_properties, parts_of
+from simcore.physics.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_properties, parts_of
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
@@ -161,14 +161,6 @@ class MuJoCoEngine(Engine):
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         vx, vy, vz, wx, wy, wz = self._qvel[body].tolist()
         return (vx, vy, vz), rotate(self._attitude(body), (wx, wy, wz))
-
-    def centers(self, rows: Sequence[int]) -> FloatArray:
-        self._require_open()
-        centers: FloatArray = self._qpos[[self._body[row] for row in rows], :3]
-        return centers
-
-    def velocities(self, rows: Sequence[int]) -> FloatArray:
-        return np.array([(*linear, *angular) for linear, angular in map(self.velocity, rows)]).reshape(-1, 6)
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         self._require_open()
@@ -434,7 +426,6 @@ class _CompiledModel:
         axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
         center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
         half = (np.abs(axes) @ box[:, 3:, None])[:, :, 0]
-        half[m.geom_type[geoms] == self.mj.mjtGeom.mjGEOM_PLANE] = np.inf
         return center - half, center + half
 
 
@@ -605,9 +596,6 @@ class _Geoms:
 
     def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
         """Add a shape with the numbers of its contacts; returns the number of its geoms."""
-        if isinstance(shape, HalfSpace):
-            self._add_one(body, self._types.mjGEOM_PLANE, pos, quat, numbers, size=[0.0, 0.0, 1.0])
-            return 1
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:

@@ -30,11 +30,8 @@ class StaticBoxes:
         low, high = bounding_box(shape)
         if quat != (0.0, 0.0, 0.0, 1.0):
             axes = matrix(quat)
-            if not (np.isfinite(low).all() and np.isfinite(high).all()):
-                low, high = np.full(3, -np.inf), np.full(3, np.inf)
-            else:
-                middle, half = axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
-                low, high = middle - half, middle + half
+            middle, half = axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
+            low, high = middle - half, middle + half
         self._low, self._high = np.vstack((self._low, low + pos)), np.vstack((self._high, high + pos))
 
     def are_near(self, pos: FloatArray, reach: FloatArray) -> BoolArray:

@@ -32,7 +32,6 @@ __all__ = [
     "Box",
     "Compound",
     "Cylinder",
-    "HalfSpace",
     "Hull",
     "MassProperties",
     "Mesh",
@@ -51,7 +50,6 @@ __all__ = [
     "outline_points",
     "parts_of",
     "principal_axes",
-    "round_radius",
     "smallest_thickness",
     "stands",
     "support",
@@ -62,7 +60,6 @@ __all__ = [
 
 _LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
 _RING = 24  # points of a round outline
-_ROUND = 0.99  # least share of its radius that something round has everywhere
 _TOUCHES = 0.001  # [m]; points this much above the lowest one carry the shape, too
 _OVER = 0.002  # [m]; how far the center may be beside what carries it
 _DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
@@ -77,11 +74,6 @@ class Sphere:
 
     def __post_init__(self) -> None:
         require_fields(self, radius=_LENGTH)
-
-
-@dataclass(frozen=True, slots=True)
-class HalfSpace:
-    """Everything below z = 0; for statics only. The cheapest floor for pieces, but driven boxes sink into it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,14 +154,14 @@ class Compound:
             raise ConfigError("Compound: it needs at least one part")
 
 
-Shape: TypeAlias = Sphere | Cylinder | Box | HalfSpace | Hull | Mesh | Compound
+Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
     """The convex members of a shape; a shape that is one itself is its own."""
     if isinstance(shape, Compound):
         return shape.parts
-    if isinstance(shape, HalfSpace | Mesh):
+    if isinstance(shape, Mesh):
         raise ConfigError(f"a {type(shape).__name__} can only be a static")
     return (Part(shape),)
 
@@ -186,8 +178,6 @@ def support(shape: Shape, ways: FloatArray) -> FloatArray:
         return np.asarray(0.5 * shape.height * np.abs(z) + shape.radius * np.hypot(x, y))
     if isinstance(shape, Box):
         return np.abs(ways) @ (0.5 * np.array(shape.size))
-    if isinstance(shape, HalfSpace):
-        return np.where(ways[:, 2] > 1.0 - 1e-12, 0.0, np.inf)
     return np.asarray((ways @ (shape.points if isinstance(shape, Hull) else shape.vertices).T).max(axis=1))
 
 
@@ -209,8 +199,6 @@ def outline_points(shape: Shape) -> FloatArray:
         return np.vstack(
             [outline_points(part.shape) @ matrix(part.quat).T + np.array(part.offset) for part in shape.parts]
         )
-    if isinstance(shape, HalfSpace):
-        raise ConfigError("a half space has no outline; a field's floor belongs to the world, not to its elements")
     angle = np.arange(_RING) * math.tau / _RING
     half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
     ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -245,25 +233,6 @@ def inner_radius(shape: Shape) -> float:
     if isinstance(shape, Box):
         return min(shape.size) / 2.0
     return float(-ConvexHull(outline_points(shape)).equations[:, 3].max())
-
-
-@lru_cache(maxsize=256)
-def round_radius(shape: Shape) -> float | None:
-    """Radius about z with which a shape rolls on its side [m]; None: it is not round.
-
-    >>> round_radius(Cylinder(0.1, 0.3)), round_radius(Box((0.1, 0.1, 0.3)))
-    (0.1, None)
-    """
-    if isinstance(shape, Sphere | Cylinder):
-        return shape.radius
-    if isinstance(shape, HalfSpace | Mesh):
-        return None
-    low, high = bounding_box(shape)
-    points = outline_points(shape)
-    ends = [outline(points[np.abs(points[:, 2] - z) < _TOUCHES][:, :2]) for z in (low[2], high[2])]
-    radii = [np.linalg.norm(end, axis=1).max() for end in ends]
-    inner = [np.linalg.norm(0.5 * (end + np.roll(end, 1, axis=0)), axis=1).min() for end in ends]
-    return float(max(radii)) if min(inner) > _ROUND * max(radii) else None
 
 
 @lru_cache(maxsize=256)
@@ -351,7 +320,7 @@ def mass_properties(shape: Shape) -> MassProperties:
     """Volume, center of mass and inertia.
 
     Raises:
-        ConfigError: The shape has no volume: a half space, a mesh, or a hull of points in one plane.
+        ConfigError: The shape has no volume: a mesh, or a hull of points in one plane.
 
     >>> float(mass_properties(Sphere(0.5)).inertia[0, 0])
     0.1

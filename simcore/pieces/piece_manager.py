@@ -93,7 +93,6 @@ class GamePieceManager:
         self._balls = self._pool.balls
         self._is_ball = self._pool.is_ball
         self._others = (~self._is_ball).nonzero()[0]
-        self._slot_of = {self._pool.rows[slot]: slot for slot in self._others.tolist()}
         self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""

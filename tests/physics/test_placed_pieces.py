@@ -114,7 +114,7 @@ def test_what_is_full_or_lies_wrong_or_leans_on_a_robot_does_not_count():
         assert match.pieces.places.slots("floor").tolist() == [slot]
         match.robots[0].drive.set_volts([2.0] * 4, [0.0] * 4)
         match.play(2.0)
-        assert match.world.touches_robot(match.pieces._pool.rows[slot]), "held against the table"
+        assert match.pieces.robots_touching(slot), "held against the table"
         assert match.pieces.places.slots().tolist() == []
         match.robots[0].drive.set_volts([-2.0] * 4, [0.0] * 4)
         match.play(2.0)

@@ -13,8 +13,8 @@ from simcore.physics.shapes import (
     Box,
     Compound,
     Cylinder,
-    HalfSpace,
     Hull,
+    Mesh,
     Part,
     Sphere,
     bounding_box,
@@ -80,8 +80,8 @@ def test_a_compound_counts_its_turned_parts():
 
 
 def test_what_has_no_volume_is_refused():
-    with pytest.raises(ConfigError, match="HalfSpace has no volume"):
-        mass_properties(HalfSpace())
+    with pytest.raises(ConfigError, match="Mesh has no volume"):
+        mass_properties(Mesh(np.eye(3), np.array([[0, 1, 2]])))
     with pytest.raises(ConfigError, match="one plane"):
         mass_properties(Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])))
 
@@ -93,7 +93,7 @@ def test_what_has_no_volume_is_refused():
         (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.03, staves=3), "parts of a ring, got 3"),
         (lambda: torus(ring_radius=0.1, tube_radius=0.2), "ring_radius must be above"),
         (lambda: cone(height=0.1, bottom_radius=0.1, top_radius=-1.0), "top_radius must be a number from 0"),
-        (lambda: Part(HalfSpace()), "got a HalfSpace"),
+        (lambda: Part(Mesh(np.eye(3), np.array([[0, 1, 2]]))), "got a Mesh"),
         (lambda: Part(Sphere(0.1), quat=(0.0, 0.0, 0.0, 2.0)), "unit quaternion"),
         (lambda: Compound(()), "at least one part"),
     ],

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from simcore.geometry.rotation import IDENTITY, from_yaw, rotate
 from simcore.physics.nearness import StaticBoxes
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere, bounding_box
+from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Part, Sphere, bounding_box
 
 COORDINATES = st.floats(-5.0, 5.0)
 
@@ -67,12 +67,6 @@ def test_distances_are_those_to_each_box_by_itself(data):
     flat = np.hypot(away[:, 0], away[:, 1]).min()
     if abs(flat - reach) > 1e-9:
         assert boxes.is_clear(x, y, reach) == (flat > reach)
-
-
-def test_below_a_half_space_everything_is_near():
-    boxes = StaticBoxes()
-    boxes.add(HalfSpace(), (0.0, 0.0, 0.0), IDENTITY)
-    assert near(boxes, (1e3, -1e3, 0.5), 0.6) and not near(boxes, (0.0, 0.0, 0.5), 0.4)
 
 
 @pytest.mark.parametrize(
