@@ -30,8 +30,7 @@ from simcore.match.starts import BeliefCheck, missed_place, require_free_place, 
 from simcore.physics.field import FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.quantities import POSE, require_row, shown
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Robot

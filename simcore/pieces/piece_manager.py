@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
-from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
@@ -25,7 +25,7 @@ from simcore.quantities import FORCE, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
-__all__ = ["GamePieceManager"]
+__all__ = ["Footprint", "GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
@@ -45,6 +45,33 @@ _MOST_TRIES = 4000
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
 _ALL = (*_LOOSE, _HELD)
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A robot, or what hangs and swings, as the pieces see it."""
+
+    x: float
+    y: float
+    yaw: float
+    half_length: float
+    """Half of the bumper box along its heading [m]."""
+    half_width: float
+    speed: float
+    """Fastest point of the box [m/s], so including spin."""
+    heights: tuple[float, float] = (-math.inf, math.inf)
+    """Of its lowest and highest parts [m]."""
+    waking_speed: float = 0.005
+    """While it is slower, it wakes nothing [m/s]."""
+
+    def gap(self, pos: FloatArray) -> FloatArray:
+        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+        dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        ahead, aside = np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
+        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+        return gap
 
 
 class GamePieceManager:
