@@ -65,7 +65,8 @@ class ShotBand:
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
         """Fly the shots of a grid around those that meet the target's middle."""
-        elevations, middles = _to_middle(task, stand)
+        elevations = _grid(task)
+        middles = _to_middle(task, stand, elevations)
         most, fastest = task.max_speed * (1.0 + _SPARE_SPEED), _TO_BOARD if task.boards else _FASTER
         reachable = middles[middles < most]
         if not len(reachable):
@@ -80,13 +81,17 @@ class ShotBand:
         return cls(elevations, speeds, inside)
 
 
-def _to_middle(task: ShotTask, stand: Stand) -> tuple[FloatArray, FloatArray]:
-    """Elevations of the grid [rad], and the speed that meets the middle of the opening [m/s], infinite for none."""
+def _grid(task: ShotTask) -> FloatArray:
+    """Elevations that are flown [rad], shape (n,)."""
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
-    grid = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
-    elevations: FloatArray = np.array(grid[(grid > 0.0) & (grid < 0.5 * math.pi)], dtype=np.float64)
+    grid: FloatArray = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
+    return grid[(grid > 0.0) & (grid < 0.5 * math.pi)]
+
+
+def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArray:
+    """Speed of each elevation that meets the middle of the opening [m/s], infinite for none, shape (n,)."""
     speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, np.array([stand.bearing]))[0]
     for number, elevation in enumerate(elevations.tolist()):
         with contextlib.suppress(NoShotError):
@@ -94,7 +99,7 @@ def _to_middle(task: ShotTask, stand: Stand) -> tuple[FloatArray, FloatArray]:
                 muzzle, task.opening.middle, elevation=elevation, drag=task.kind.air.drag,
                 robot_velocity=stand.velocity, rising=not task.zone.downward,
             ).speed  # fmt: skip
-    return elevations, speeds
+    return speeds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,36 +220,44 @@ def _row(task: ShotTask, practice: PracticeField, wanted: Stand, scatter: Scatte
             some.append(one)
     draws = _draws(scatter, seed, _CLAIM_SHOTS)
     bearings = tuple((one.bearing, task.share(one, elevation, speed, draws)) for one in some)
-    yaw, hood, deg = task.lead(stand, *aim), task.hood_for(elevation), math.degrees
-    seen = task.fly(task.rows(stand, *aim, yaw))
-    vx, vy, vz = seen.vel[0].tolist()
-    speeds = _around(band.speeds, band.inside[number], column)
-    elevations = _around(band.elevations, band.inside[:, column], number)
-    spreads = scatter.exit_speed or Scatter().exit_speed, scatter.elevation or Scatter().elevation
-    margin = min(
-        min(math.log(speed / speeds[0]), math.log(speeds[1] / speed)) / spreads[0],
-        min(elevation - elevations[0], elevations[1] - elevation) / spreads[1],
-    )
-    values = (
-        deg(stand.bearing), " ".join(f"{bearing:.0f}" for bearing in sorted(deg(one.bearing) for one in some)),
-        deg(elevation), None if hood is None else hood / math.tau, speed,
-        task.shooter.wheel_speed_for(speed) / math.tau, deg(wrap_angle(float(yaw[0]) - stand.bearing)),
-        float(seen.time[0]), deg(math.atan2(-vz, math.hypot(vx, vy))), bool(seen.by_board[0]),
-        *speeds,
-        *map(deg, elevations), margin,
-    )  # fmt: skip
     return ShotTableRow(
-        stand=stand, band=band, elevation=elevation, speed=speed, shot=dict(zip(_COLUMNS, values, strict=True)),
+        stand=stand, band=band, elevation=elevation, speed=speed,
+        shot=_described(task, stand, band, number, column, [bearing for bearing, _ in bearings], scatter),
         bearings=bearings, share=min((share for _, share in bearings), key=lambda share: share.value),
     )  # fmt: skip
 
 
+def _described(
+    task: ShotTask, stand: Stand, band: ShotBand, number: int, column: int, bearings: Sequence[float], scatter: Scatter
+) -> dict[str, Any]:
+    """The columns of the shot of an elevation and a speed of a band, by number."""
+    elevation, speed, deg = float(band.elevations[number]), float(band.speeds[column]), math.degrees
+    aim = np.array([elevation]), np.array([speed])
+    yaw, hood = task.lead(stand, *aim), task.hood_for(elevation)
+    seen = task.fly(task.rows(stand, *aim, yaw))
+    vx, vy, vz = seen.vel[0].tolist()
+    speeds = _around(band.speeds, band.inside[number], column)
+    elevations = _around(band.elevations, band.inside[:, column], number)
+    margin = min(
+        min(math.log(speed / speeds[0]), math.log(speeds[1] / speed)) / (scatter.exit_speed or Scatter().exit_speed),
+        min(elevation - elevations[0], elevations[1] - elevation) / (scatter.elevation or Scatter().elevation),
+    )
+    values = (
+        deg(stand.bearing), " ".join(f"{bearing:.0f}" for bearing in sorted(map(deg, bearings))), deg(elevation),
+        None if hood is None else hood / math.tau, speed, task.shooter.wheel_speed_for(speed) / math.tau,
+        deg(wrap_angle(float(yaw[0]) - stand.bearing)), float(seen.time[0]), deg(math.atan2(-vz, math.hypot(vx, vy))),
+        bool(seen.by_board[0]), *speeds, *map(deg, elevations), margin,
+    )  # fmt: skip
+    return dict(zip(_COLUMNS, values, strict=True))
+
+
 def _clearest(task: ShotTask, stands: Sequence[Stand], scatter: Scatter) -> Stand:
     """The first stand from which about as many shots at the middle go in as from the best: nothing is in their way."""
-    found = []
+    found, up = [], _grid(task)
+    up = up[task.can_tilt(up)][::_PLACE_EVERY]
     for stand in stands:
-        up, fast = (some[::_PLACE_EVERY] for some in _to_middle(task, stand))
-        usable = (fast < task.max_speed) & task.can_tilt(up)
+        fast = _to_middle(task, stand, up)
+        usable = fast < task.max_speed
         found.append(int(task.hits(stand, up[usable], fast[usable], _draws(scatter, 0, _PLACE_SHOTS)).sum()))
     return next(one for one, hits in zip(stands, found, strict=True) if hits >= _AS_GOOD * max(found))
 
