@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from simcore.shooting.shot_table import Check, ShotBand, ShotTable, ShotTableRow
+from simcore.shooting.shot_table import Check, ShotBand, ShotTable, ShotTableRow, stretches
 from simcore.show.palette import color
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.svg import document, element, line, nested, ticks, words
@@ -209,9 +209,8 @@ def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[floa
     bars = []
     half = 0.5 * math.degrees(float(band.elevations[1] - band.elevations[0]))
     for elevation, inside in zip(np.degrees(band.elevations).tolist(), band.inside, strict=True):
-        edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0]
         y, bottom = down(elevation + half), down(elevation - half)
-        for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if bottom > y else ():
-            start, end = across(float(band.speeds[first])), across(float(band.speeds[last - 1]))
+        for first, last in stretches(inside) if bottom > y else ():
+            start, end = across(float(band.speeds[first])), across(float(band.speeds[last]))
             bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=bottom - y))
     return bars

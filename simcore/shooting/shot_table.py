@@ -28,7 +28,7 @@ from simcore.units import degrees
 
 __all__ = [
     "Check", "ShotBand", "ShotTable", "ShotTableRow", "check_by_flights", "check_in_match", "make_table",
-    "stated_interval",
+    "stated_interval", "stretches",
 ]  # fmt: skip
 
 _ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; of the speed
@@ -86,7 +86,7 @@ def _grid(task: ShotTask) -> FloatArray:
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
-    grid: FloatArray = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
+    grid: FloatArray = np.array(low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1), dtype=np.float64)
     return grid[(grid > 0.0) & (grid < 0.5 * math.pi)]
 
 
@@ -206,11 +206,11 @@ def _row(task: ShotTask, practice: PracticeField, wanted: Stand, scatter: Scatte
     shots = np.nonzero(usable.any(axis=1))[0][::_CHOICE_EVERY]
     if not len(shots):
         return ShotTableRow(stand=wanted, problem="no elevation and speed of this shooter go in", band=band)
-    columns = [int(some[len(some) // 2]) for some in (np.nonzero(usable[shot])[0] for shot in shots)]
+    columns = [_middle(usable[shot]) for shot in shots]
     draws = _draws(scatter, 0, _CHOICE_SHOTS)
     shares = task.hits(stand, band.elevations[shots], band.speeds[columns], draws).mean(axis=1)
-    good = np.nonzero(shares >= shares.max() - _AS_SAFE)[0]
-    number, column = int(shots[good[len(good) // 2]]), columns[int(good[len(good) // 2])]
+    best = _middle(shares >= shares.max() - _AS_SAFE)
+    number, column = int(shots[best]), columns[best]
     elevation, speed = float(band.elevations[number]), float(band.speeds[column])
     aim = np.array([elevation]), np.array([speed])
     some = [stand]
@@ -262,11 +262,21 @@ def _clearest(task: ShotTask, stands: Sequence[Stand], scatter: Scatter) -> Stan
     return next(one for one, hits in zip(stands, found, strict=True) if hits >= _AS_GOOD * max(found))
 
 
+def stretches(inside: BoolArray) -> list[tuple[int, int]]:
+    """First and last number of each unbroken stretch."""
+    edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0].tolist()
+    return [(first, after - 1) for first, after in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _middle(inside: BoolArray) -> int:
+    """Number in the middle of the longest stretch."""
+    first, last = max(stretches(inside), key=lambda ends: ends[1] - ends[0])
+    return (first + last) // 2
+
+
 def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
-    """Ends of the unbroken stretch of what goes in around a number."""
-    out = np.nonzero(~inside)[0]
-    first = int(out[out < here].max(initial=-1)) + 1
-    last = int(out[out > here].min(initial=len(values))) - 1
+    """Ends of the stretch around a number."""
+    first, last = next(ends for ends in stretches(inside) if ends[0] <= here <= ends[1])
     return float(values[first]), float(values[last])
 
 
