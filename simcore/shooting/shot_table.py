@@ -209,7 +209,8 @@ def _row(task: ShotTask, practice: PracticeField, wanted: Stand, scatter: Scatte
     columns = [_middle(usable[shot]) for shot in shots]
     draws = _draws(scatter, 0, _CHOICE_SHOTS)
     shares = task.hits(stand, band.elevations[shots], band.speeds[columns], draws).mean(axis=1)
-    best = _middle(shares >= shares.max() - _AS_SAFE)
+    good = np.nonzero(shares >= shares.max() - _AS_SAFE)[0]
+    best = int(good[len(good) // 2])
     number, column = int(shots[best]), columns[best]
     elevation, speed = float(band.elevations[number]), float(band.speeds[column])
     aim = np.array([elevation]), np.array([speed])
