@@ -37,7 +37,7 @@ _SLOWER, _FASTER, _TO_BOARD = 0.8, 1.3, 1.5  # times the speed that meets the mi
 _CLAIM_SHOTS, _BETWEEN_SHOTS, _STATED_SHOTS = 1024, 512, 512
 """Of a row's shares, from each bearing: powers of 2, as Sobol's sequence wants."""
 _APART = degrees(14.9)  # at least, bearings for which a row's share is worked out
-_CHOICE_SHOTS, _CHOICE_EVERY = 128, 2  # of every second elevation, among which a row's is chosen
+_CHOICE_SHOTS, _CHOICE_EVERY = 512, 3  # of every third elevation, among which a row's is chosen
 _AS_SAFE = 0.01  # a share of them that is less than the best by no more is as good
 _KEPT = 0.9  # half way between two rows at least this part of the worse of their shares goes in; else there is a gap
 _MOST_PLACES, _PLACE_SHOTS, _PLACE_EVERY = 6, 8, 4  # tried for a row, with shots of every fourth elevation of the grid
