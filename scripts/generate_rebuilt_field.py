@@ -21,8 +21,7 @@ import numpy as np
 
 from games.rebuilt import dimensions as dim
 from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.field_solids import box_group, flipped_group, solid_group
-from simcore.physics.obj import ObjGroup, format_obj, write_obj
+from simcore.physics.obj import ObjGroup, box_group, flipped_group, format_obj, solid_group, write_obj
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "rebuilt" / "field_collision.obj"
 

@@ -21,8 +21,16 @@ import numpy as np
 from games.reefscape import dimensions as dim
 from simcore.geometry.footprints import hexagon
 from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.field_solids import box_group, flipped_group, pipe_group, prism_group, solid_group
-from simcore.physics.obj import ObjGroup, format_obj, write_obj
+from simcore.physics.obj import (
+    ObjGroup,
+    box_group,
+    flipped_group,
+    format_obj,
+    pipe_group,
+    prism_group,
+    solid_group,
+    write_obj,
+)
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "reefscape" / "field_collision.obj"
 FIELD_SYMMETRY = FieldSymmetry("rotate", (dim.FIELD_LENGTH, dim.FIELD_WIDTH))

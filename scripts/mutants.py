@@ -48,7 +48,7 @@ MUTANTS = (
     Mutant("wheel loads do not know how high the center of mass is", ROBOTS,
            "lever = robot.mass * robot.center[2]\n    share_loads", "lever = robot.mass * 0.2\n    share_loads",
            f"{MASSES}::test_an_elevator_that_is_up_moves_load_to_the_rear_wheels"),
-    Mutant("shapes move with the center of mass on MuJoCo", "simcore/physics/mujoco_model.py",
+    Mutant("shapes move with the center of mass on MuJoCo", "simcore/physics/mujoco_engine.py",
            "model.geom_pos[geoms] -= away", "pass",
            f"{MASSES}::test_an_engine_moves_the_center_of_mass_within_a_body"),
     Mutant("contacts on MuJoCo have no restitution", "simcore/physics/contact_law.py",
@@ -72,8 +72,8 @@ MUTANTS = (
            "        moving", "tests/physics/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
     Mutant("launch ignores the time flown", FLOW, "self._pieces.fly(slot, TICK - launch.delay)", "pass",
            f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant"),
-    Mutant("pieces come back in a pile", "simcore/pieces/free_places.py",
-           "if len(taken) and", "if False and len(taken) and",
+    Mutant("pieces come back in a pile", MANAGER,
+           "and not (_squares(taken", "and True or (_squares(taken",
            f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_beside_each_other"),
     Mutant("what rests behind a wall stays there", MANAGER, "if out.any():", "if False:",
            f"{RETURNED}::test_what_comes_to_rest_behind_or_on_a_wall_is_brought_back"),
@@ -175,8 +175,8 @@ MUTANTS = (
     Mutant("a wheel stands on nothing but what is straight under it", "simcore/robot/wheel_ground.py",
            "touching |= away <", "touching |= away < -",
            "tests/physics/test_chassis.py::test_a_wheel_at_the_edge_of_a_bar_stands_on_it"),
-    Mutant("plates on the side of the fewer faces", "simcore/physics/sheets.py",
-           "areas[as_it_is].sum() < areas", "areas[as_it_is].sum() > areas", "tests/unit/physics/test_sheets.py"),
+    Mutant("plates on the side of the fewer faces", "simcore/physics/mesh.py",
+           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/unit/physics/test_sheets.py"),
 )  # fmt: skip
 
 

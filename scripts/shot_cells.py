@@ -19,8 +19,7 @@ import numpy as np
 from games.rebuilt import REBUILT
 from simcore.match.scatter import Scatter
 from simcore.shooting.practice_field import PracticeField
-from simcore.shooting.shot_check import stated_interval
-from simcore.shooting.shot_table import make_table
+from simcore.shooting.shot_table import make_table, stated_interval
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
 from simcore.sweep.sweep_statistics import Share
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from simcore.phoenix6.talon_motor import TalonFXMotorSim
     from simcore.physics.field import FieldElement, FieldGeometry
     from simcore.physics.world import PhysicsWorld
-    from simcore.pieces.hopper_config import HopperConfig
+    from simcore.pieces.hopper import HopperConfig
     from simcore.pieces.intake import IntakeConfig, IntakeZone
     from simcore.pieces.kinds import GamePieceConfig
     from simcore.pieces.launch import LaunchParameters
@@ -76,7 +76,7 @@ _HOMES = {
     "match.scripted": ("ScriptedRobot", "ScriptSettings"),
     "physics.field": ("FieldElement", "FieldGeometry"),
     "physics.world": ("PhysicsWorld",),
-    "pieces.hopper_config": ("HopperConfig",),
+    "pieces.hopper": ("HopperConfig",),
     "pieces.intake": ("IntakeConfig", "IntakeZone"),
     "pieces.kinds": ("GamePieceConfig",),
     "pieces.launch": ("LaunchParameters",),

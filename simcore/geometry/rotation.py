@@ -19,7 +19,6 @@ __all__ = [
     "Quaternion",
     "Vector",
     "cross",
-    "dot",
     "frame_pose",
     "from_rpy",
     "from_yaw",
@@ -166,11 +165,6 @@ def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def dot(a: Vector, b: Vector) -> float:
-    """Scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:

@@ -30,8 +30,7 @@ from simcore.match.starts import BeliefCheck, missed_place, require_free_place, 
 from simcore.physics.field import FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.quantities import POSE, require_row, shown
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Robot
@@ -209,7 +208,7 @@ class MatchState:
         self.robots = []
         for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
             self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
-        self.pieces.holders = self.robots
+        self.pieces.on_taken = [robot.forget_piece for robot in self.robots]
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             pose = self.start_pose(robot.number)

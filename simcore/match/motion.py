@@ -25,8 +25,7 @@ from typing import Protocol
 
 from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.robot.chassis import ChassisSimulation
 from simcore.units import TICK
 

@@ -12,7 +12,7 @@ from simcore.geometry.linkage import PartState
 from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.held_contact import HeldContact
 from simcore.match.run_record import RunRecord
-from simcore.physics.contact_law import hit_ball, pair_friction, pair_restitution, touch_normal
+from simcore.physics.contact_law import pair_restitution
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight import SQUEEZE, muzzle_obstacle
@@ -235,30 +235,29 @@ class PieceFlow:
     def _strike(self, robot: Robot, shooter: Shooter, launch: Launch, slot: int) -> None:
         """Let the next piece strike a loose one in front of its muzzle.
 
-        It comes along the barrel at the speed of a shot, and both are struck as balls of their inner radii. The loose
-        piece goes; the wheels still have the other one, bring it to speed again and lose what the loose one gained.
+        It comes along the barrel at the speed of a shot, and strikes as balls of their inner radii do without friction.
+        The loose piece goes; the wheels still have the other one, bring it to speed again and lose what the loose one
+        gained.
         """
         state, slots, waiting = self._pieces.state, np.array([slot]), robot.storage_of(shooter.config).in_turn
         if not waiting:  # the last one has left another barrel
             return
         fed = waiting[0]
         leaves, kinds = self._as_it_leaves(robot, shooter, launch, fed), (self._kind_of(fed), self._kind_of(slot))
-        ahead = rotate(leaves.quat, (1.0, 0.0, 0.0))
-        radii = kinds[0].inner_radius, kinds[1].inner_radius
+        ahead, before = np.array(rotate(leaves.quat, (1.0, 0.0, 0.0))), state.vel[slot].copy()
         masses = float(self._pieces.mass[fed]), float(self._pieces.mass[slot])
-        normal = touch_normal(ahead, self._places_at(launch, slots)[0] - leaves.pos, SQUEEZE * (radii[0] + radii[1]))
-        x, y, z = state.vel[slot].tolist()
-        before = (x, y, z)
-        if np.dot(np.subtract(before, leaves.vel), normal) <= 0.0:  # it goes faster
+        reach = SQUEEZE * (kinds[0].inner_radius + kinds[1].inner_radius)
+        beside = self._places_at(launch, slots)[0] - leaves.pos
+        beside -= (beside @ ahead) * ahead
+        normal = (beside + math.sqrt(max(0.0, reach * reach - float(beside @ beside))) * ahead) / reach
+        approach = float((np.array(leaves.vel) - before) @ normal)
+        if approach <= 0.0:  # it goes faster
             return
-        (_, after), _ = hit_ball(
-            (leaves.vel, before), (leaves.rate, (0.0, 0.0, 0.0)), normal, radii=radii, masses=masses,
-            restitution=pair_restitution(*[kind.restitution for kind in kinds]),
-            friction=pair_friction(*[kind.friction for kind in kinds]),
-        )  # fmt: skip
+        bounce = 1.0 + pair_restitution(kinds[0].restitution, kinds[1].restitution)
+        after = before + bounce * approach * masses[0] / (masses[0] + masses[1]) * normal
         self._pieces.push(slots, np.array([after]))
-        shooter.after_shot(masses[1], float(np.dot(np.subtract(after, before), ahead)))
-        for mass, vel in ((masses[1], before), (-masses[1], after)):
+        shooter.after_shot(masses[1], float((after - before) @ ahead))
+        for mass, vel in ((masses[1], before.tolist()), (-masses[1], after.tolist())):
             robot.balance.exchange(mass, leaves.pos, vel)
 
     def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[str], time: float) -> None:

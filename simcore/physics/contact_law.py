@@ -1,4 +1,4 @@
-"""Materials, and what contacts make of them in the engines: pairs, springs, dampers; and the hit of two balls.
+"""Materials, and what contacts make of them in the engines: pairs, springs, dampers.
 
 - **Pairs.** Friction and restitution are the products of both sides' values. A rolling pair resists with the torque
   `(rolling_a * friction_b + rolling_b * friction_a) * normal_force`. So a surface acts on every pair that touches it,
@@ -16,7 +16,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, dot
 from simcore.quantities import (
     FRACTION,
     FRICTION,
@@ -42,11 +41,9 @@ __all__ = [
     "TerrainSurface",
     "contact_damping",
     "contact_spring",
-    "hit_ball",
     "pair_friction",
     "pair_restitution",
     "pair_rolling",
-    "touch_normal",
 ]
 
 _Value = TypeVar("_Value", float, FloatArray)
@@ -162,80 +159,3 @@ def contact_spring(restitution: float, friction: float, stiffness: float, mass: 
     strongest = _STRONGEST[friction + restitution > 0.0] / h
     spring = min(stiffness / mass, (0.5 * strongest / max(ratio, _LEAST_RATIO)) ** 2)
     return spring, 2.0 * ratio * math.sqrt(spring)
-
-
-# --- impacts ---------------------------------------------------------------------------------------------------------
-
-
-def hit_ball(
-    velocities: tuple[Vector, Vector],
-    spins: tuple[Vector, Vector],
-    normal: Vector,
-    *,
-    radii: tuple[float, float],
-    masses: tuple[float, float],
-    restitution: float,
-    friction: float,
-) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
-    """Velocities and spins of two balls after they hit each other.
-
-    Args:
-        velocities: Of the centers before [m/s].
-        spins: Angular velocities before [rad/s].
-        normal: Unit vector from the second center to the first.
-        radii: [m]
-        masses: [kg]
-        restitution: Of the pair [-].
-        friction: Of the pair [-].
-    """
-    (va, vb), (wa, wb) = velocities, spins
-    relative = (va[0] - vb[0], va[1] - vb[1], va[2] - vb[2])
-    turning = tuple(radii[0] * a + radii[1] * b for a, b in zip(wa, wb, strict=True))
-    approach = -dot(relative, normal)
-    slip = _slip(relative, (turning[0], turning[1], turning[2]), normal, 1.0, approach)
-    size = math.sqrt(dot(slip, slip))
-    share = min(friction * (1.0 + restitution) * approach / size, 2.0 / 7.0) if size > 0.0 else 0.0
-    reduced = masses[0] * masses[1] / (masses[0] + masses[1])
-    out = (1.0 + restitution) * approach
-    push = [reduced * (out * n - share * s) for n, s in zip(normal, slip, strict=True)]
-    rub = [-reduced * share * s for s in slip]
-    new_v, new_w = [], []
-    for sign, mass, radius, v, w in zip((1.0, -1.0), masses, radii, velocities, spins, strict=True):
-        new_v.append((v[0] + sign * push[0] / mass, v[1] + sign * push[1] / mass, v[2] + sign * push[2] / mass))
-        turn = -2.5 / (mass * radius)  # both touch with -normal r for the first, +normal r for the second
-        new_w.append(
-            (
-                w[0] + turn * (normal[1] * rub[2] - normal[2] * rub[1]),
-                w[1] + turn * (normal[2] * rub[0] - normal[0] * rub[2]),
-                w[2] + turn * (normal[0] * rub[1] - normal[1] * rub[0]),
-            )
-        )
-    return (new_v[0], new_v[1]), (new_w[0], new_w[1])
-
-
-def touch_normal(ahead: Vector, away: FloatArray, reach: float) -> Vector:
-    """Unit normal from a ball toward another that comes along a line, where they first touch.
-
-    Args:
-        ahead: Unit vector of the line, the way that the other one comes.
-        away: From a point of the line to the ball [m], shape (3,); the ball is within `reach` of the line.
-        reach: Distance of the centers as they touch [m].
-
-    Example:
-        >>> touch_normal((1.0, 0.0, 0.0), np.array([0.2, 0.6, 0.0]), 1.0)
-        (-0.8, -0.6, -0.0)
-    """
-    beside = away - np.dot(away, ahead) * np.array(ahead)
-    along = math.sqrt(max(0.0, reach * reach - float(beside @ beside)))
-    x, y, z = (-(beside + along * np.array(ahead)) / reach).tolist()
-    return x, y, z
-
-
-def _slip(velocity: Vector, spin: Vector, normal: Vector, radius: float, approach: float) -> Vector:
-    """Velocity of the touching point along the surface."""
-    (vx, vy, vz), (wx, wy, wz), (nx, ny, nz) = velocity, spin, normal
-    return (
-        vx + approach * nx - radius * (wy * nz - wz * ny),
-        vy + approach * ny - radius * (wz * nx - wx * nz),
-        vz + approach * nz - radius * (wx * ny - wy * nx),
-    )

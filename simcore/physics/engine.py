@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+import numpy as np
+
 from simcore.geometry.rotation import Quaternion, Vector
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.shapes import Shape
@@ -113,12 +115,12 @@ class Engine(Protocol):
         ...
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of mass, field frame [m], shape (n, 3): cheaper than `pose` for many bodies."""
-        ...
+        """Centers of mass of moving bodies, field frame [m], shape (n, 3)."""
+        return np.array([self.state(row)[:3] for row in rows]).reshape(-1, 3)
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
-        """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
-        ...
+        """Linear and angular velocities of moving bodies, field frame [m/s, rad/s], shape (n, 6)."""
+        return np.array([self.state(row)[7:] for row in rows]).reshape(-1, 6)
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
@@ -166,13 +168,6 @@ class Engine(Protocol):
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
         """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
-        ...
-
-    def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        """Row of what each segment from one place to n ends [m] meets first, -1 for nothing.
-
-        For a few lines it costs half of what `rays` does: no array is made.
-        """
         ...
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:

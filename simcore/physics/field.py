@@ -17,10 +17,9 @@ import numpy as np
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.contact_law import WALL, TerrainSurface
-from simcore.physics.mesh import decompose, plates
+from simcore.physics.mesh import SAME_PLACE, Sheet, choose_sides, decompose
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.physics.shapes import Box, Mesh, Shape, outline, outline_points
-from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
@@ -188,10 +187,10 @@ class FieldGeometry:
             return matches[-1] if matches else default_surface
 
         pieces = [decompose(group.vertices, group.triangles(), group=group.name) for group in groups]
-        remarks = choose_sides([piece for some in pieces for piece in some if isinstance(piece, Sheet)], symmetry)
+        sentences = choose_sides([piece for some in pieces for piece in some if isinstance(piece, Sheet)], symmetry)
         elements: list[FieldElement] = []
         for group, some in zip(groups, pieces, strict=True):
-            parts = [part for p in some for part in (plates(p, plate_thickness) if isinstance(p, Sheet) else [p])]
+            parts = [part for p in some for part in (p.plates(plate_thickness) if isinstance(p, Sheet) else [p])]
             if any(isinstance(part.shape, Mesh) for part in parts):
                 _log.warning("%s: group %r stays a triangle mesh; balls may bump on its edges", path, group.name)
             for i, part in enumerate(parts):
@@ -205,7 +204,6 @@ class FieldGeometry:
             elements.append(
                 FieldElement(name=wall.name, shape=wall.shape, position=wall.position, surface=surface_of(wall.name))
             )
-        sentences = remarks.sentences
         if sentences:
             sentences.append(
                 "their faces are wound both ways, or not as on the other half. A plate grows behind the side from "

@@ -13,8 +13,7 @@ import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
 from simcore.physics.contact_law import WALL, TerrainSurface
-from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius
+from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
 from simcore.typing import Alliance

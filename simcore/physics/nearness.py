@@ -15,36 +15,24 @@ from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["PlanOutlines", "StaticBoxes"]
 
-_CELL = 0.25
-"""Side of a cell of the map of clearances [m]."""
 _ROUND = 0.01  # share that a ring of 24 points is less wide than the circle around it
-_MOST_CELLS = 100_000
-"""Larger fields get larger cells."""
 
 
 class StaticBoxes:
-    """Bounding boxes of elements of the field, field frame.
-
-    A map of the floor knows how far each of its cells is from the nearest box, so that places in the open, which are
-    most, are told with one look.
-    """
+    """Bounding boxes of elements of the field, field frame."""
 
     def __init__(self) -> None:
-        self._boxes: list[tuple[FloatArray, FloatArray]] = []
-        self._corners: tuple[FloatArray, FloatArray] | None = None
+        self._low: FloatArray = np.zeros((0, 3))
+        self._high: FloatArray = np.zeros((0, 3))
 
     def add(self, shape: Shape, pos: Vector, quat: Quaternion) -> None:
         """Add a static whose origin is at a place [m], with its attitude."""
         low, high = bounding_box(shape)
         if quat != (0.0, 0.0, 0.0, 1.0):
             axes = matrix(quat)
-            if not (np.isfinite(low).all() and np.isfinite(high).all()):
-                low, high = np.full(3, -np.inf), np.full(3, np.inf)
-            else:
-                middle, half = axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
-                low, high = middle - half, middle + half
-        self._boxes.append((low + pos, high + pos))
-        self._corners = None
+            middle, half = axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
+            low, high = middle - half, middle + half
+        self._low, self._high = np.vstack((self._low, low + pos)), np.vstack((self._high, high + pos))
 
     def are_near(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """Whether one of the boxes is within reach of each place, shape (n,).
@@ -53,18 +41,10 @@ class StaticBoxes:
             pos: Places [m], shape (n, 3).
             reach: Of each [m], shape (n,).
         """
-        near: BoolArray = np.zeros(len(pos), dtype=bool)
-        if not self._boxes or not len(pos):
-            return near
-        low, high = self._prepared()
-        cell = np.minimum(np.fmax((pos[:, :2] - self._origin) * self._scale, 0.0), self._last).astype(np.int64)
-        doubtful = np.nonzero(self._clearance[cell[:, 0], cell[:, 1]] < reach)[0]
-        if len(doubtful):
-            near[doubtful] = (_distances2(low, high, pos[doubtful]) < np.square(reach[doubtful])[:, None]).any(axis=1)
-        return near
+        return self._are_near(pos, reach, 3)
 
     def is_clear(self, x: float, y: float, reach: float) -> bool:
-        """Whether no box at any height is within reach of a place [m]; False may also mean that the map is too coarse.
+        """Whether no box at any height is within reach of a place [m].
 
         >>> from simcore.physics.shapes import Box
         >>> boxes = StaticBoxes()
@@ -72,42 +52,14 @@ class StaticBoxes:
         >>> boxes.is_clear(3.0, 5.0, 1.0), boxes.is_clear(4.0, 5.0, 1.0)
         (True, False)
         """
-        if not self._boxes:
-            return True
-        self._prepared()
-        scale = self._scale
-        column = min(self._last[0], max(0.0, (x - self._origin[0]) * scale))
-        line = min(self._last[1], max(0.0, (y - self._origin[1]) * scale))
-        return bool(self._clearance[int(column), int(line)] >= reach)
+        return not self._are_near(np.array([[x, y]]), np.array([reach]), 2)[0]
 
-    def _prepared(self) -> tuple[FloatArray, FloatArray]:
-        """Corners of the boxes, shape (3, n) each; the map is made where one was added since."""
-        if self._corners is None:
-            low, high = (np.array(corners).T.copy() for corners in zip(*self._boxes, strict=True))
-            self._corners = low, high
-            self._map(low, high)
-        return self._corners
-
-    def _map(self, low: FloatArray, high: FloatArray) -> None:
-        """Least distance in plan from each cell to the boxes; the border cells reach to infinity."""
-        bounded = np.isfinite(low[:2]).all(axis=0) & np.isfinite(high[:2]).all(axis=0)
-        least = low[:2, bounded].min(axis=1, initial=0.0) - 1.0
-        most = high[:2, bounded].max(axis=1, initial=0.0) + 1.0
-        side = max(_CELL, math.sqrt(float(np.prod(most - least)) / _MOST_CELLS))
-        count = np.ceil((most - least) / side).astype(np.int64)
-        self._origin, self._scale = least, 1.0 / side
-        self._last = count - 1.0
-        edges = [least[axis] + side * np.arange(count[axis] + 1) for axis in (0, 1)]
-        away2 = np.full(tuple(count), np.inf)
-        for number in range(low.shape[1]):
-            flat = []
-            for axis in (0, 1):
-                left, right = edges[axis][:-1].copy(), edges[axis][1:].copy()
-                left[0], right[-1] = -np.inf, np.inf  # beyond the map
-                gap = np.maximum(np.maximum(low[axis, number] - right, left - high[axis, number]), 0.0)
-                flat.append(np.square(gap))
-            np.minimum(away2, flat[0][:, None] + flat[1][None, :], out=away2)
-        self._clearance = np.sqrt(away2)
+    def _are_near(self, pos: FloatArray, reach: FloatArray, axes: int) -> BoolArray:
+        """As `are_near`, by the first axes alone."""
+        place = pos[:, None, :axes]
+        away = np.maximum(np.maximum(self._low[:, :axes] - place, place - self._high[:, :axes]), 0.0)
+        near: BoolArray = (np.einsum("ijk,ijk->ij", away, away) < np.square(reach)[:, None]).any(axis=1)
+        return near
 
 
 class PlanOutlines:
@@ -169,13 +121,3 @@ class PlanOutlines:
             low, high = self._points.min(axis=1).T, self._points.max(axis=1).T
             self._bounds = np.vstack((low, bottom, -high, -top))  # x, y, z of the low ends, and of the high ones
         return self._points
-
-
-def _distances2(low: FloatArray, high: FloatArray, pos: FloatArray) -> FloatArray:
-    """Square of the distance from each place to each box [m^2], shape (places, boxes)."""
-    distance2: FloatArray = np.zeros((len(pos), low.shape[1]))
-    for axis in range(3):
-        x = pos[:, axis, None]
-        away = np.maximum(np.maximum(low[axis] - x, x - high[axis]), 0.0)
-        distance2 += away * away
-    return distance2

@@ -1,8 +1,9 @@
-"""Wavefront OBJ files as named groups of polygons, and back.
+"""Wavefront OBJ files as named groups of polygons, and back; and convex bodies as such groups, for scripts.
 
-Group names carry meaning here: they choose the surface of each part of a field. General mesh loaders lose them
-(trimesh 5.2 sorts faces by material and by corner count before it looks at `o` and `g`), so this reader keeps to the
-few statements that a collision mesh needs and errors name the line.
+Group names carry meaning here: they choose the surface of each part of a field, and errors name the line. trimesh 5.2
+keeps the names, too (`split_objects`, `split_groups`), but takes vertices that count back from the latest one as
+counted from the end of the file, cuts polygons with a dent into triangles outside of them, and says nothing of a vertex
+of two numbers, of NaN, or of a face with the vertex 0.
 """
 
 from __future__ import annotations
@@ -15,10 +16,24 @@ from pathlib import Path
 
 import numpy as np
 
-from simcore.errors import FieldMeshError
+from simcore.errors import ConfigError, FieldMeshError
+from simcore.geometry.symmetry import FieldSymmetry
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["ObjGroup", "format_obj", "read_obj", "triangulate", "write_obj"]
+__all__ = [
+    "MOST_GROUPS",
+    "ObjGroup",
+    "box_group",
+    "flipped_group",
+    "format_obj",
+    "in_plane",
+    "pipe_group",
+    "prism_group",
+    "read_obj",
+    "solid_group",
+    "triangulate",
+    "write_obj",
+]
 
 UNNAMED = "default"
 """Name of faces that come before any `o` or `g`; the OBJ specification calls that group so."""
@@ -107,8 +122,12 @@ def read_obj(
         raise FieldMeshError(
             f"{path} is empty: {len(vertices)} vertices and no faces. Export the mesh with its faces ('f' lines)"
         )
-    points = np.array(vertices, dtype=np.float64)
-    return tuple(_group(name, points, polygons) for name, polygons in faces.items())
+    points, groups = np.array(vertices, dtype=np.float64), []
+    for name, polygons in faces.items():
+        used = sorted({row for face in polygons for row in face})
+        new = {row: i for i, row in enumerate(used)}
+        groups.append(ObjGroup(name, points[used], tuple(tuple(new[row] for row in face) for face in polygons)))
+    return tuple(groups)
 
 
 def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 6) -> str:
@@ -151,40 +170,32 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
         vertices: Of the mesh, shape (n, 3).
         face: Vertex rows around the polygon.
     """
-    if len(face) == 3:
-        return [(face[0], face[1], face[2])]
     corners = vertices[list(face)]
-    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)  # Newell's normal
-    u = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, u)
-    flat = np.column_stack([corners @ u, corners @ np.cross(normal, u)])
-    left = list(range(len(face)))
-    out: list[tuple[int, int, int]] = []
+    flat = in_plane(corners, np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0))  # Newell's normal
+    place = (flat[:, 0] + 1j * flat[:, 1]).tolist()
+    left, out = list(range(len(face))), []
+
+    def turn(a: int, b: int, c: int) -> float:  # twice the signed area: above zero for a left turn at b
+        return float(((place[b] - place[a]).conjugate() * (place[c] - place[a])).imag)
+
+    def is_ear(i: int) -> bool:
+        a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
+        return turn(a, b, c) > 0.0 and not any(
+            turn(a, b, p) >= 0.0 and turn(b, c, p) >= 0.0 and turn(c, a, p) >= 0.0 for p in left if p not in (a, b, c)
+        )
+
     while len(left) > 3:
-        ear = next((i for i in range(len(left)) if _is_ear(flat, left, i)), 0)  # 0: a bow tie, which has no ears
-        a, b, c = left[ear - 1], left[ear], left[(ear + 1) % len(left)]
-        out.append((face[a], face[b], face[c]))
+        ear = next(filter(is_ear, range(len(left))), 0)  # 0: a bow tie, which has no ears
+        out.append((face[left[ear - 1]], face[left[ear]], face[left[(ear + 1) % len(left)]]))
         del left[ear]
-    out.append((face[left[0]], face[left[1]], face[left[2]]))
-    return out
+    return [*out, (face[left[0]], face[left[1]], face[left[2]])]
 
 
-def _is_ear(flat: FloatArray, left: list[int], i: int) -> bool:
-    a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
-    if _turn(flat[a], flat[b], flat[c]) <= 0.0:
-        return False
-    return not any(
-        _turn(flat[a], flat[b], flat[p]) >= 0.0
-        and _turn(flat[b], flat[c], flat[p]) >= 0.0
-        and _turn(flat[c], flat[a], flat[p]) >= 0.0
-        for p in left
-        if p not in (a, b, c)
-    )
-
-
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the signed area of a triangle: above zero for a left turn at b."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+def in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
+    """Points, (n, 3), along two axes across a normal, counter-clockwise seen from its end, shape (n, 2)."""
+    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = u / max(float(np.linalg.norm(u)), np.finfo(float).tiny)
+    return np.column_stack([points @ u, points @ np.cross(normal, u)])
 
 
 def _vertex(values: list[str]) -> list[float]:
@@ -212,7 +223,81 @@ def _face(values: list[str], count: int) -> tuple[int, ...]:
     return tuple(rows)
 
 
-def _group(name: str, points: FloatArray, polygons: list[tuple[int, ...]]) -> ObjGroup:
-    used = sorted({row for face in polygons for row in face})
-    new = {row: i for i, row in enumerate(used)}
-    return ObjGroup(name, points[used], tuple(tuple(new[row] for row in face) for face in polygons))
+# --- convex bodies ---------------------------------------------------------------------------------------------------
+
+
+def box_group(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
+    """An axis-aligned box between two corners [m]."""
+    ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    return solid_group(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
+
+
+def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
+    """A prism or frustum: two flat polygons with equally many corners, and flat faces between them.
+
+    Args:
+        name: Of the group.
+        bottom: Corners, counter-clockwise seen from the top [m], shape (n, 3).
+        top: The corner over each of them [m], shape (n, 3).
+    """
+    n = len(bottom)
+    sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
+    return ObjGroup(name, np.vstack([bottom, top]), (tuple(reversed(range(n))), tuple(range(n, 2 * n)), *sides))
+
+
+def prism_group(name: str, outline: FloatArray, bottom: float, top: float) -> ObjGroup:
+    """An upright prism.
+
+    Args:
+        name: Of the group.
+        outline: Convex, counter-clockwise seen from above [m], shape (n, 2).
+        bottom: Height of its lower face [m].
+        top: Height of its upper face [m].
+    """
+    ends = [np.column_stack([outline, np.full(len(outline), z)]) for z in (bottom, top)]
+    return solid_group(name, ends[0], ends[1])
+
+
+def pipe_group(
+    name: str,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+    diameter: float,
+    *,
+    aside: tuple[float, float, float],
+    sides: int = 8,
+) -> ObjGroup:
+    """A straight pipe or bar, as a prism with as large a section as the round one.
+
+    Args:
+        name: Of the group.
+        start: Middle of one end [m].
+        end: Middle of the other [m].
+        diameter: Of the round pipe [m].
+        aside: A direction across the pipe, which two of the faces look to.
+        sides: Faces around it.
+
+    Raises:
+        ConfigError: The pipe has no length or diameter, or `aside` is along it.
+    """
+    ends = np.array([start, end])
+    way = ends[1] - ends[0]
+    u = np.array(aside) - way * (way @ np.array(aside)) / max(float(way @ way), 1e-12)
+    if not (diameter > 0.0 and float(way @ way) > 0.0 and float(u @ u) > 1e-12):
+        raise ConfigError(
+            f"{name}: diameter must be > 0 m, start and end differ and aside be across, got {diameter}, {start}, "
+            f"{end}, {aside}"
+        )
+    u /= np.linalg.norm(u)
+    v = np.cross(way / np.linalg.norm(way), u)
+    # the regular polygon of the same area
+    radius = 0.5 * diameter * math.sqrt(math.tau / (sides * math.sin(math.tau / sides)))
+    turn = (np.arange(sides) + 0.5) * math.tau / sides
+    ring = radius * (np.outer(np.cos(turn), u) + np.outer(np.sin(turn), v))
+    return solid_group(name, ends[0] + ring, ends[1] + ring)
+
+
+def flipped_group(group: ObjGroup, name: str, symmetry: FieldSymmetry) -> ObjGroup:
+    """The group that the symmetry of a field puts on the other half; its faces look outward as well."""
+    faces = group.faces if symmetry.keeps_hands else tuple(face[::-1] for face in group.faces)
+    return ObjGroup(name, symmetry.flip_points(group.vertices), faces)

@@ -32,7 +32,7 @@ from simcore.loop.robot_state import (
 from simcore.loop.robots import begin_robots, end_robots, move_robots, prepare
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
-from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape, outline, outline_points
+from simcore.physics.shapes import Compound, Mesh, Part, Shape, outline, outline_points
 from simcore.typing import FloatArray
 
 __all__ = ["BumperPart", "DrivenRobot", "RobotDynamics", "is_met_in_plan", "slice_between"]
@@ -98,7 +98,7 @@ def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
 
     What is not convex is the engine's, and what is so low that wheels or the frame's lower edge meet it.
     """
-    if isinstance(shape, Mesh | HalfSpace):
+    if isinstance(shape, Mesh):
         return False
     return bool((outline_points(shape) @ matrix(quat).T)[:, 2].max() + pos[2] > _LOW)
 
@@ -144,7 +144,7 @@ class RobotDynamics:
     def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
         """Add what bumpers meet, a static whose origin is at a place [m]."""
         turn = matrix(quat).T
-        assert not isinstance(shape, Mesh | HalfSpace)
+        assert not isinstance(shape, Mesh)
         members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
         corners = [outline_points(p.shape) @ matrix(p.quat).T + np.array(p.offset) for p in members]
         self._statics.append((row, tuple(points @ turn + np.array(pos) for points in corners), surface))

@@ -1,6 +1,7 @@
-"""Collision shapes as plain records, and how far they reach: corners, thickness, and how they stand on flat ground.
+"""Collision shapes as plain records: how far they reach, what they weigh, and tubes, rings and cones of convex parts.
 
-Every shape is given in its own frame; its pose is given where it is added to a world.
+Every shape is given in its own frame; its pose is given where it is added to a world. Volume, center of mass and
+inertia are those of uniform solids.
 """
 
 from __future__ import annotations
@@ -14,37 +15,51 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
-from simcore.quantities import FIELD_PLACE, Quantity, require_attitude, require_fields, require_points
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.quantities import (
+    FIELD_PLACE,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    Quantity,
+    require,
+    require_attitude,
+    require_fields,
+    require_points,
+)
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
     "Box",
     "Compound",
     "Cylinder",
-    "HalfSpace",
     "Hull",
+    "MassProperties",
     "Mesh",
     "Part",
     "Shape",
     "Sphere",
     "bounding_box",
     "bounding_radius",
+    "centered",
+    "cone",
+    "free_spin",
     "inner_radius",
+    "mass_properties",
     "mean_frontal_area",
     "outline",
     "outline_points",
     "parts_of",
-    "round_radius",
+    "principal_axes",
     "smallest_thickness",
     "stands",
     "support",
     "support_height",
+    "torus",
+    "tube",
 ]
 
 _LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
 _RING = 24  # points of a round outline
-_ROUND = 0.99  # least share of its radius that something round has everywhere
 _TOUCHES = 0.001  # [m]; points this much above the lowest one carry the shape, too
 _OVER = 0.002  # [m]; how far the center may be beside what carries it
 _DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
@@ -59,11 +74,6 @@ class Sphere:
 
     def __post_init__(self) -> None:
         require_fields(self, radius=_LENGTH)
-
-
-@dataclass(frozen=True, slots=True)
-class HalfSpace:
-    """Everything below z = 0; for statics only. The cheapest floor for pieces, but driven boxes sink into it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,14 +154,14 @@ class Compound:
             raise ConfigError("Compound: it needs at least one part")
 
 
-Shape: TypeAlias = Sphere | Cylinder | Box | HalfSpace | Hull | Mesh | Compound
+Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
     """The convex members of a shape; a shape that is one itself is its own."""
     if isinstance(shape, Compound):
         return shape.parts
-    if isinstance(shape, HalfSpace | Mesh):
+    if isinstance(shape, Mesh):
         raise ConfigError(f"a {type(shape).__name__} can only be a static")
     return (Part(shape),)
 
@@ -168,8 +178,6 @@ def support(shape: Shape, ways: FloatArray) -> FloatArray:
         return np.asarray(0.5 * shape.height * np.abs(z) + shape.radius * np.hypot(x, y))
     if isinstance(shape, Box):
         return np.abs(ways) @ (0.5 * np.array(shape.size))
-    if isinstance(shape, HalfSpace):
-        return np.where(ways[:, 2] > 1.0 - 1e-12, 0.0, np.inf)
     return np.asarray((ways @ (shape.points if isinstance(shape, Hull) else shape.vertices).T).max(axis=1))
 
 
@@ -191,8 +199,6 @@ def outline_points(shape: Shape) -> FloatArray:
         return np.vstack(
             [outline_points(part.shape) @ matrix(part.quat).T + np.array(part.offset) for part in shape.parts]
         )
-    if isinstance(shape, HalfSpace):
-        raise ConfigError("a half space has no outline; a field's floor belongs to the world, not to its elements")
     angle = np.arange(_RING) * math.tau / _RING
     half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
     ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -227,25 +233,6 @@ def inner_radius(shape: Shape) -> float:
     if isinstance(shape, Box):
         return min(shape.size) / 2.0
     return float(-ConvexHull(outline_points(shape)).equations[:, 3].max())
-
-
-@lru_cache(maxsize=256)
-def round_radius(shape: Shape) -> float | None:
-    """Radius about z with which a shape rolls on its side [m]; None: it is not round.
-
-    >>> round_radius(Cylinder(0.1, 0.3)), round_radius(Box((0.1, 0.1, 0.3)))
-    (0.1, None)
-    """
-    if isinstance(shape, Sphere | Cylinder):
-        return shape.radius
-    if isinstance(shape, HalfSpace | Mesh):
-        return None
-    low, high = bounding_box(shape)
-    points = outline_points(shape)
-    ends = [outline(points[np.abs(points[:, 2] - z) < _TOUCHES][:, :2]) for z in (low[2], high[2])]
-    radii = [np.linalg.norm(end, axis=1).max() for end in ends]
-    inner = [np.linalg.norm(0.5 * (end + np.roll(end, 1, axis=0)), axis=1).min() for end in ends]
-    return float(max(radii)) if min(inner) > _ROUND * max(radii) else None
 
 
 @lru_cache(maxsize=256)
@@ -308,3 +295,256 @@ def _reach(part: Part) -> float:
     if isinstance(part.shape, Sphere):
         return math.hypot(*part.offset) + part.shape.radius
     return float(np.linalg.norm(outline_points(part.shape) @ matrix(part.quat).T + part.offset, axis=1).max())
+
+
+# --- mass ------------------------------------------------------------------------------------------------------------
+
+
+_ALIGNED = 1e-6  # share of the largest moment that products of inertia may be, for the axes to count as principal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MassProperties:
+    """Of a uniform solid."""
+
+    volume: float
+    """[m^3]; of a compound whose parts overlap, the overlap counts twice."""
+    center: FloatArray
+    """Center of mass in the frame of the shape [m], shape (3,)."""
+    inertia: FloatArray
+    """Inertia tensor about the center of mass, along the axes of the shape, for a mass of 1 kg [m^2], shape (3, 3)."""
+
+
+@lru_cache(maxsize=256)
+def mass_properties(shape: Shape) -> MassProperties:
+    """Volume, center of mass and inertia.
+
+    Raises:
+        ConfigError: The shape has no volume: a mesh, or a hull of points in one plane.
+
+    >>> float(mass_properties(Sphere(0.5)).inertia[0, 0])
+    0.1
+    """
+    if isinstance(shape, Compound):
+        return _compound(shape)
+    if isinstance(shape, Hull):
+        return _hull(shape.points)
+    if isinstance(shape, Sphere):
+        moments = [0.4 * shape.radius**2] * 3
+        volume = 4.0 / 3.0 * math.pi * shape.radius**3
+    elif isinstance(shape, Cylinder):
+        across = (3.0 * shape.radius**2 + shape.height**2) / 12.0
+        moments = [across, across, 0.5 * shape.radius**2]
+        volume = math.pi * shape.radius**2 * shape.height
+    elif isinstance(shape, Box):
+        x, y, z = shape.size
+        moments = [(y * y + z * z) / 12.0, (x * x + z * z) / 12.0, (x * x + y * y) / 12.0]
+        volume = x * y * z
+    else:
+        raise ConfigError(f"a {type(shape).__name__} has no volume and can only stand still")
+    return MassProperties(volume, np.zeros(3), np.diag(moments))
+
+
+def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
+    """Principal moments of a tensor, shape (3, 3), and the attitude of the principal axes, x, y, z, w.
+
+    A tensor that is diagonal already keeps its axes.
+    """
+    moments = np.diag(inertia)
+    if np.abs(inertia - np.diag(moments)).max() <= _ALIGNED * moments.max():
+        a, b, c = moments.tolist()
+        return (a, b, c), IDENTITY
+    from scipy.spatial.transform import Rotation
+
+    values, axes = np.linalg.eigh(inertia)
+    axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0.0, -1.0, 1.0)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 2] *= -1.0
+    a, b, c = values.tolist()
+    x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
+    return (a, b, c), (x, y, z, w)
+
+
+def free_spin(spin: FloatArray, moments: FloatArray, h: float) -> FloatArray:
+    """Angular velocities after h [s] without a torque: Euler's equations, by the classical Runge-Kutta method.
+
+    Args:
+        spin: Along the principal axes [rad/s], shape (n, 3).
+        moments: Principal moments of inertia [kg m^2], shape (n, 3).
+        h: Step [s].
+
+    >>> free_spin(np.array([[0.0, 0.0, 2.0]]), np.array([[2.0, 2.0, 1.0]]), 0.1).tolist()
+    [[0.0, 0.0, 2.0]]
+    """
+    share = (np.roll(moments, -1, axis=1) - np.roll(moments, 1, axis=1)) / moments
+
+    def rate(w: FloatArray) -> FloatArray:
+        return share * np.roll(w, -1, axis=1) * np.roll(w, 1, axis=1)
+
+    a = rate(spin)
+    b = rate(spin + 0.5 * h * a)
+    c = rate(spin + 0.5 * h * b)
+    after: FloatArray = spin + h / 6.0 * (a + 2.0 * (b + c) + rate(spin + h * c))
+    return after
+
+
+def centered(shape: Hull | Compound) -> Hull | Compound:
+    """The same shape with its center of mass in the origin, as a game piece needs it."""
+    center = mass_properties(shape).center
+    if isinstance(shape, Hull):
+        return Hull(shape.points - center)
+    cx, cy, cz = center.tolist()
+    moved = [
+        Part(part.shape, (part.offset[0] - cx, part.offset[1] - cy, part.offset[2] - cz), part.quat)
+        for part in shape.parts
+    ]
+    return Compound(tuple(moved))
+
+
+def _compound(shape: Compound) -> MassProperties:
+    found = [(part, mass_properties(part.shape)) for part in shape.parts]
+    volumes = np.array([one.volume for _, one in found])
+    share = volumes / volumes.sum()
+    places = np.array([np.array(part.offset) + matrix(part.quat) @ one.center for part, one in found])
+    center = share @ places
+    inertia = np.zeros((3, 3))
+    for (part, one), part_share, away in zip(found, share.tolist(), places - center, strict=True):
+        axes = matrix(part.quat)
+        inertia += part_share * (axes @ one.inertia @ axes.T + (away @ away) * np.eye(3) - np.outer(away, away))
+    return MassProperties(float(volumes.sum()), center, inertia)
+
+
+def _hull(points: FloatArray) -> MassProperties:
+    """From tetrahedra between a point inside and the triangles of the surface."""
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise ConfigError("a Hull whose points lie in one plane has no volume; give it some thickness") from error
+    middle = points.mean(axis=0)
+    corners = points[hull.simplices] - middle
+    volumes = np.abs(np.linalg.det(corners)) / 6.0
+    volume = float(volumes.sum())
+    total = corners.sum(axis=1)
+    center = (volumes / volume) @ total / 4.0
+    # second moments of a tetrahedron with a corner in the origin: (sum of the outer products + that of the sum) / 20
+    outer = np.einsum("ijk,ijl->ikl", corners, corners) + np.einsum("ik,il->ikl", total, total)
+    second = np.einsum("i,ikl->kl", volumes / volume, outer) / 20.0 - np.outer(center, center)
+    return MassProperties(volume, middle + center, np.trace(second) * np.eye(3) - second)
+
+
+# --- tubes, rings and cones ------------------------------------------------------------------------------------------
+
+
+_OUTER_FACES = 8  # of each stave: a tube of 12 staves has 96 faces outside
+_WAIST = 0.0001  # [m]; by how much each surface of a tube recedes in its middle
+_TONGUE = 0.008  # [m]; how far each half of a stave reaches into the other,
+_SUNK = 0.2  # and how far it lies under the other's surfaces at its end, share of the wall
+_FEWEST_STAVES = 6
+_MOST_STAVES = 16
+
+
+def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int = 12) -> Compound:
+    """A hollow tube along z around the origin, as a ring of staves: what is thinner than its bore goes through it.
+
+    The bore is a regular polygon around the inner radius; outside there are eight faces a stave, with their edges on
+    the outer radius. Each stave is in two halves, so that an engine finds at least two places where a tube that lies
+    touches the ground (with one it sinks in by 8 mm as it slides). Each half ends in a tongue under the other's
+    surfaces: what slides along and is pressed in a little would be stopped by a face across its way (a pipe's end in
+    the bore lost two thirds of 1.3 m/s).
+
+    Args:
+        length: [m]
+        outer_radius: [m]
+        inner_radius: Of the largest cylinder that passes [m].
+        staves: Of the ring, 6 to 16.
+
+    Raises:
+        ConfigError: A length is not above zero, the bore is not smaller than the tube, or a number of staves that does
+            not do.
+
+    >>> len(tube(length=0.3, outer_radius=0.06, inner_radius=0.05).parts)
+    24
+    """
+    require("tube", "length", length, ROBOT_LENGTH)
+    require("tube", "inner_radius", inner_radius, ROBOT_LENGTH)
+    require("tube", "outer_radius", outer_radius, ROBOT_LENGTH)
+    _require_staves("tube", staves)
+    half = math.pi / staves
+    if not inner_radius / math.cos(half) < outer_radius * math.cos(half / _OUTER_FACES):
+        raise ConfigError(
+            f"tube: a bore of {inner_radius} m leaves no wall in a radius of {outer_radius} m with {staves} staves; "
+            "make it smaller or take more staves"
+        )
+    arc = np.linspace(-half, half, _OUTER_FACES + 1)
+    outside = outer_radius * np.column_stack((np.cos(arc), np.sin(arc)))
+    inside = inner_radius * np.array([[1.0, -math.tan(half)], [1.0, math.tan(half)]])
+    wall = outer_radius - inner_radius
+
+    def thinner(by: float) -> FloatArray:
+        inward = np.array([by, 0.0])
+        return np.vstack((outside - inward, inside + inward))
+
+    sections = ((thinner(0.0), 0.5 * length), (thinner(_WAIST), 0.0), (thinner(_SUNK * wall), -_TONGUE))
+    ups = [np.vstack([np.column_stack((points, np.full(len(points), z))) for points, z in sections])]
+    ups.append(ups[0] * (1.0, 1.0, -1.0))
+    return Compound(tuple(part for points in ups for part in _ring(Hull(points), staves).parts))
+
+
+def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Compound:
+    """A ring around z, as convex segments that are round outside.
+
+    Args:
+        ring_radius: From the axis to the middle of the ring's own section [m].
+        tube_radius: Of that section [m].
+        segments: Parts of the ring, 6 to 16.
+
+    Raises:
+        ConfigError: A radius is not above zero, the section is as large as the ring, or a number of segments that does
+            not do.
+    """
+    require("torus", "tube_radius", tube_radius, ROBOT_LENGTH)
+    require("torus", "ring_radius", ring_radius, ROBOT_LENGTH)
+    _require_staves("torus", segments)
+    if not tube_radius < ring_radius:
+        raise ConfigError(f"torus: ring_radius must be above tube_radius, got {ring_radius} and {tube_radius} m")
+    half = math.pi / segments
+    turn = np.arange(12) * math.tau / 12
+    away, height = ring_radius + tube_radius * np.cos(turn), tube_radius * np.sin(turn)
+    ends = [np.column_stack((away * math.cos(a), away * math.sin(a), height)) for a in (-half, half)]
+    outer = away > ring_radius  # the middle of a segment is round only where it bends outward
+    middle = np.column_stack((away, np.zeros(12), height))[outer]
+    return _ring(Hull(np.vstack((*ends, middle))), segments)
+
+
+def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides: int = 24) -> Hull:
+    """A cone, or the frustum of one, along z; its origin is its center of mass.
+
+    Args:
+        height: [m]
+        bottom_radius: [m]
+        top_radius: 0 for a pointed one [m].
+        sides: Faces around it.
+    """
+    require("cone", "height", height, ROBOT_LENGTH)
+    require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)
+    require("cone", "top_radius", top_radius, ROBOT_HEIGHT)
+    if not (isinstance(sides, int) and 6 <= sides <= 96):
+        raise ConfigError(f"cone: sides must be a whole number from 6 to 96, got {sides!r}")
+    turn = np.arange(sides) * math.tau / sides
+    circle = np.column_stack((np.cos(turn), np.sin(turn)))
+    bottom = np.column_stack((bottom_radius * circle, np.zeros(sides)))
+    top = np.array([[0.0, 0.0, height]])
+    if top_radius > 0.0:
+        top = np.column_stack((top_radius * circle, np.full(sides, height)))
+    shape = centered(Hull(np.vstack((bottom, top))))
+    assert isinstance(shape, Hull)
+    return shape
+
+
+def _ring(segment: Hull, count: int) -> Compound:
+    return Compound(tuple(Part(segment, quat=from_yaw(k * math.tau / count)) for k in range(count)))
+
+
+def _require_staves(name: str, count: int) -> None:
+    if not (isinstance(count, int) and _FEWEST_STAVES <= count <= _MOST_STAVES):
+        raise ConfigError(f"{name}: {_FEWEST_STAVES} to {_MOST_STAVES} parts of a ring, got {count!r}")

@@ -23,10 +23,9 @@ from simcore.physics.ball_dynamics import prepare as prepare_balls
 from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
-from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
-from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius
+from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius, mass_properties, principal_axes
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -94,9 +93,8 @@ class PhysicsWorld:
 
     def _begin(self) -> None:
         """The floor alone."""
-        self._bodies: dict[int, tuple[str, TerrainSurface]] = {}  # name and material by row
-        self._solid: set[int] = set()
-        self._ramps: set[int] = set()
+        self._names: dict[int, str] = {}  # by row
+        self._field: set[int] = set()  # rows of what stands on it, as pieces meet it
         self._carriers: set[int] = set()
         self._hanging: set[int] = set()
         self.robot_rows: list[int] = []
@@ -105,7 +103,6 @@ class PhysicsWorld:
         """The pieces that are balls, and what moves them."""
         self.hanging: list[tuple[int, Vector, float]] = []
         """Of what hangs: engine row, pivot [m], and how far from there it reaches [m]."""
-        self._pieces: list[int] = []
         self._boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
         self.near_field = self._boxes.are_near
@@ -163,13 +160,11 @@ class PhysicsWorld:
         self.balls.add_static(shape, at, quat, surface)
         self._outlines.add(shape, at, quat)
         self._is_ramp = np.append(self._is_ramp, drivable)
+        self._field.add(row)
         if drivable:
             self._ramp_boxes.add(shape, at, quat)
-            self._ramps.add(
-                self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
-            )
+            self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
         else:
-            self._solid.add(row)
             is_met = is_met_in_plan(shape, at, quat)
             group = CollisionGroup.SOLID if is_met else CollisionGroup.STATIC
             self._add_part(name, shape, at, quat, FRICTIONLESS, group, CollisionGroup.ROBOT)
@@ -199,7 +194,7 @@ class PhysicsWorld:
         """A body of a name, with further fields of its `BodyDefinition`."""
         at = _checked_pos(name, pos)
         row = self.engine.add_body(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
-        self._bodies[row] = name, surface
+        self._names[row] = name
         return row
 
     def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
@@ -269,7 +264,6 @@ class PhysicsWorld:
             *(name, shape, pos, surface), mass=mass, inertia=moments, inertia_axes=axes, group=CollisionGroup.PIECE,
             mask=_PIECE_MASK,
         )  # fmt: skip
-        self._pieces.append(row)
         self.balls.add_body(row, shape, surface, mass, moments, inertia_axes=axes)
         return row
 
@@ -301,20 +295,16 @@ class PhysicsWorld:
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
-    def surface(self, row: int) -> TerrainSurface:
-        """Material of a body."""
-        return self._bodies[row][1]
-
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
         """Put a body somewhere, at rest and awake.
 
         Raises:
             NonFiniteError: A NaN or an infinity; nothing is moved.
         """
-        at = _checked_pos(self._bodies[row][0], pos)
+        at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
         if not math.isfinite(norm) or norm < 1e-9:
-            raise NonFiniteError(f"{self._bodies[row][0]}: attitude must be a finite quaternion, got {quat}")
+            raise NonFiniteError(f"{self._names[row]}: attitude must be a finite quaternion, got {quat}")
         self.engine.set_pose(row, at, tuple(c / norm for c in quat))
         self.engine.wake(row)
 
@@ -326,7 +316,7 @@ class PhysicsWorld:
         """
         if not all(map(math.isfinite, (*linear, *angular))):
             raise NonFiniteError(
-                f"{self._bodies[row][0]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
+                f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
             )
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
@@ -376,12 +366,11 @@ class PhysicsWorld:
         """
         if self.floor is None:
             return False
-        boxes = self._ramp_boxes
-        return boxes.is_clear(x, y, reach) or not boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
+        return not self._ramp_boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
-        return not any(row in self._solid or row in self._ramps for row in self.engine.overlapping(low, high))
+        return not any(row in self._field for row in self.engine.overlapping(low, high))
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""
@@ -405,11 +394,11 @@ class PhysicsWorld:
             ends: Field frame [m].
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
-        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
-            return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
         there = np.array(ends).reshape(-1, 3)
-        _, rows = self.first_obstacles(np.repeat(np.array([start]), len(there), axis=0), there, ignore=ignore)
-        return [row >= 0 for row in rows.tolist()]
+        here = np.repeat(np.array([start]), len(there), axis=0)
+        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
+            return [row >= 0 for row in self.solid_rays(here, there).row.tolist()]
+        return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
 
     def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
         """What segments, (n, 3) each [m], meet first of the field and of robots.
@@ -438,17 +427,13 @@ class PhysicsWorld:
             passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
         return fraction, rows
 
-    def touches_robot(self, row: int) -> bool:
-        """Whether a body was in contact with a robot in the last step."""
-        return bool(self.robot_rows) and any(other in self.robot_rows for other in self.engine.touching(row))
-
     def touching(self, row: int) -> set[int]:
         """Rows of the bodies that a robot was in contact with in the last step, walls and robots among them."""
         return {*self.engine.touching(row), *self.robots.touching(row)}
 
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""
-        return self._bodies[row][0]
+        return self._names[row]
 
     def step(self, dt: float, *, substeps: int | None = None) -> None:
         """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.

@@ -11,7 +11,6 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion
 from simcore.physics.contact_law import FOAM, FOAM_STIFFNESS, FoamStiffness, TerrainSurface
-from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shapes import (
     Box,
     Compound,
@@ -20,6 +19,7 @@ from simcore.physics.shapes import (
     Sphere,
     bounding_radius,
     inner_radius,
+    mass_properties,
     mean_frontal_area,
     smallest_thickness,
     stands,
@@ -44,8 +44,8 @@ class GamePieceConfig:
     name: str
     """As the manual and the telemetry keys say it, e.g. `Ball`."""
     shape: Sphere | Cylinder | Box | Hull | Compound
-    """Collision shape, with its center of mass in its origin (see `simcore.physics.round_shapes` for tubes, rings and
-    cones, and `mass_properties.centered`). The piece stands on the ground with the z axis of its shape up."""
+    """Collision shape, with its center of mass in its origin (`simcore.physics.shapes` has tubes, rings and
+    cones, and `centered`). The piece stands on the ground with the z axis of its shape up."""
     mass: float
     """Mass [kg]."""
     friction: float = FOAM.friction
@@ -94,7 +94,7 @@ class GamePieceConfig:
             x, y, z = center.tolist()
             raise ConfigError(
                 f"{self.name}: the origin of its shape must be its center of mass, which is at ({x:.4g}, {y:.4g}, "
-                f"{z:.4g}) m; give `centered(shape)` of simcore.physics.mass_properties"
+                f"{z:.4g}) m; give `centered(shape)` of simcore.physics.shapes"
             )
         thickness = smallest_thickness(shape)
         if thickness < _THINNEST:

@@ -8,8 +8,8 @@ can reach it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +18,6 @@ from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
-from simcore.pieces.footprint import Footprint
-from simcore.pieces.free_places import free_place
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
@@ -27,7 +25,7 @@ from simcore.quantities import FORCE, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
-__all__ = ["GamePieceManager"]
+__all__ = ["Footprint", "GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
@@ -41,17 +39,39 @@ _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0
 """Of boxes, of other shapes of one part and of those of several: way of a point in a step of the engine [m], and
 shortest and longest such step [s]. An engine finds a contact when it is there, and of what is no box one place at a
 time: a disc that falls flat from 1.3 m sinks by 3 mm, in steps of 5 ms by 33 mm."""
+_INSIDE = 0.3  # [m], from the edge of the field to the nearest middle of a piece: within an arm's reach over the rail
+_SPACING = 0.01  # [m], between pieces that are put down
+_MOST_TRIES = 4000
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
 _ALL = (*_LOOSE, _HELD)
 
 
-class Holder(Protocol):
-    """A robot, as the pieces see it."""
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A robot, or what hangs and swings, as the pieces see it."""
 
-    def forget_piece(self, slot: int) -> None:
-        """Have a piece no more."""
-        ...
+    x: float
+    y: float
+    yaw: float
+    half_length: float
+    """Half of the bumper box along its heading [m]."""
+    half_width: float
+    speed: float
+    """Fastest point of the box [m/s], so including spin."""
+    heights: tuple[float, float] = (-math.inf, math.inf)
+    """Of its lowest and highest parts [m]."""
+    waking_speed: float = 0.005
+    """While it is slower, it wakes nothing [m/s]."""
+
+    def gap(self, pos: FloatArray) -> FloatArray:
+        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+        dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        ahead, aside = np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
+        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+        return gap
 
 
 class GamePieceManager:
@@ -78,8 +98,8 @@ class GamePieceManager:
         variation: By which factors pieces differ from their kind; None: not at all.
     """
 
-    holders: Sequence[Holder] = ()
-    """The robots by number, which are told when a piece is taken from them."""
+    on_taken: Sequence[Callable[[int], None]] = ()
+    """By number of the robot: told of a piece that is taken from it."""
 
     def __init__(
         self,
@@ -100,7 +120,6 @@ class GamePieceManager:
         self._balls = self._pool.balls
         self._is_ball = self._pool.is_ball
         self._others = (~self._is_ball).nonzero()[0]
-        self._slot_of = {self._pool.rows[slot]: slot for slot in self._others.tolist()}
         self._is_shot = np.zeros(len(self._pool.rows), dtype=bool)
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
@@ -190,8 +209,8 @@ class GamePieceManager:
         self._require("release", slots, _ALL, positions)
         quats = _quaternions("release", attitudes, len(slots))
         for slot in slots[self.state.status[slots] == _HELD].tolist():
-            if self.state.holder[slot] < len(self.holders):
-                self.holders[self.state.holder[slot]].forget_piece(slot)
+            if self.state.holder[slot] < len(self.on_taken):
+                self.on_taken[self.state.holder[slot]](slot)
         self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
@@ -201,8 +220,8 @@ class GamePieceManager:
             ConfigError: A slot holds no piece, a robot has it, or there is no such robot; nothing has changed.
         """
         self._require("hold", slots, _LOOSE)
-        if holder < 0 or (self.holders and holder >= len(self.holders)):
-            raise ConfigError(f"hold: there are robots 0 to {len(self.holders) - 1}, got {holder}")
+        if holder < 0 or (self.on_taken and holder >= len(self.on_taken)):
+            raise ConfigError(f"hold: there are robots 0 to {len(self.on_taken) - 1}, got {holder}")
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._pool.park(slot)
@@ -703,16 +722,28 @@ class GamePieceManager:
             self.recovered += 1
 
     def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
-        others = self.on_field()
-        place = free_place(
-            self._world,
-            self._pool.types[self.state.kind[slot]],
-            near,
-            self.state.pos[others[others != slot]],
-            robots=self._robots,
-            field_size=self._field_size,
-        )
-        self._release(np.array([slot]), np.array([place]), [IDENTITY])
+        """Put a piece on the carpet, at rest, at the free place nearest to one that is given [m].
+
+        In a field without any free place it is put down above that one.
+        """
+        kind, others = self._pool.types[self.state.kind[slot]], self.on_field()
+        radius, height, taken = kind.bounding_radius, kind.rest_height, self.state.pos[others[others != slot]]
+        most = np.array(self._field_size) - _INSIDE
+        middle = np.clip(near, _INSIDE, most)
+        apart, reach = 2.0 * radius + _SPACING, np.array((radius, radius, height - 0.01))
+        place = np.array((*middle, height + 1.0))
+        for offset in _spiral(apart):
+            spot = np.array((*(middle + offset), height))
+            if (
+                (spot[:2] >= _INSIDE).all()
+                and (spot[:2] <= most).all()
+                and not (_squares(taken - spot) < apart * apart).any()
+                and not any(robot.gap(spot[None])[0] < radius for robot in self._robots)
+                and self._world.is_free((spot - reach).tolist(), (spot + reach).tolist())
+            ):
+                place = spot
+                break
+        self._release(np.array([slot]), place[None], [IDENTITY])
 
     def _require(self, what: str, slots: IntArray, allowed: Sequence[int], rows: FloatArray | None = None) -> None:
         """Check a whole request before the first change."""
@@ -764,3 +795,16 @@ def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Qu
     if rows.shape != (count, 4) or not np.allclose(np.linalg.norm(rows, axis=-1), 1.0, atol=1e-6):
         raise ConfigError(f"{what}: {count} unit quaternions x, y, z, w are needed as attitudes, got {attitudes}")
     return [(x, y, z, w) for x, y, z, w in rows.tolist()]
+
+
+def _spiral(spacing: float) -> Iterator[tuple[float, float]]:
+    """Offsets [m] around the middle, nearest first: rings `spacing` apart with places `spacing` apart."""
+    yield 0.0, 0.0
+    tries, ring = 1, 1
+    while tries < _MOST_TRIES:
+        count = math.floor(2.0 * math.pi * ring)
+        for number in range(count):
+            angle = 2.0 * math.pi * number / count
+            yield ring * spacing * math.cos(angle), ring * spacing * math.sin(angle)
+        tries += count
+        ring += 1

@@ -106,50 +106,35 @@ class PiecePool:
         """Engine row of each slot, -1 of a ball."""
         self.changes = 0
         """Grows whenever a piece may have come, gone or moved."""
-        self.radius = np.zeros(n)
-        """Bounding radius of each slot's piece [m], shape (n,)."""
-        self.mass = np.zeros(n)
-        """Of each slot's piece [kg], shape (n,)."""
         self.size = np.ones(n) if variation is None else variation.diameter
         """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
-        self.drag = np.zeros(n)
-        """See `AirFactors`; of each slot's piece [1/m], shape (n,)."""
-        self.lift_share = np.ones(n) if variation is None else variation.diameter**3 / variation.mass
-        """Spin lift of each slot's piece over that of its kind [-], shape (n,)."""
-        self.air = [config.air for config in self.types]
-        """What the air does to pieces of each kind; `drag` and `lift_share` have what single ones differ by."""
         self.balls = make_balls(self.state.status, self.state.pos, self.state.vel)
-        """The arrays of the loop; rows of pieces that are no balls are of no use there."""
+        """The arrays of the loop; it leaves out the rows of pieces that are no balls."""
+        self.radius, self.mass = self.balls.radius, self.balls.mass
+        """Bounding radius [m] and mass [kg] of each slot's piece, shape (n,)."""
+        self.drag = self.balls.air[:, 0]
+        """See `AirFactors`; of each slot's piece [1/m], shape (n,)."""
         slot = 0
         for kind, (config, count) in enumerate(types):
-            mine = slice(slot, slot + count)
-            self.state.kind[mine], self.radius[mine] = kind, config.bounding_radius
-            self.mass[mine], self.drag[mine] = config.mass, self.air[kind].drag
-            restitution = np.full(count, config.restitution)
+            mine, balls = slice(slot, slot + count), self.balls
+            self.state.kind[mine] = kind
+            balls.is_ball[mine] = is_ball = isinstance(config.shape, Sphere)
+            balls.radius[mine], balls.mass[mine] = config.bounding_radius, config.mass
+            balls.foam[mine], balls.surface[mine] = config.foam, (config.friction, config.restitution, config.rolling)
+            balls.air[mine] = config.air
             if variation is not None:
-                self.mass[mine] *= variation.mass[mine]
-                self.drag[mine] *= variation.drag[mine] * variation.diameter[mine] ** 2 / variation.mass[mine]
-                restitution = np.minimum(1.0, restitution * variation.restitution[mine])
-            if isinstance(config.shape, Sphere):
-                self._describe_balls(mine, config, restitution)
+                balls.mass[mine] *= variation.mass[mine]
+                balls.air[mine, 0] *= variation.drag[mine] * variation.diameter[mine] ** 2 / variation.mass[mine]
+                balls.air[mine, 1] *= variation.diameter[mine] ** 3 / variation.mass[mine]
+                balls.surface[mine, 1] = np.minimum(1.0, config.restitution * variation.restitution[mine])
+            if is_ball:
                 self.rows += [-1] * count
             else:
-                self._make_bodies(slot, config, restitution)
+                self._make_bodies(slot, config, balls.surface[mine, 1])
             slot += count
         self.is_ball = self.balls.is_ball.astype(bool)
         """Which slots are balls, shape (n,)."""
         world.balls.set_balls(self.balls)
-
-    def _describe_balls(self, mine: slice, config: GamePieceConfig, restitution: FloatArray) -> None:
-        balls, air = self.balls, config.air
-        balls.is_ball[mine] = 1
-        balls.radius[mine], balls.mass[mine] = self.radius[mine], self.mass[mine]
-        balls.foam[mine] = config.foam
-        balls.surface[mine, 0], balls.surface[mine, 1], balls.surface[mine, 2] = (
-            config.friction, restitution, config.rolling,
-        )  # fmt: skip
-        balls.air[mine, 0], balls.air[mine, 1] = self.drag[mine], air.lift * self.lift_share[mine]
-        balls.air[mine, 2], balls.air[mine, 3] = air.lift_saturation, air.spin_drag
 
     def _make_bodies(self, slot: int, config: GamePieceConfig, restitution: FloatArray) -> None:
         for number, bounce in enumerate(restitution.tolist()):
@@ -178,9 +163,8 @@ class PiecePool:
 
     def air_of(self, slot: int) -> AirFactors:
         """What the air does to one piece."""
-        air = self.air[self.state.kind[slot]]
-        drag, lift = float(self.drag[slot]), air.lift * float(self.lift_share[slot])
-        return AirFactors(drag=drag, lift=lift, lift_saturation=air.lift_saturation)
+        drag, lift, saturation, spin_drag = self.balls.air[slot].tolist()
+        return AirFactors(drag, lift, saturation, spin_drag)
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.

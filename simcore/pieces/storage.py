@@ -10,8 +10,7 @@ from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.pieces.hopper import Hopper
-from simcore.pieces.hopper_config import FACES, HopperConfig
+from simcore.pieces.hopper import FACES, Hopper, HopperConfig
 from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
 
 __all__ = ["Storage", "StorageConfig"]

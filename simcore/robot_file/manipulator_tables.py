@@ -8,7 +8,7 @@ from typing import Any
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
-from simcore.pieces.hopper_config import FACES, HopperConfig
+from simcore.pieces.hopper import FACES, HopperConfig
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from simcore.shooting.shot_check import Check
-from simcore.shooting.shot_table import ShotBand, ShotTable, ShotTableRow
+from simcore.shooting.shot_table import Check, ShotBand, ShotTable, ShotTableRow, stretches
 from simcore.show.palette import color
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.svg import document, element, line, nested, ticks, words
@@ -32,35 +31,18 @@ _MOST = 16  # panels
 
 def _values(row: ShotTableRow, check: Check | None = None) -> dict[str, Any]:
     """A row by the names of its columns, unit and all; None for what there is not."""
-    stand = row.stand
-    numbers: dict[str, Any] = {
-        "bearing_deg": math.degrees(stand.bearing),
-        "bearings_deg": " ".join(f"{bearing:.0f}" for bearing in sorted(math.degrees(b) for b, _ in row.bearings)),
-        "elevation_deg": math.degrees(row.elevation),
-        "hood_turns": None if row.hood is None else row.hood / math.tau,
-        "speed_mps": row.speed,
-        "wheel_rps": row.wheel_speed / math.tau,
-        "lead_deg": math.degrees(row.lead),
-        "time_of_flight_s": row.time_of_flight,
-        "entry_angle_deg": math.degrees(row.entry_angle),
-        "by_board": row.by_board,
-        **dict(zip(("slowest_mps", "fastest_mps"), row.speeds, strict=True)),
-        **dict(zip(("flattest_deg", "steepest_deg"), map(math.degrees, row.elevations), strict=True)),
-        "margin_sd": row.margin,
-    }
+    distance, _, radial, tangential = row.stand
+    values: dict[str, Any] = {
+        "distance_m": distance, "radial_mps": radial, "tangential_mps": tangential, "feasible": not row.problem,
+        "problem": row.problem,
+    }  # fmt: skip
+    for name, number in row.shot.items():
+        is_number = isinstance(number, float)
+        values[name] = None if is_number and not math.isfinite(number) else round(number, 4) if is_number else number
     for name, share in {"share": row.share, "between": row.between, "check": check and check.found}.items():
         for end, part in (("", "value"), ("_lower", "lower"), ("_upper", "upper"), ("_shots", "n")):
-            numbers[f"{name}{end}"] = None if share is None else getattr(share, part)
-    values: dict[str, Any] = {
-        "distance_m": stand.distance,
-        "radial_mps": stand.radial,
-        "tangential_mps": stand.tangential,
-        "feasible": row.is_feasible,
-        "problem": row.problem,
-    }
-    for name, number in numbers.items():
-        is_there = row.is_feasible and number is not None and (isinstance(number, str) or math.isfinite(number))
-        values[name] = (round(number, 4) if isinstance(number, float) else number) if is_there else None
+            number = None if share is None else getattr(share, part)
+            values[f"{name}{end}"] = round(number, 4) if isinstance(number, float) else number
     values["check_holds"] = check and check.holds
     return values
 
@@ -97,9 +79,10 @@ def table_python(table: ShotTable) -> str:
     for row in table.rows:
         key, shot, note = (row.stand.distance, *row.stand[2:]), None, row.problem
         if row.share is not None:
-            values, bearing = _values(row), math.degrees(row.stand.bearing)
+            values = _values(row)
             shot = tuple(values[name] for name in _COLUMNS)
-            where = f", off the board: at a bearing of {bearing:.0f} deg alone" if row.by_board else ""
+            bearing = f", off the board: at a bearing of {values['bearing_deg']:.0f} deg alone"
+            where = bearing if row.shot["by_board"] else ""
             note = f"{row.share.value:.1%} go in{where}"
         shots += f"    {key!r}: {shot!r},  # {note}\n"
         gaps |= {key} if row.is_gap else set()
@@ -165,25 +148,23 @@ def draw_bands(path: str | Path, table: ShotTable) -> None:
     Raises:
         OutputError: The picture cannot be written there, or as that kind of file.
     """
-    path = writable_picture(path)
-    task = table.task
-    bands = [row.band for row in table.rows if row.band is not None]
-    speeds = [band.speeds[band.inside.any(axis=0)] for band in bands]
-    inside = np.concatenate([some for some in speeds if len(some)] or [np.array([task.min_speed, task.max_speed])])
-    low, high = task.elevations
-    box = (float(inside.min()) * 0.95, float(inside.max()) * 1.05, math.degrees(low) - 4.0, math.degrees(high) + 4.0)
+    path, task, rows = writable_picture(path), table.task, table.rows[:_MOST]
+    low, high = map(math.degrees, task.elevations)
+    bands = [row.band for row in rows if row.band is not None]
+    drawn = [s for band in bands for s in band.speeds[band.inside.any(axis=0)].tolist()]
+    drawn = drawn or [task.min_speed, task.max_speed]
+    box = (0.95 * min(drawn), 1.05 * max(drawn), low - 4.0, high + 4.0)
     parts = [
         words(40.0, 44.0, f"Shots that go into {task.zone.name}", 27, ink=color("ink"), bold=True),
         words(40.0, 72.0, "elevation over speed, by distance, from all barrels; cross: the shot of the table; its "
               "arms: how far speed and elevation alone may be off", 15),
     ]  # fmt: skip
-    rows = table.rows[:_MOST]
+    width, height = _PANEL
     for number, row in enumerate(rows):
         y, x = divmod(number, _ABREAST)
-        parts.append(nested(_panel(row, box), 40.0 + x * (_PANEL[0] + 10.0), 90.0 + y * (_PANEL[1] + 14.0), *_PANEL))
-    lines = math.ceil(len(rows) / _ABREAST)
-    height = 100.0 + lines * (_PANEL[1] + 14.0)
-    save_drawing(document((0.0, 0.0, _WIDTH, height), *parts), path, round(_WIDTH))
+        parts.append(nested(_panel(row, box), 40.0 + x * (width + 10.0), 90.0 + y * (height + 14.0), width, height))
+    bottom = 100.0 + math.ceil(len(rows) / _ABREAST) * (height + 14.0)
+    save_drawing(document((0.0, 0.0, _WIDTH, bottom), *parts), path, round(_WIDTH))
 
 
 def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
@@ -192,16 +173,14 @@ def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
     slow, fast, flat, steep = box
 
     def across(speed: float) -> float:
-        return left + (speed - slow) / (fast - slow) * width
+        return left + (min(max(speed, slow), fast) - slow) / (fast - slow) * width
 
     def down(elevation_deg: float) -> float:
-        return top + (steep - elevation_deg) / (steep - flat) * height
+        return top + (steep - min(max(elevation_deg, flat), steep)) / (steep - flat) * height
 
     distance, _, radial, tangential = row.stand
     moving = f", moving {radial:g} / {tangential:g} m/s" if radial or tangential else ""
     parts = [words(left, top - 9.0, f"{distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
-    if row.share is not None:
-        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
     for speed in ticks(slow, fast, 6):
         parts.append(line(across(speed), top, across(speed), top + height, stroke=color("grid")))
         parts.append(words(across(speed), top + height + 15.0, f"{speed:g}", 11.5, anchor="middle"))
@@ -213,27 +192,25 @@ def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
     parts.append(words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=middle))
     if row.band is not None:
         parts.append(element("g", *_runs(row.band, across, down), fill=color("hit"), opacity=0.45))
-    if row.is_feasible:
-        x, y = across(row.speed), down(math.degrees(row.elevation))
-        look = {"stroke": color("ink"), "stroke_width": 1.8}
-        flattest, steepest = (down(math.degrees(angle)) for angle in row.elevations)
-        parts.append(line(across(row.speeds[0]), y, across(row.speeds[1]), y, **look))
-        parts.append(line(x, flattest, x, steepest, **look))
+    if row.share is not None:
+        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
+        shot, look = row.shot, {"stroke": color("ink"), "stroke_width": 1.8}
+        x, y = across(shot["speed_mps"]), down(shot["elevation_deg"])
+        parts.append(line(across(shot["slowest_mps"]), y, across(shot["fastest_mps"]), y, **look))
+        parts.append(line(x, down(shot["flattest_deg"]), x, down(shot["steepest_deg"]), **look))
         parts.append(element("circle", cx=x, cy=y, r=4.0, fill=color("ink")))
-    else:
-        for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
-            parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
+    for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
+        parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
     return document((0.0, 0.0, *_PANEL), *parts)
 
 
 def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[float], float]) -> list[str]:
-    """A bar for each unbroken stretch of speeds of each elevation."""
+    """A bar for each unbroken stretch of speeds of each elevation that is drawn."""
     bars = []
     half = 0.5 * math.degrees(float(band.elevations[1] - band.elevations[0]))
     for elevation, inside in zip(np.degrees(band.elevations).tolist(), band.inside, strict=True):
-        edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0]
-        for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            start, end = across(float(band.speeds[first])), across(float(band.speeds[last - 1]))
-            y = down(elevation + half)
-            bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=down(elevation - half) - y))
+        y, bottom = down(elevation + half), down(elevation - half)
+        for first, last in stretches(inside) if bottom > y else ():
+            start, end = across(float(band.speeds[first])), across(float(band.speeds[last]))
+            bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=bottom - y))
     return bars

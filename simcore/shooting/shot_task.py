@@ -198,6 +198,12 @@ class ShotTask:
             )
         return low, high
 
+    def can_tilt(self, elevation: FloatArray) -> BoolArray:
+        """Which elevations [rad], shape (n,), the shooter can have."""
+        low, high = self.elevations
+        within: BoolArray = (elevation > low - 1e-9) & (elevation < high + 1e-9)
+        return within
+
     def hood_for(self, elevation: float) -> float | None:
         """Angle of the hood that gives an elevation [rad]; None where there is none."""
         shooter = self.shooter

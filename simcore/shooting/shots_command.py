@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,9 +15,8 @@ from simcore.match.registry import find_game
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, text_flag
-from simcore.shooting.shot_check import check_by_flights, check_in_match
 from simcore.shooting.shot_files import draw_bands, table_csv, table_json, table_python
-from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
+from simcore.shooting.shot_table import ShotTable, ShotTableRow, check_by_flights, check_in_match, make_table
 from simcore.shooting.shot_task import ShotTask
 from simcore.sweep.factor_paths import vary_robot
 from simcore.sweep.factors import parse_factor
@@ -127,6 +125,7 @@ def _said(row: ShotTableRow) -> str:
 
 
 def _print(table: ShotTable) -> None:
+    """The table on the console."""
     task = table.task
     shown = Table(title=f"{task.zone.name}, {task.kind.name.lower()}, all {len(task.barrels)} barrels")
     moving = any(row.stand.radial or row.stand.tangential for row in table.rows)
@@ -135,24 +134,25 @@ def _print(table: ShotTable) -> None:
     for name in names:
         shown.add_column(name, justify="right")
     for row in table.rows:
-        distance, _, radial, tangential = row.stand
+        (distance, _, radial, tangential), shot = row.stand, row.shot
         head = [f"{distance:g} m", *([f"{radial:g}", f"{tangential:g} m/s"] if moving else [])]
         if row.share is None:
             shown.add_row(*head, row.problem)
             continue
+        speed, elevation = shot["speed_mps"], shot["elevation_deg"]
         shown.add_row(
             *head,
-            f"{math.degrees(row.elevation):.1f} deg",
-            "" if row.hood is None else f"{math.degrees(row.hood):.1f} deg",
-            f"{row.speed:.2f} m/s{' *' if row.by_board else ''}",
-            f"{row.wheel_speed / math.tau:.1f} turns/s",
-            *([f"{math.degrees(row.lead):.1f} deg"] if moving else []),
-            f"{row.time_of_flight:.2f} s",
-            " ".join(f"{limit / row.speed - 1.0:+.0%}" for limit in row.speeds),
-            " ".join(f"{math.degrees(limit - row.elevation):+.0f}" for limit in row.elevations) + " deg",
+            f"{elevation:.1f} deg",
+            "" if shot["hood_turns"] is None else f"{360.0 * shot['hood_turns']:.1f} deg",
+            f"{speed:.2f} m/s{' *' if shot['by_board'] else ''}",
+            f"{shot['wheel_rps']:.1f} turns/s",
+            *([f"{shot['lead_deg']:.1f} deg"] if moving else []),
+            f"{shot['time_of_flight_s']:.2f} s",
+            " ".join(f"{shot[end] / speed - 1.0:+.0%}" for end in ("slowest_mps", "fastest_mps")),
+            " ".join(f"{shot[end] - elevation:+.0f}" for end in ("flattest_deg", "steepest_deg")) + " deg",
             f"{row.share.value:.1%}",
             "" if row.between is None else f"{row.between.value:.1%}",
         )
     Console(width=150).print(shown)
-    if any(row.by_board for row in table.rows):
+    if any(row.shot["by_board"] for row in table.rows):
         print("* off the board behind the target, from the bearing in shots.csv alone")

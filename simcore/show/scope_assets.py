@@ -15,7 +15,6 @@ import numpy as np
 
 from simcore.errors import OutputError
 from simcore.match.camera_rig import tag_layout
-from simcore.physics.shapes import HalfSpace
 from simcore.show.palette import flat, rgb, tint
 from simcore.typing import FloatArray
 from simcore.units import inches
@@ -51,10 +50,9 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     field, name = folder / f"Field3d_{word}", f"Simcore {game.heading}"
     meshes = {"carpet": model_parts.carpet(game.field.size)}
     for element in game.field.load().elements:
-        if not isinstance(element.shape, HalfSpace):
-            mesh = model_parts.shape_mesh(element.shape)
-            mesh.apply_translation(element.position)
-            meshes[element.name] = model_parts.painted(mesh, rgb(flat(tint(element.name)[0])))
+        mesh = model_parts.shape_mesh(element.shape)
+        mesh.apply_translation(element.position)
+        meshes[element.name] = model_parts.painted(mesh, rgb(flat(tint(element.name)[0])))
     pieces = {}
     for kind in (supply.kind for supply in game.pieces):
         for what, color, scale in ((kind.name, rgb(kind.color), 1.0), (kind.name + IN_FLIGHT, model_parts.ORANGE, 1.1)):

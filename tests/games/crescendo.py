@@ -38,8 +38,7 @@ from simcore.match.game import (
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldBoundary, FieldElement, box_element
-from simcore.physics.round_shapes import torus
-from simcore.physics.shapes import Cylinder
+from simcore.physics.shapes import Cylinder, torus
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig

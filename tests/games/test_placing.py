@@ -12,7 +12,7 @@ from simcore.errors import SimcoreError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
-from simcore.pieces.footprint import Footprint
+from simcore.pieces.piece_manager import Footprint
 
 GAMES = ("rebuilt", "reefscape")
 _DEEPEST = 0.020  # [m]

@@ -18,11 +18,10 @@ from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import ShooterConfig

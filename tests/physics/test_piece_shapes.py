@@ -14,9 +14,7 @@ from simcore.match.game import PieceSupply
 from simcore.match.motion import Motion
 from simcore.physics.contact_law import CARPET, TerrainSurface
 from simcore.physics.field import FieldElement
-from simcore.physics.mass_properties import mass_properties
-from simcore.physics.round_shapes import cone, torus, tube
-from simcore.physics.shapes import Box, Cylinder, Hull, outline_points
+from simcore.physics.shapes import Box, Cylinder, Hull, cone, mass_properties, outline_points, torus, tube
 from simcore.physics.world import CollisionGroup, PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager

@@ -17,8 +17,7 @@ from simcore.match.motion import BareRobot, Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig

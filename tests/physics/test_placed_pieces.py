@@ -15,8 +15,7 @@ from simcore.geometry.zones import CylinderZone
 from simcore.match.game import Game, PieceSupply
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldElement, box_element
-from simcore.physics.round_shapes import tube
-from simcore.physics.shapes import Cylinder, Sphere
+from simcore.physics.shapes import Cylinder, Sphere, tube
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace
@@ -115,7 +114,7 @@ def test_what_is_full_or_lies_wrong_or_leans_on_a_robot_does_not_count():
         assert match.pieces.places.slots("floor").tolist() == [slot]
         match.robots[0].drive.set_volts([2.0] * 4, [0.0] * 4)
         match.play(2.0)
-        assert match.world.touches_robot(match.pieces._pool.rows[slot]), "held against the table"
+        assert match.pieces.robots_touching(slot), "held against the table"
         assert match.pieces.places.slots().tolist() == []
         match.robots[0].drive.set_volts([-2.0] * 4, [0.0] * 4)
         match.play(2.0)

@@ -13,9 +13,8 @@ from simcore.match.motion import Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 
 DT = 0.02

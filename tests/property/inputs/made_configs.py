@@ -25,7 +25,7 @@ from simcore.match.human_actions import HumanAction
 from simcore.match.registry import installed_games
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
-from simcore.pieces.hopper_config import HopperConfig
+from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import RestingPlace

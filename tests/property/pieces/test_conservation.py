@@ -13,9 +13,8 @@ from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreEr
 from simcore.match.motion import Motion
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.footprint import Footprint
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)

@@ -9,9 +9,22 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, matrix
-from simcore.physics.mass_properties import centered, mass_properties, principal_axes
-from simcore.physics.round_shapes import cone, torus, tube
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere, bounding_box
+from simcore.physics.shapes import (
+    Box,
+    Compound,
+    Cylinder,
+    Hull,
+    Mesh,
+    Part,
+    Sphere,
+    bounding_box,
+    centered,
+    cone,
+    mass_properties,
+    principal_axes,
+    torus,
+    tube,
+)
 
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
@@ -67,8 +80,8 @@ def test_a_compound_counts_its_turned_parts():
 
 
 def test_what_has_no_volume_is_refused():
-    with pytest.raises(ConfigError, match="HalfSpace has no volume"):
-        mass_properties(HalfSpace())
+    with pytest.raises(ConfigError, match="Mesh has no volume"):
+        mass_properties(Mesh(np.eye(3), np.array([[0, 1, 2]])))
     with pytest.raises(ConfigError, match="one plane"):
         mass_properties(Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])))
 
@@ -80,7 +93,7 @@ def test_what_has_no_volume_is_refused():
         (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.03, staves=3), "parts of a ring, got 3"),
         (lambda: torus(ring_radius=0.1, tube_radius=0.2), "ring_radius must be above"),
         (lambda: cone(height=0.1, bottom_radius=0.1, top_radius=-1.0), "top_radius must be a number from 0"),
-        (lambda: Part(HalfSpace()), "got a HalfSpace"),
+        (lambda: Part(Mesh(np.eye(3), np.array([[0, 1, 2]]))), "got a Mesh"),
         (lambda: Part(Sphere(0.1), quat=(0.0, 0.0, 0.0, 2.0)), "unit quaternion"),
         (lambda: Compound(()), "at least one part"),
     ],

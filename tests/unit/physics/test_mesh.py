@@ -8,10 +8,9 @@ from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, FieldMeshError
 from simcore.physics.field import FieldGeometry
-from simcore.physics.mesh import decompose, plates
+from simcore.physics.mesh import Sheet, decompose
 from simcore.physics.obj import ObjGroup, format_obj, read_obj, triangulate
 from simcore.physics.shapes import Box, Hull, Mesh
-from simcore.physics.sheets import Sheet
 
 SQUARE = np.array([[0.0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
@@ -20,7 +19,7 @@ TWO = np.array([[0, 1, 2], [0, 2, 3]])
 def classify(vertices, triangles, *, plate_thickness=0.05):
     """The shapes that stand for some triangles, with plates behind the free side of open surfaces as they are wound."""
     pieces = decompose(vertices, triangles)
-    return tuple(part for p in pieces for part in (plates(p, plate_thickness) if isinstance(p, Sheet) else [p]))
+    return tuple(part for p in pieces for part in (p.plates(plate_thickness) if isinstance(p, Sheet) else [p]))
 
 
 def parts_of(mesh, **kwargs):

@@ -9,7 +9,6 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, from_rpy
-from simcore.physics.round_shapes import cone, torus, tube
 from simcore.physics.shapes import (
     Box,
     Compound,
@@ -19,11 +18,14 @@ from simcore.physics.shapes import (
     Sphere,
     bounding_box,
     bounding_radius,
+    cone,
     inner_radius,
     mean_frontal_area,
     smallest_thickness,
     stands,
     support_height,
+    torus,
+    tube,
 )
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from games.rebuilt.game import REBUILT
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.field import FieldGeometry
-from simcore.physics.mesh import decompose, plates
+from simcore.physics.mesh import decompose
 from simcore.physics.obj import ObjGroup, format_obj
 from simcore.physics.shapes import Box
 
@@ -24,7 +24,7 @@ CX, CY = 4.0, 4.0
 
 def plates_of(vertices, triangles):
     """Plates for an open surface, behind the side that most of its faces look to."""
-    return [plate for sheet in decompose(vertices, triangles) for plate in plates(sheet, 0.05)]
+    return [plate for sheet in decompose(vertices, triangles) for plate in sheet.plates(0.05)]
 
 
 def funnel(name="hub_funnel", *, outward=False):

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.pieces.hopper import _SHARE, _STEPS, Hopper, arch_holds
-from simcore.pieces.hopper_config import HopperConfig
+from simcore.pieces.hopper import _SHARE, _STEPS, Hopper, HopperConfig, arch_holds
 from simcore.pieces.storage import Storage, StorageConfig
 from simcore.units import GRAVITY, TICK
 

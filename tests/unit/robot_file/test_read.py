@@ -11,7 +11,7 @@ import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
-from simcore.pieces.hopper_config import HopperConfig
+from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.mass_distribution import moved_points

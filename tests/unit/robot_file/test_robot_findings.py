@@ -11,7 +11,7 @@ from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from games.reefscape.robot import reefscape_robot
 from simcore.geometry.linkage import Joint
-from simcore.pieces.hopper_config import HopperConfig
+from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
