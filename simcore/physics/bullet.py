@@ -43,7 +43,7 @@ from simcore.physics.shapes import Compound, Hull, Sphere, bounding_radius
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["BulletEngine"]
+__all__ = ["BulletEngine", "load_pybullet"]
 
 _SOLVER_ITERATIONS = 32
 """At most."""
@@ -57,7 +57,12 @@ _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 _flat = chain.from_iterable
 
 
-def _load_pybullet() -> Any:
+def load_pybullet() -> Any:
+    """The module, imported without the line that it prints.
+
+    Raises:
+        EngineError: It is not installed.
+    """
     try:
         with _silent_stdio():  # it prints its build time with C printf, into the middle of our output
             import pybullet
@@ -110,7 +115,7 @@ class BulletEngine(Engine):
 
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
-        p = self._p = _load_pybullet()
+        p = self._p = load_pybullet()
         client = p.connect(p.DIRECT)
         if client < 0:
             raise EngineError("PyBullet refused a new world; close some of the open ones (each holds about 30 MB)")

@@ -20,8 +20,7 @@ from simcore.shooting.shot_check import check_by_flights, check_in_match
 from simcore.shooting.shot_files import draw_bands, table_csv, table_json, table_python
 from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
 from simcore.shooting.shot_task import ShotTask
-from simcore.sweep.factor_paths import vary_robot
-from simcore.sweep.factors import parse_factor
+from simcore.sweep.factors import parse_factor, vary_robot
 from simcore.sweep.one_run import robot_of
 from simcore.telemetry.sinks import require_writable, write_text
 

@@ -29,13 +29,11 @@ def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
     assert [run.point for run in runs[6:]] == list(range(6))
 
 
-@pytest.mark.parametrize(
-    ("design", "count"), [("random", 8), ("latin", 8), ("sobol", 8), ("morris", 24), ("saltelli", 32)]
-)
-def test_sampled_designs_are_the_same_every_time(design, count):
+@pytest.mark.parametrize("design", ["random", "latin", "sobol"])
+def test_sampled_designs_are_the_same_every_time(design):
     experiment = Experiment(factors=(DRAWN, CHARGE), design=design, samples=8)
     points = experiment.design_points()
-    assert len(points) == count == experiment.count == len(experiment.runs())
+    assert len(points) == 8 == experiment.count == len(experiment.runs())
     assert points == experiment.design_points()
     assert {charge for _, charge in points} <= {0.3, 0.6, 1.0}
     assert all(45.0 < mass < 65.0 for mass, _ in points)
