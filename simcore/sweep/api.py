@@ -29,7 +29,6 @@ def sweep(
     scheduler: str | None = None,
     out: str | Path | None = None,
     on_row: Callable[[dict[str, Any], int], None] | None = None,
-    say: Callable[[str], object] = print,
 ) -> Results:
     """Play all runs of an experiment.
 
@@ -43,7 +42,6 @@ def sweep(
         scheduler: Address of a Dask scheduler; None: with `dask`, a cluster on this machine.
         out: Folder for the store of rows, `runs.sqlite`; None: they are kept in memory only.
         on_row: Called with each row that is there, and with how many were taken from the store.
-        say: Told in one sentence when rows cannot be written any more; the runs go on.
 
     Returns:
         Their rows, by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
@@ -60,7 +58,7 @@ def sweep(
     try:
         if store is not None:
             known = store.rows(keys)
-            store.note(experiment)
+            store.set_experiment(experiment)
             for planned, key in zip(runs, keys, strict=True):
                 if key in known:
                     rounds.add({**known[key], **planned_values(planned)})
@@ -74,17 +72,12 @@ def sweep(
                     break
                 rounds.add(row)
                 if store is not None:
-                    had_problem = store.problem
                     store.add(keys[row["run"]], row)
-                    if store.problem and not had_problem:
-                        say(f"{store.problem}; the runs go on, and are kept in memory")
                 if on_row is not None:
                     on_row(row, stored)
     finally:
         if store is not None:
             store.close()
-            if store.unsaved:
-                say(f"{store.problem}: {store.unsaved} runs are not in it")
     return Results(rounds.counted, experiment)
 
 

@@ -9,6 +9,7 @@ import subprocess
 import tarfile
 from collections import Counter
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -193,11 +194,8 @@ def _stored(sides: list[_Side], words: tuple[str, str]) -> Results:
     """The tables of two sweeps as one, with the sweep as a factor."""
     rows, experiments = [], []
     for side, word in zip(sides, words, strict=True):
-        store = RunStore(Path(side.value), must_exist=True)
-        try:
+        with closing(RunStore(Path(side.value), must_exist=True)) as store:
             experiments.append(store.experiment())
-        finally:
-            store.close()
         rows += [{**row, _RESULTS: word} for row in read_rows(side.value)]
     first, second = ({factor.name for factor in experiment.factors} for experiment in experiments)
     if first != second:

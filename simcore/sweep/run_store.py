@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ CREATE TABLE IF NOT EXISTS experiments (
 );
 CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
 """
+_log = logging.getLogger(__name__)
 _AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
 _BUSY = 30.0  # [s]; another sweep may be writing to the same file
 
@@ -28,7 +30,7 @@ class RunStore:
     """Rows by the keys of their runs, and the experiments that they were played for.
 
     A disk that is full, or a file that cannot be written any more, stops no sweep: rows stay in memory, are tried again
-    with each further one, and `problem` says what is wrong.
+    with each further one, and a warning says so.
 
     Args:
         folder: Of the file; made if it is not there.
@@ -42,8 +44,7 @@ class RunStore:
         self.path = folder / FILE_NAME
         if must_exist and not self.path.is_file():
             raise OutputError(f"{folder}: there are no runs in it: no file {FILE_NAME}")
-        self.problem = ""
-        """Why the last row could not be written; empty: it was."""
+        self._problem = ""  # why the last row could not be written
         self._unsaved: dict[str, tuple[str, str]] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -54,16 +55,13 @@ class RunStore:
             raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
 
     def close(self) -> None:
-        """Write what could not be written before, and close; `problem` says if it still cannot."""
+        """Write what could not be written before, and close."""
         self._write()
         self._base.close()
+        if self._unsaved:
+            _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
-    @property
-    def unsaved(self) -> int:
-        """Rows that are in memory only."""
-        return len(self._unsaved)
-
-    def note(self, experiment: Experiment) -> None:
+    def set_experiment(self, experiment: Experiment) -> None:
         """Remember what is played, as the newest."""
         key, description = experiment.key, json.dumps(experiment.to_json())
         try:
@@ -107,11 +105,13 @@ class RunStore:
             self._base.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?)", rows)
             self._base.execute("COMMIT")
         except sqlite3.Error as error:
-            self.problem = f"{self.path} cannot be written: {_reason(error)}"
+            if not self._problem:
+                self._problem = f"{self.path} cannot be written: {_reason(error)}"
+                _log.warning("%s; the runs go on, and are kept in memory", self._problem)
             if self._base.in_transaction:
                 self._base.execute("ROLLBACK")
         else:
-            self.problem = ""
+            self._problem = ""
             self._unsaved.clear()
 
 

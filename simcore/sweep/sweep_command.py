@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -121,7 +121,7 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
     parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
     parser.add_argument(
-        "--option", action="append", default=[], metavar="NAME", help="an option of the game that is on"
+        "--option", dest="options", action="append", default=[], metavar="NAME", help="an option of the game that is on"
     )
     add_engine_option(parser)
     parser.add_argument(
@@ -134,19 +134,8 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
 
 def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
     """What these options say, by the fields of `Experiment`."""
-    return {
-        "game": options.game,
-        "auto": options.auto,
-        "alliance": options.alliance,
-        "red": options.red,
-        "blue": options.blue,
-        "seconds": options.seconds,
-        "options": tuple(options.option),
-        "engine": options.engine,
-        "robot": options.robot,
-        "project": options.project,
-        "timeout": options.timeout,
-    }
+    names = "game auto alliance red blue seconds options engine robot project timeout"
+    return {name: getattr(options, name) for name in names.split()}
 
 
 def scatter_option(parser: argparse.ArgumentParser) -> None:
@@ -181,10 +170,9 @@ def run(options: argparse.Namespace) -> int:
                 scheduler=options.dask or None,
                 out=out,
                 on_row=progress.add,
-                say=_say,
             )
     except KeyboardInterrupt:
-        _say(
+        _report(
             f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
         )
         return 130
@@ -262,11 +250,8 @@ def _repeat(options: argparse.Namespace) -> int:
     """Play one run of a store in this process, and draw it; an error comes with where it was raised."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
-    store = RunStore(options.out, must_exist=True)
-    try:
+    with closing(RunStore(options.out, must_exist=True)) as store:
         experiment = store.experiment()
-    finally:
-        store.close()
     runs = experiment.runs()
     if options.repeat >= len(runs):
         raise ConfigError(f"--repeat: {options.out} has runs 0 to {len(runs) - 1}, got {options.repeat}")
@@ -315,7 +300,7 @@ class ProgressReport:
     def add(self, row: dict[str, Any], stored: int) -> None:
         """One more run is there."""
         if not self._fresh and stored:
-            _say(f"{stored} of {self._count} runs were there already")
+            _report(f"{stored} of {self._count} runs were there already")
         self._fresh += 1
         self.done = stored + self._fresh
         self._failed += bool(row["error"])
@@ -324,22 +309,11 @@ class ProgressReport:
         now = monotonic()
         if self._bar.disable and now - self._reported > _REPORT_EVERY:
             self._reported = now
-            left = (self._count - self.done) * (now - self._start) / self._fresh
-            _say(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {_duration(left)} left")
+            left = (self._count - self.done) * self.minutes / self._fresh
+            _report(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {left:.0f} min left")
 
 
-def _duration(seconds: float) -> str:
-    """As people say it.
-
-    >>> _duration(42.0), _duration(200.0), _duration(9000.0)
-    ('42 s', '3 min', '2.5 h')
-    """
-    if seconds < 100.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
-
-
-def _say(sentence: str) -> None:
+def _report(sentence: str) -> None:
     print(f"simcore: {sentence}", file=sys.stderr, flush=True)
 
 

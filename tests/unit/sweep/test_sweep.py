@@ -154,13 +154,11 @@ from simcore.sweep.experiment import Experiment
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))  # as a disk that is full after so many bytes
 wanted = Experiment(game="sweep_game:SMALL", seconds=0.02, seeds=range(40))
-said = []
-results = sweep(wanted, executor="process", out=sys.argv[1], say=said.append)
-print(len(results.finished), len(said), said[0], said[-1], sep="|")
+print(len(sweep(wanted, executor="process", out=sys.argv[1]).finished))
 """
     run = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, cwd=FOLDER)
-    there, sentences, first, last = run.stdout.strip().split("|")
-    assert (there, sentences) == ("40", "2"), run.stderr
+    first, last = (line for line in run.stderr.splitlines() if "runs.sqlite" in line)
+    assert run.stdout.strip() == "40", run.stderr
     assert "runs.sqlite cannot be written" in first and first.endswith("the runs go on, and are kept in memory")
     assert last.endswith("runs are not in it")
     kept = sqlite3.connect(tmp_path / "runs.sqlite").execute("SELECT count(*) FROM runs").fetchone()[0]
