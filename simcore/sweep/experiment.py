@@ -6,8 +6,8 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from importlib.metadata import entry_points, packages_distributions, version
 from pathlib import Path
@@ -265,11 +265,7 @@ class Experiment:
 
     def to_json(self) -> dict[str, Any]:
         """In plain types, for `from_json`."""
-        data = {part.name: getattr(self, part.name) for part in fields(self)}
-        data["factors"] = [factor.to_json() for factor in self.factors]
-        data["stop"] = asdict(self.stop)
-        data["scatter"] = None if self.scatter is None else self.scatter.text
-        return data
+        return {**asdict(self), "scatter": None if self.scatter is None else self.scatter.text}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
@@ -287,13 +283,13 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     import numpy as np
     from scipy.stats import qmc
 
-    makers: dict[str, Callable[[], Any]] = {
-        "random": lambda: np.random.default_rng(0).random((samples, factors)),
-        "latin": lambda: qmc.LatinHypercube(factors, seed=0).random(samples),
-        # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
-        "sobol": lambda: qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples],
-    }
-    rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
+    if design == "random":
+        points = np.random.default_rng(0).random((samples, factors))
+    elif design == "latin":
+        points = qmc.LatinHypercube(factors, seed=0).random(samples)
+    else:  # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
+        points = qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples]
+    rows: list[list[float]] = np.clip(points, 1e-9, 1.0 - 1e-9).tolist()
     return rows
 
 

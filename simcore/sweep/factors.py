@@ -126,19 +126,11 @@ class Factor:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
 
-    def to_json(self) -> dict[str, Any]:
-        """In plain types, for `from_json`."""
-        if self.distribution is None:
-            return {"name": self.name, "values": list(self.values)}
-        return {"name": self.name, self.distribution.kind: [self.distribution.first, self.distribution.second]}
-
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """What `to_json` wrote."""
-        for kind in ("uniform", "normal"):
-            if kind in data:
-                return cls(data["name"], distribution=Distribution(kind, *data[kind]))
-        return cls(data["name"], tuple(data["values"]))
+        """What `dataclasses.asdict` made of one, also after JSON has made lists of its tuples."""
+        drawn = data["distribution"]
+        return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
@@ -155,21 +147,22 @@ def parse_factor(text: str) -> Factor:
         ConfigError: It cannot be read; the text has an example.
     """
     name, equals, what = (part.strip() for part in text.partition("="))
+    unreadable = ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
     if not equals or not name or not what:
-        raise ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
+        raise unreadable
     if call := re.fullmatch(r"(\w+)\(([^()]*)\)", what):
         numbers = [_number(part) for part in call[2].split(",")]
         if call[1] not in ("uniform", "normal") or len(numbers) != 2 or None in numbers:
-            raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+            raise unreadable
         return Factor(name, distribution=Distribution(call[1], *numbers))  # type: ignore[arg-type]
     if ":" in what and not what[0].isalpha():
         numbers = [_number(part) for part in what.split(":")]
         if len(numbers) != 3 or None in numbers:
-            raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+            raise unreadable
         return Factor(name, _steps(name, *numbers))  # type: ignore[arg-type]
     parts = [part.strip() for part in what.split(",")]
     if not all(parts) or any(_LIKE_RANGE.match(part) for part in parts):
-        raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+        raise unreadable
     return Factor(name, tuple(part if (number := _number(part)) is None else number for part in parts))
 
 
@@ -317,18 +310,11 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
         return setup
     if name == "engine":
         return replace(setup, engine=choose_engine(str(value)))
-    x, y, heading = setup.auto.start
-    if name == "start.x":
-        require("auto", name, value, FIELD_PLACE)
-        x = float(value)
-    elif name == "start.y":
-        require("auto", name, value, FIELD_PLACE)
-        y = float(value)
-    elif name == "start.heading":
-        require("auto", name, value, ANGLE)
-        heading = float(value)
-    else:
-        raise UnknownNameError("factor", name, [*PLAYED[:-1], "start.x", "start.y", "start.heading"])
+    places = {"start.x": FIELD_PLACE, "start.y": FIELD_PLACE, "start.heading": ANGLE}
+    if name not in places:
+        raise UnknownNameError("factor", name, [*PLAYED[:-1], *places])
+    require("auto", name, value, places[name])
+    x, y, heading = (float(value) if part == name else old for part, old in zip(places, setup.auto.start, strict=True))
     return replace(setup, auto=replace(setup.auto, start=(x, y, heading)))
 
 
