@@ -26,7 +26,6 @@ from simcore.sweep.sweep_charts import (
     landings_of,
     number_text,
     response_chart,
-    response_map,
 )
 from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, Share, seed_share
 from simcore.telemetry.sinks import write_text
@@ -65,7 +64,10 @@ def summary_text(results: Results, condition: str = "") -> str:
     rows = _percentile_rows(results)
     if rows:
         width = max(len(name) for name, *_ in rows)
-        lines += ["", *(f"{name:{width}}{''.join(f'{cell:>8}' for cell in cells)}" for name, *cells in (_HEADS, *rows))]
+        lines += [
+            "",
+            *(f"{name:{width}}{''.join(f'  {cell:>7}' for cell in cells)}" for name, *cells in (_HEADS, *rows)),
+        ]
     if results.failures:
         lines += ["", f"{_count(len(results.failures), 'run')} ended with an error:"]
         errors = Counter(row["error"] for row in results.failures).most_common(5)
@@ -117,7 +119,8 @@ def _page(results: Results, drawings: Sequence[ResultDrawing], condition: str, f
     known = [row for row in results.finished if main and row.get(main) is not None]
     lowest = sorted(known, key=lambda row: (row[main], row["run"]))[:_MOST_RUNS]
     again = f"To see one: simcore sweep --out {shlex.quote(str(folder))} --repeat RUN"
-    tables = _table(f"Runs with the lowest {main}. {again}", (*heads, *_varied_metrics(results)[:6]), lowest)
+    tables = _mean_table(results, condition or main)
+    tables += _table(f"Runs with the lowest {main}. {again}", (*heads, *_varied_metrics(results)[:6]), lowest)
     tables += _table(f"Runs that ended with an error. {again}", (*heads, "error"), results.failures[:_MOST_ERRORS])
     return _PAGE.format(
         title=escape(_title(results)),
@@ -217,6 +220,24 @@ def _percentile_rows(results: Results) -> list[list[str]]:
     return [[name, *map(number_text, _percentiles(results.values(name), PERCENTILES))] for name in metrics]
 
 
+def _mean_table(results: Results, metric: str) -> str:
+    """Means of a metric over the first two factors of which both have few values."""
+    factors = [name for name in results.factors if 2 <= len(results.factor_values(name)) <= MOST_VALUES]
+    if not metric or len(factors) < 2:
+        return ""
+    down, across = factors[:2]
+    cells: dict[tuple[Any, Any], list[float]] = {}
+    for row, value in zip(results.finished, results.values(metric).tolist(), strict=True):
+        if math.isfinite(value):
+            cells.setdefault((row[down], row[across]), []).append(value)
+    names = {f"{across} = {number_text(value)}": value for value in results.factor_values(across)}
+    rows = [
+        {down: at, **{name: float(np.mean(cells[at, value])) for name, value in names.items() if (at, value) in cells}}
+        for at in results.factor_values(down)
+    ]
+    return _table(f"Mean {metric}", (down, *names), rows)
+
+
 def _table(title: str, names: Sequence[str], runs: Sequence[Row]) -> str:
     """A table of runs that can be folded; nothing without runs."""
     head = "".join(f"<th scope=col>{escape(name)}</th>" for name in names)
@@ -280,7 +301,6 @@ def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator
             chart = response_chart(points, factor, main, _UNITS.get(main, ""))
             note = f"{said.get(factor, '')}median; whiskers: 90 % of the runs"
             yield ResultDrawing(f"{main} over {factor}", chart, note)
-        yield from _map_of(results, condition or main)
     for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]:
         chart = distribution_chart(results.values(metric), metric, _UNITS.get(metric, ""))
         yield ResultDrawing(f"{metric} of all runs", chart, "median solid; dashed: 5 and 95 %")
@@ -312,19 +332,3 @@ def _median_point(at: float | str, values: FloatArray) -> ChartPoint:
     low, middle, high = _percentiles(values, (5, 50, 95))
     text = f"median {number_text(middle)}, {number_text(low)} to {number_text(high)} in {len(values)} runs"
     return ChartPoint(at=at, middle=middle, low=low, high=high, text=text)
-
-
-def _map_of(results: Results, metric: str) -> Iterator[ResultDrawing]:
-    """Of the first two factors of which both have few values."""
-    factors = [name for name in results.factors if 2 <= len(results.factor_values(name)) <= MOST_VALUES]
-    if len(factors) < 2:
-        return
-    first, second = factors[:2]
-    columns, rows = results.factor_values(first), results.factor_values(second)
-    cells: dict[tuple[Any, Any], list[float]] = {}
-    for run, value in zip(results.finished, results.values(metric).tolist(), strict=True):
-        if math.isfinite(value):
-            cells.setdefault((run[second], run[first]), []).append(value)
-    means = [[float(np.mean(cells.get((row, column), [math.nan]))) for column in columns] for row in rows]
-    ground = response_map(columns, rows, np.array(means), first, second)
-    yield ResultDrawing(f"{metric} over {first} and {second}", ground, "mean of all seeds")

@@ -1,4 +1,4 @@
-"""Drawings of many runs: distributions, values over a factor, a map of two factors, where shots came down."""
+"""Drawings of many runs: distributions, values over a factor, where shots came down."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
 __all__ = [
-    "ChartPoint", "distribution_chart", "heat_map", "landings_of", "number_text", "response_chart", "response_map",
+    "ChartPoint", "distribution_chart", "heat_map", "landings_of", "number_text", "response_chart",
 ]  # fmt: skip
 
 _WIDTH, _LEFT, _RIGHT = 400.0, 52.0, 388.0
@@ -129,47 +129,6 @@ def response_chart(
     if is_numeric:
         parts.insert(1, polyline(places, stroke=color("path"), stroke_width=1.6, opacity=0.6))
     return _document(parts, f"{name} over {factor}")
-
-
-def response_map(
-    columns: Sequence[float | str], rows: Sequence[float | str], values: FloatArray, across: str, up: str
-) -> str:
-    """A metric over two factors: a cell each pair of values, darker where it is higher, with its number.
-
-    Args:
-        columns: Values of the factor to the right.
-        rows: Values of the factor upward.
-        values: Of the metric, not finite where there is none, shape (len(rows), len(columns)).
-        across: Name of the factor to the right.
-        up: Name of the other one.
-    """
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    left, right, bottom = _LEFT + 14, _RIGHT, _BOTTOM
-    wide, tall = (right - left) / len(columns), (bottom - _TOP) / len(rows)
-    parts = []
-    for i, row in enumerate(rows):
-        y = bottom - (i + 1) * tall
-        for k, column in enumerate(columns):
-            value = float(values[i, k])
-            x = left + k * wide
-            strength = 0.0 if not math.isfinite(value) else 0.06 + 0.46 * (value - low) / ((high - low) or 1.0)
-            text = number_text(value) if math.isfinite(value) else "-"
-            tip = element("title", f"{across} = {number_text(column)}, {up} = {number_text(row)}: {text}")
-            look = {"fill": color("path"), "fill_opacity": strength, "stroke": color("grid")}
-            parts.append(element("rect", tip, x=x, y=y, width=wide, height=tall, **look))
-            if wide >= 26 and tall >= 14:
-                parts.append(words(x + wide / 2, y + tall / 2 + 4, text, _LETTERS, ink=color("ink"), anchor="middle"))
-        if i % max(1, math.ceil(len(rows) / 10)) == 0:
-            parts.append(words(left - 6, y + tall / 2 + 4, _short(number_text(row)), _LETTERS, anchor="end"))
-    for k, column in enumerate(columns):
-        if k % max(1, math.ceil(len(columns) / 8)) == 0:
-            x = left + (k + 0.5) * wide
-            parts.append(words(x, bottom + 16, _short(number_text(column)), _LETTERS, anchor="middle"))
-    parts.append(words((left + right) / 2, bottom + 34, across, _LETTERS, anchor="middle"))
-    turned = f"translate(13 {(_TOP + bottom) / 2:g}) rotate(-90)"
-    parts.append(words(0.0, 0.0, up, _LETTERS, anchor="middle", transform=turned))
-    return _document(parts, f"map over {across} and {up}")
 
 
 # --- the field --------------------------------------------------------------------------------------------------------
