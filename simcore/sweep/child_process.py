@@ -84,7 +84,9 @@ def death_text(code: int, said: Path) -> str:
         code: Its exit code.
         said: File with all that it has said.
     """
-    words = " ".join(said.read_text("utf-8", "replace")[-_LAST_WORDS:].split())
+    text = said.read_text("utf-8", "replace")
+    at = text.rfind("Current thread ")  # of faulthandler's last dump, in which the place comes first
+    words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
     try:
         how = f"exit {code}" if code >= 0 else signal.Signals(-code).name
     except ValueError:

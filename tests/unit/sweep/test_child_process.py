@@ -32,6 +32,10 @@ def main(word):
         os.kill(os.getpid(), 9)
     if word == "sleep":
         time.sleep(60.0)
+    if word == "abort":
+        import faulthandler
+        faulthandler.enable()
+        os.abort()
     if word == "read":
         print("got", repr(os.read(0, 9)))
     return 3 if word == "three" else None
@@ -71,6 +75,12 @@ def test_exit_codes_and_words_are_those_of_a_fresh_process(module, tmp_path, wor
     assert ("got b''" in said) == (word == "read")
     if word == "kill":
         assert death_text(got, tmp_path / "said kill").startswith("its process died (SIGKILL); its last words: says")
+
+
+def test_the_last_words_of_a_crash_say_where_it_was(module, tmp_path):
+    code, _ = run(module, "abort", tmp_path)
+    how = death_text(code, tmp_path / "said abort")
+    assert "last words: Current thread" in how and f"{module}.py" in how
 
 
 def test_one_that_takes_too_long_is_ended(module, tmp_path):
