@@ -221,11 +221,6 @@ class Experiment:
 
     # --- names of results -------------------------------------------------------------------------------------------
 
-    @property
-    def key(self) -> str:
-        """Of all of this description and the code that plays it, 16 hexadecimal digits."""
-        return _short_hash({**self.to_json(), "code": self._code()})
-
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
         """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
         apart: tuple[str, ...] = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")

@@ -16,9 +16,7 @@ __all__ = ["FILE_NAME", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
 _TABLES = """
-CREATE TABLE IF NOT EXISTS experiments (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT UNIQUE NOT NULL, description TEXT NOT NULL
-);
+CREATE TABLE IF NOT EXISTS experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
 """
 _log = logging.getLogger(__name__)
@@ -27,7 +25,7 @@ _BUSY = 30.0  # [s]; another sweep may be writing to the same file
 
 
 class RunStore:
-    """Rows by the keys of their runs, and the experiments that they were played for.
+    """Rows by the keys of their runs, and the experiment that was played last.
 
     A disk that is full, or a file that cannot be written any more, stops no sweep: rows stay in memory, are tried again
     with each further one, and a warning says so.
@@ -62,21 +60,19 @@ class RunStore:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Remember what is played, as the newest."""
-        key, description = experiment.key, json.dumps(experiment.to_json())
+        """Keep what is played, in place of what was played before."""
         try:
-            self._base.execute("DELETE FROM experiments WHERE key = ?", (key,))
-            self._base.execute("INSERT INTO experiments (key, description) VALUES (?, ?)", (key, description))
+            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", (json.dumps(experiment.to_json()),))
         except sqlite3.Error as error:
             raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
 
     def experiment(self) -> Experiment:
-        """The newest one.
+        """The last that was played.
 
         Raises:
             ConfigError: There is none.
         """
-        found = self._base.execute("SELECT description FROM experiments ORDER BY number DESC LIMIT 1").fetchone()
+        found = self._base.execute("SELECT description FROM experiment").fetchone()
         if found is None:
             raise ConfigError(f"{self.path} has no experiment in it")
         return Experiment.from_json(json.loads(found[0]))
