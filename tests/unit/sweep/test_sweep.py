@@ -152,7 +152,7 @@ import resource, signal, sys
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))  # as a disk that is full after so many bytes
+resource.setrlimit(resource.RLIMIT_FSIZE, (24_000, 24_000))  # as a disk that is full after so many bytes
 wanted = Experiment(game="sweep_game:SMALL", seconds=0.02, seeds=range(40))
 print(len(sweep(wanted, executor="process", out=sys.argv[1]).finished))
 """
