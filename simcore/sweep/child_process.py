@@ -44,10 +44,10 @@ def run_process(function: str, *arguments: Any, said: Path, timeout: float | Non
         Its exit code, less than 0 that of a signal; None: it was ended, for it took too long.
     """
     said.touch()
-    environment = dict(os.environ)
-    task = (function, arguments, str(said), str(folder), environment)
-    process = _CONTEXT.Process(target=_begin, args=task, daemon=True)
     with _lock:
+        environment = dict(os.environ)
+        task = (function, arguments, str(said), str(folder), environment)
+        process = _CONTEXT.Process(target=_begin, args=task, daemon=True)
         if sys.platform == "linux":
             _CONTEXT.set_forkserver_preload([_PRELOADED])
         # Dask's workers are daemons, which may start no process; that of a run ends with them
