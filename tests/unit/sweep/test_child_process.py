@@ -130,4 +130,6 @@ def test_a_fork_server_that_has_ended_is_replaced(module, tmp_path):
     server = psutil.Process(forkserver._forkserver._forkserver_pid)
     threading.Timer(1.0, server.kill).start()
     assert run(module, "sleep", tmp_path)[0] not in (0, None)
+    while server.status() != psutil.STATUS_ZOMBIE:  # its sockets close some time before
+        time.sleep(0.01)
     assert run(module, "fine", tmp_path)[0] == 0
