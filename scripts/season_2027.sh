@@ -65,7 +65,7 @@ fi
 
 run "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 14))' || skip "$(run "$python" --version) is not 3.14"
 run "$python" -m venv "$venv"
-run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco,sweep]" "$phoenix6" \
+run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco]" "$phoenix6" \
   "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" \
   "robotpy-wpilib-utilities>=2027.0.0a7,<2028" "robotpy-rev>=2027.0.0a7.post1,<2028"
 run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"

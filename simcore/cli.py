@@ -30,7 +30,6 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
     "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
-    "tune": Command("simcore.sweep.tune_command", "find the values with which an auto does best"),
     "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),

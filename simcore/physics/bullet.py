@@ -62,7 +62,7 @@ from simcore.physics.shapes import (
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["BulletEngine"]
+__all__ = ["BulletEngine", "load_pybullet"]
 
 _SOLVER_ITERATIONS = 32
 """At most."""
@@ -75,7 +75,12 @@ _SLIGHT_SPIN = 1e-4  # [rad/s], of what the gyroscopic torque changes in a step
 _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 
 
-def _load_pybullet() -> Any:
+def load_pybullet() -> Any:
+    """The module, imported without the line that it prints.
+
+    Raises:
+        EngineError: It is not installed.
+    """
     try:
         with _silent_stdio():  # it prints its build time with C printf, into the middle of our output
             import pybullet
@@ -128,7 +133,7 @@ class BulletEngine(Engine):
 
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
-        p = self._p = _load_pybullet()
+        p = self._p = load_pybullet()
         client = p.connect(p.DIRECT)
         if client < 0:
             raise EngineError("PyBullet refused a new world; close some of the open ones (each holds about 30 MB)")

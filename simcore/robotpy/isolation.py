@@ -14,7 +14,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -23,23 +23,10 @@ import pytest
 from simcore import season
 from simcore.sweep.child_process import run_process
 
-__all__ = ["INIT_TIMEOUT", "WARM", "ChildTask", "end_process", "load_robot_plugin", "run_isolated", "wait_longer"]
+__all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "play_test", "run_isolated", "wait_longer"]
 
 INIT_TIMEOUT = 30.0
 """In which a robot program must come through robotInit [s]."""
-WARM = (
-    *("numpy", "scipy.spatial", "pybullet", "mujoco", "wpilib.simulation", "ntcore", "pyfrc.test_support"),
-    *(
-        "phoenix6.hardware",
-        "phoenix6.swerve",
-        "simcore.robotpy.robot_physics",
-        "simcore.robotpy.simulated_phoenix",
-        "hypothesis",
-    ),
-)
-"""What a process of a robot test imports in any case (hypothesis: its plugin does, where it is installed).
-
-Nothing of this is built and no thread is started by importing it."""
 _TAIL = 4000  # characters of a dead child's words, at the start and at the end
 
 
@@ -83,9 +70,7 @@ def run_isolated(
         )
         out = work / "out"
         where = work if folder is None else folder
-        code = run_process(
-            "simcore.robotpy.isolation", json.dumps(asdict(task)), said=out, timeout=timeout, folder=where
-        )
+        code = run_process("simcore.robotpy.isolation:play_test", task, said=out, timeout=timeout, folder=where)
         reports = _read(item, Path(task.reports))
         if {"call", "teardown"} <= {r.when for r in reports} or any(r.failed or r.skipped for r in reports):
             return reports
@@ -179,9 +164,8 @@ def end_process(code: int) -> NoReturn:
     os._exit(code)
 
 
-def main() -> int:
-    """Run the test that `sys.argv` describes; returns the exit code, or ends the process with it."""
-    task = ChildTask(**json.loads(sys.argv[1]))
+def play_test(task: ChildTask) -> int:
+    """Run a test in this process; returns the exit code, or ends the process with it."""
     reporter = _Reporter(task)
     try:
         robot = load_robot_plugin(Path(task.robot_file), simulated="--phoenix=simulated" in task.arguments)
@@ -189,7 +173,3 @@ def main() -> int:
         print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
         return 3
     end_process(int(pytest.main([task.test, *task.arguments], plugins=[robot, reporter])))
-
-
-if __name__ == "__main__":
-    end_process(main())

@@ -1,10 +1,11 @@
-"""One run of a robot project for a sweep, in this process: `python -m simcore.robotpy.project_run FILE`.
+"""One run of a robot project for a sweep, in this process.
 
 The robot is built, put on its field and driven as in a robot test (`pytest_plugin`), of which this is one.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from time import process_time
@@ -14,22 +15,21 @@ import numpy as np
 import pytest
 
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.isolation import WARM, end_process, load_robot_plugin
+from simcore.robotpy.isolation import end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
 from simcore.start_errors import start_sentence
-from simcore.sweep.child_process import answer_task, read_task
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
-__all__ = ["WARM", "ProjectRun", "main", "test_auto"]
+__all__ = ["ProjectRun", "play_run", "test_auto"]
 
 
 class ProjectRun:
     """A plugin of pytest for one run.
 
     Args:
-        task: As `simcore.sweep.project_runs` describes it.
+        task: As `simcore.sweep.one_run` describes it.
     """
 
     def __init__(self, task: dict[str, Any]) -> None:
@@ -77,16 +77,22 @@ def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
     project_run.play(sim)
 
 
-def main() -> None:
-    """Play the run that `sys.argv` names a file for, and end the process."""
-    task = read_task()
+def play_run(task: dict[str, Any], answer: str) -> None:
+    """Play a run, and end the process.
+
+    Args:
+        task: As `ProjectRun` takes it.
+        answer: File for metrics, digest and cpu_seconds, or an error, as JSON; half an answer cannot be seen.
+    """
     run = ProjectRun(task)
     folder = Path(task["project"])
     try:
         _play(task, run, folder)
     except Exception as error:
         run.answer = {"error": _sentence(error, folder)}
-    answer_task({**run.answer, "cpu_seconds": process_time()})
+    half = Path(f"{answer}.half")
+    half.write_text(json.dumps({**run.answer, "cpu_seconds": process_time()}), encoding="utf-8")
+    half.rename(answer)
     end_process(0)
 
 
@@ -107,7 +113,3 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
     varied = [f"--sim-seed={task['seed']}", *spreads]
     pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])
-
-
-if __name__ == "__main__":
-    main()

@@ -20,8 +20,7 @@ from simcore.match.game import Game
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.robot.robot_config import RobotConfig
-from simcore.sweep.factor_paths import vary_pieces, vary_robot
-from simcore.sweep.factors import FactorValue
+from simcore.sweep.factors import FactorValue, vary_pieces, vary_robot
 
 __all__ = ["RunVariation", "require_varied", "run_variation", "set_factors", "set_run_variation"]
 

@@ -18,8 +18,7 @@ from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, tex
 from simcore.shooting.shot_files import draw_bands, table_csv, table_json, table_python
 from simcore.shooting.shot_table import ShotTable, ShotTableRow, check_by_flights, check_in_match, make_table
 from simcore.shooting.shot_task import ShotTask
-from simcore.sweep.factor_paths import vary_robot
-from simcore.sweep.factors import parse_factor
+from simcore.sweep.factors import parse_factor, vary_robot
 from simcore.sweep.one_run import robot_of
 from simcore.telemetry.sinks import require_writable, write_text
 

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from simcore.errors import ConfigError, VendorError
-from simcore.install_text import install_command
+import numpy as np
+
+from simcore.errors import ConfigError
 from simcore.sweep.executors import play_all
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.one_run import planned_values, require_playable_runs
-from simcore.sweep.results import BESIDE_METRICS, Results
+from simcore.sweep.results import Results
 from simcore.sweep.run_store import RunStore
 from simcore.sweep.sweep_statistics import sequential_difference, wilson_share
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-__all__ = ["rows_table", "sweep"]
-
-_HEAD, _TAIL = BESIDE_METRICS[:3], BESIDE_METRICS[3:]
+__all__ = ["sweep"]
 
 
 def sweep(
@@ -33,7 +29,6 @@ def sweep(
     scheduler: str | None = None,
     out: str | Path | None = None,
     on_row: Callable[[dict[str, Any], int], None] | None = None,
-    say: Callable[[str], object] = print,
 ) -> Results:
     """Play all runs of an experiment.
 
@@ -47,10 +42,9 @@ def sweep(
         scheduler: Address of a Dask scheduler; None: with `dask`, a cluster on this machine.
         out: Folder for the store of rows, `runs.sqlite`; None: they are kept in memory only.
         on_row: Called with each row that is there, and with how many were taken from the store.
-        say: Told in one sentence when rows cannot be written any more; the runs go on.
 
     Returns:
-        Their table: a row a run, by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+        Their rows, by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
 
     Raises:
         SimcoreError: What was asked for cannot be played, or nobody is there to play it.
@@ -64,7 +58,7 @@ def sweep(
     try:
         if store is not None:
             known = store.rows(keys)
-            store.note(experiment)
+            store.set_experiment(experiment)
             for planned, key in zip(runs, keys, strict=True):
                 if key in known:
                     rounds.add({**known[key], **planned_values(planned)})
@@ -78,18 +72,13 @@ def sweep(
                     break
                 rounds.add(row)
                 if store is not None:
-                    had_problem = store.problem
                     store.add(keys[row["run"]], row)
-                    if store.problem and not had_problem:
-                        say(f"{store.problem}; the runs go on, and are kept in memory")
                 if on_row is not None:
                     on_row(row, stored)
     finally:
         if store is not None:
             store.close()
-            if store.unsaved:
-                say(f"{store.problem}: {store.unsaved} runs are not in it")
-    return Results(rows_table(experiment, rounds.counted), experiment)
+    return Results(rounds.counted, experiment)
 
 
 class _Rounds:
@@ -140,36 +129,14 @@ class _Rounds:
         step = 10 ** max(0, len(str(whole)) - 2)  # of many rounds some ninety in each power of ten are asked
         if not (rule.condition or rule.difference) or whole < rule.least or whole % step:
             return False
-        table = rows_table(self._experiment, [self.rows[number] for number in range(whole * self._points)])
-        results, factor = Results(table, self._experiment), self._experiment.factors[:1]
+        results = Results([self.rows[number] for number in range(whole * self._points)], self._experiment)
         if rule.difference:
             with suppress(ConfigError):  # there are not two seeds yet in which both came to an end
-                first, second = factor[0].values[:2]
-                judged = results.paired(factor[0].name, first, second, rule.difference, judge=sequential_difference)
+                factor = self._experiment.factors[0]
+                first, second = factor.values[:2]
+                judged = results.paired(factor.name, first, second, rule.difference, judge=sequential_difference)
                 return judged.is_clear
             return False
-        held = results.succeeded(rule.condition)
-        shares = (wilson_share(int(some.sum()), len(some)) for _, some in held.groupby(table["point"]))
+        by_point = results.succeeded(rule.condition).reshape(whole, self._points)  # rows are in the order of runs
+        shares = (wilson_share(int(np.sum(held)), whole) for held in by_point.T)
         return all(0.5 * (share.upper - share.lower) <= rule.width for share in shares)
-
-
-def rows_table(experiment: Experiment, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """The table of rows in any order.
-
-    Raises:
-        VendorError: pandas is not installed.
-    """
-    try:
-        import pandas as pd
-    except ImportError as error:
-        raise VendorError(f"a sweep's table needs pandas: {install_command('sweep')}") from error
-    ordered = sorted(rows, key=lambda row: row["run"])
-    factors = [factor.name for factor in experiment.factors]
-    metrics: dict[str, None] = {}
-    for row in ordered:
-        metrics.update(dict.fromkeys(name for name in row if name not in (*BESIDE_METRICS, *factors)))
-    table = pd.DataFrame(ordered, columns=[*_HEAD, *factors, *metrics, *_TAIL])
-    for name in metrics:  # what could not be measured is NaN
-        if all(value is None or isinstance(value, (int, float)) for value in table[name]):
-            table[name] = pd.to_numeric(table[name])
-    return table

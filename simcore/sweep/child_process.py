@@ -1,142 +1,97 @@
-"""A Python process for what may crash, hang, or wants one to itself, and its answer."""
+"""A Python process for what may crash, hang, or wants one to itself.
+
+On Linux it is forked from one that has imported what robot code needs (`_PRELOADED`, by the fork server of
+`multiprocessing`), so that it begins at once. macOS and Windows cannot fork what has loaded libraries: there each
+process imports anew.
+"""
 
 from __future__ import annotations
 
-import atexit
-import json
+import multiprocessing
+import multiprocessing.connection
 import os
 import signal
-import subprocess
 import sys
-import tempfile
 import threading
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import SimcoreError
-from simcore.sweep.time_limit import GRACE
-from simcore.sweep.warm_process import CAN_FORK, PARENT, WarmParent
+__all__ = ["cores", "death_text", "kill_processes", "run_process"]
 
-__all__ = ["answer_task", "ask_process", "cores", "end_with_parent", "read_task", "run_process"]
-
-_START = 60.0  # [s]; all imports, on a busy machine
-_LOOKS = 0.5  # [s] between two looks whether the parent lives
+_PRELOADED = "simcore.robotpy.preloaded"
+_CONTEXT: Any = multiprocessing.get_context("forkserver" if sys.platform == "linux" else "spawn")
+_FROM_START = {"PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+"""Environment that a process has from its first instruction: sets have one order, and libraries of linear algebra start
+no threads, with which a process must not fork."""
 _LAST_WORDS = 300  # characters of what a dead process has said
 
-
-def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path | None = None) -> Any:
-    """Let a new process answer.
-
-    Args:
-        module: Which it runs; it calls `read_task` and `answer_task`.
-        task: For it, in types that JSON knows.
-        timeout: Wall time in which it should answer [s], once it has started; it is ended some time later. None: no
-            limit.
-        folder: Where it runs; None: where this process does.
-
-    Returns:
-        The answer.
-
-    Raises:
-        SimcoreError: The process has ended without one; the text has its last words.
-    """
-    with tempfile.TemporaryDirectory(prefix="simcore-run-", ignore_cleanup_errors=True) as name:
-        file, said = Path(name, "task"), Path(name, "said")
-        file.write_text(json.dumps(task), encoding="utf-8")
-        most = None if timeout is None else _START + timeout + GRACE
-        code = run_process(module, str(file), said=said, timeout=most, folder=folder, PYTHONHASHSEED="0")
-        if code is None:
-            raise SimcoreError(f"took longer than {timeout:g} s of wall time, and its process was ended")
-        answer = Path(f"{file}.out")
-        if answer.exists():
-            return json.loads(answer.read_text(encoding="utf-8"))
-        words = " ".join(said.read_text("utf-8", "replace")[-_LAST_WORDS:].split())
-        raise SimcoreError(f"its process died ({_how(code)})" + (f"; its last words: {words}" if words else ""))
+_lock = threading.Lock()  # two threads that ask for one process's end at once can lose its exit code
+_running: set[Any] = set()
 
 
-def run_process(
-    module: str, argument: str, *, said: Path, timeout: float | None, folder: Path | None, **environment: str
-) -> int | None:
-    """Run a module in a process of its own, which imports from where this one does; on Linux it begins warm.
+def run_process(function: str, *arguments: Any, said: Path, timeout: float | None, folder: Path) -> int | None:
+    """Call a function in a process of its own, which has this one's environment and ends with it.
 
     Args:
-        module: Its `main` is called, `WARM` names what it will import.
-        argument: For it.
+        function: As `module:name`.
+        arguments: For it.
         said: File for all that it says.
         timeout: Wall time after which it is ended [s]; None: no limit.
-        folder: Where it runs; None: where this process does.
-        environment: Variables that it has otherwise than this process.
+        folder: Where it runs; modules are found there first.
 
     Returns:
-        Its exit code; None: it was ended, for it took too long.
+        Its exit code, less than 0 that of a signal; None: it was ended, for it took too long.
     """
-    variables = {**os.environ, **environment, "PYTHONPATH": _python_path(), PARENT: str(os.getpid())}
-    if CAN_FORK:
-        where = Path.cwd() if folder is None else folder
-        return _warm_parent(module, variables).run(
-            [argument], said=said, timeout=timeout, folder=where, environment=variables
-        )
-    with said.open("wb") as stream:
-        process = subprocess.Popen(
-            [sys.executable, "-m", module, argument],
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=stream,
-            stderr=subprocess.STDOUT,
-            env=variables,
-        )
+    said.touch()
+    with _lock:
+        environment = dict(os.environ)
+        task = (function, arguments, str(said), str(folder), environment)
+        process = _CONTEXT.Process(target=_begin, args=task, daemon=True)
+        if sys.platform == "linux":
+            _CONTEXT.set_forkserver_preload([_PRELOADED])
+        # Dask's workers are daemons, which may start no process; that of a run ends with them
+        multiprocessing.current_process().daemon = False
+        os.environ.update(_FROM_START, PYTHONPATH=os.pathsep.join(os.path.abspath(part) for part in sys.path))
         try:
-            return process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            return None
+            process.start()
         finally:
+            os.environ.clear()
+            os.environ.update(environment)
+        _running.add(process)
+    try:
+        has_ended = bool(multiprocessing.connection.wait([process.sentinel], timeout))
+    finally:
+        with _lock:
+            if process.is_alive():
+                process.kill()
+            process.join()
+            _running.discard(process)
+    return process.exitcode if has_ended else None
+
+
+def kill_processes() -> None:
+    """End all processes that `run_process` waits for in other threads."""
+    with _lock:
+        for process in _running:
             process.kill()
-            process.wait()
 
 
-def _warm_parent(module: str, variables: dict[str, str]) -> WarmParent:
-    """The one of a module in this process, which is started when it is first needed."""
-    with _starting:
-        owner, parent = _parents.get(module, (0, None))
-        if parent is None or owner != os.getpid() or parent.has_ended:
-            parent = WarmParent(module, variables)
-            atexit.register(parent.close)
-            _parents[module] = os.getpid(), parent
-        return parent
-
-
-_starting = threading.Lock()
-_parents: dict[str, tuple[int, WarmParent]] = {}
-
-
-def end_with_parent(parent: int) -> None:
-    """End this process soon after the one that has started it, however and whenever that ends; not on Windows.
+def death_text(code: int, said: Path) -> str:
+    """How a process has died, with its last words.
 
     Args:
-        parent: Its process id, as it says itself: it may have ended by now.
+        code: Its exit code.
+        said: File with all that it has said.
     """
-    never = threading.Event()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            never.wait(_LOOKS)
-        os._exit(1)
-
-    if os.name == "posix":
-        threading.Thread(target=watch, name="end with parent", daemon=True).start()
-
-
-def read_task() -> Any:
-    """What `ask_process` asks this process, which ends with the asker."""
-    end_with_parent(int(os.environ[PARENT]))
-    return json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-
-
-def answer_task(answer: Any) -> None:
-    """Answer `ask_process`; half an answer cannot be seen."""
-    half = Path(f"{sys.argv[1]}.half")
-    half.write_text(json.dumps(answer), encoding="utf-8")
-    half.rename(f"{sys.argv[1]}.out")
+    text = said.read_text("utf-8", "replace")
+    at = text.rfind("Current thread ")  # of faulthandler's last dump, in which the place comes first
+    words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
+    try:
+        how = f"exit {code}" if code >= 0 else signal.Signals(-code).name
+    except ValueError:
+        how = f"signal {-code}"
+    return f"its process died ({how})" + (f"; its last words: {words}" if words else "")
 
 
 def cores() -> int:
@@ -144,15 +99,26 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _python_path() -> str:
-    """What this process imports from, the folder that it was started in as well."""
-    return os.pathsep.join(os.path.abspath(part) for part in sys.path)
+def _begin(function: str, arguments: tuple[Any, ...], said: str, folder: str, environment: dict[str, str]) -> None:
+    """Be the new process."""
+    threading.Thread(target=_end_with_parent, name="end with parent", daemon=True).start()
+    if hasattr(os, "setsid"):
+        os.setsid()  # Ctrl-C is the parent's
+    words = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for descriptor, target in ((0, os.open(os.devnull, os.O_RDONLY)), (1, words), (2, words)):
+        os.dup2(target, descriptor)
+    multiprocessing.current_process().daemon = False  # robot code may start processes
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.path.insert(0, folder)
+    del sys.argv[1:]
+    module, _, name = function.partition(":")
+    sys.exit(getattr(import_module(module), name)(*arguments))
 
 
-def _how(code: int) -> str:
-    if code >= 0:
-        return f"exit {code}"
-    try:
-        return signal.Signals(-code).name
-    except ValueError:
-        return f"signal {-code}"
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

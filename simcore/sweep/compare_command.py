@@ -4,27 +4,34 @@ from __future__ import annotations
 
 import argparse
 import io
+import math
 import subprocess
 import tarfile
+from collections import Counter
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-import pandas as pd
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.show.two_runs import write_page_of_two
 from simcore.sweep.api import sweep
-from simcore.sweep.column_expressions import names_in
 from simcore.sweep.experiment import Experiment, StopRule
-from simcore.sweep.experiment_options import COUNT_FLAG, WORKERS_FLAG, add_played_options, experiment_fields
 from simcore.sweep.factors import PROJECT, Factor
 from simcore.sweep.one_run import game_of, play_values
-from simcore.sweep.results import Results
+from simcore.sweep.results import ColumnExpression, Results, read_rows
 from simcore.sweep.results_page import save_results
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import FILE_NAME, RunStore
-from simcore.sweep.sweep_command import Told, chosen_scatter, scatter_option, sigterm_as_interrupt
+from simcore.sweep.sweep_command import (
+    COUNT_FLAG,
+    ProgressReport,
+    add_played_options,
+    chosen_scatter,
+    experiment_fields,
+    scatter_option,
+    sigterm_as_interrupt,
+)
 from simcore.sweep.sweep_statistics import PairedDifference, paired_difference, sequential_difference
 
 __all__ = ["add_arguments", "compare", "run"]
@@ -58,9 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     scatter_option(parser)
     add_played_options(parser)
-    parser.add_argument(
-        "-j", "--workers", type=WORKERS_FLAG, default=0, metavar="N", help="processes (default: 0, one for each core)"
-    )
     parser.add_argument("--out", type=Path, default=Path("out/compare"), metavar="FOLDER", help="default: out/compare")
     parser.set_defaults(robot=None, project=None)
 
@@ -79,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     if sides[0] == sides[1] or options.old == options.new:
         raise ConfigError(f"{options.old!r} and {options.new!r} are the same")
     took = ""
-    for name in names_in(options.metric) if sides[0].kind != _RESULTS else ():
+    for name in ColumnExpression(options.metric).names if sides[0].kind != _RESULTS else ():
         if name not in METRICS and not name.startswith("breakdown."):
             raise UnknownNameError("metric", name, METRICS)
     if sides[0].kind == _RESULTS:
@@ -94,13 +98,13 @@ def run(options: argparse.Namespace) -> int:
     else:
         more = f" --seeds {2 * options.seeds} goes on from here." if took else ""
         print(f"No clear difference: it may be anywhere in this interval.{took}{more}")
-    for failure, count in results.failures["error"].value_counts().head(5).items():
+    for failure, count in Counter(row["error"] for row in results.failures).most_common(5):
         print(f"{count} runs ended with an error: {failure}")
     named = _named(results, sides, (options.old, options.new))
     print(save_results(named, options.out)["page.html"])
     if sides[0].kind != _RESULTS:
         print(_page_of_both(results, options, difference))
-    return 1 if len(results.failures) else 0
+    return 1 if results.failures else 0
 
 
 def compare(results: Results, metric: str, judge: Callable[..., PairedDifference]) -> PairedDifference:
@@ -179,58 +183,52 @@ def _played(sides: list[_Side], options: argparse.Namespace) -> tuple[Results, s
         seeds=tuple(range(options.seeds)),
         stop=StopRule(difference=options.metric, least=min(_LEAST, options.seeds)),
     )
-    progress = Told(experiment.count)
+    progress = ProgressReport(experiment.count)
     with progress, sigterm_as_interrupt():
-        results = sweep(experiment, workers=options.workers, out=options.out, on_row=progress.tell)
-    seeds = results.table["seed"].nunique()
+        results = sweep(experiment, workers=options.workers, out=options.out, on_row=progress.add)
+    seeds = len({row["seed"] for row in results.rows})
     return results, f" {seeds} seeds, {progress.minutes:.1f} min."
 
 
 def _stored(sides: list[_Side], words: tuple[str, str]) -> Results:
     """The tables of two sweeps as one, with the sweep as a factor."""
-    tables, experiments = [], []
+    rows, experiments = [], []
     for side, word in zip(sides, words, strict=True):
-        store = RunStore(Path(side.value), must_exist=True)
-        try:
+        with closing(RunStore(Path(side.value), must_exist=True)) as store:
             experiments.append(store.experiment())
-        finally:
-            store.close()
-        try:
-            table = pd.read_parquet(Path(side.value) / "results.parquet")
-        except OSError as error:
-            raise ConfigError(f"{side.value} has no results.parquet: its sweep has not come to an end") from error
-        tables.append(table.assign(**{_RESULTS: word}))
+        rows += [{**row, _RESULTS: word} for row in read_rows(side.value)]
     first, second = ({factor.name for factor in experiment.factors} for experiment in experiments)
     if first != second:
         raise ConfigError(f"the sweeps vary different factors, {sorted(first)} and {sorted(second)}")
-    table = pd.concat(tables, ignore_index=True)
-    table["run"] = range(len(table))
     factors = (Factor(_RESULTS, words), *experiments[0].factors)
-    return Results(table, replace(experiments[0], factors=factors, stop=StopRule()))
+    numbered = [{**row, "run": number} for number, row in enumerate(rows)]
+    return Results(numbered, replace(experiments[0], factors=factors, stop=StopRule()))
 
 
 def _named(results: Results, sides: list[_Side], words: tuple[str, str]) -> Results:
     """The same with what the user has called them in place of folders."""
     first, *rest = results.experiment.factors
     names = dict(zip(first.values, words, strict=True))
-    table = results.table.assign(**{first.name: results.table[first.name].map(names)})
-    return Results(table, replace(results.experiment, factors=(Factor(first.name, words), *rest)))
+    rows = [{**row, first.name: names[row[first.name]]} for row in results.rows]
+    return Results(rows, replace(results.experiment, factors=(Factor(first.name, words), *rest)))
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
     """The page of the seed that shows the difference most, played again with a log each."""
     factor = results.experiment.factors[0]
-    by_seed = [
-        results.whole[results.whole[factor.name] == value].set_index("seed")[options.metric] for value in factor.values
-    ]
-    apart = (by_seed[1] - by_seed[0]).dropna() * (1.0 if difference.mean >= 0.0 else -1.0)
-    seed = int(apart.idxmax())
+    by_seed: list[dict[int, float]] = [{}, {}]
+    for row, number in zip(results.finished, results.values(options.metric).tolist(), strict=True):
+        if math.isfinite(number):
+            by_seed[factor.values.index(row[factor.name])][row["seed"]] = number
+    common = sorted(by_seed[0].keys() & by_seed[1].keys())
+    sign = 1.0 if difference.mean >= 0.0 else -1.0
+    seed = max(common, key=lambda seed: sign * (by_seed[1][seed] - by_seed[0][seed]))
     logs = [options.out / f"{name}.wpilog" for name in ("old", "new")]
     planned = [run for run in results.experiment.runs() if run.seed == seed]
     for one, log in zip(planned, logs, strict=True):
         play_values(results.experiment.common, one, log)
     page: Path = options.out / "both.html"
-    says = [f"{word}: {by.loc[seed]:g}" for word, by in zip((options.old, options.new), by_seed, strict=True)]
+    says = [f"{word}: {by[seed]:g}" for word, by in zip((options.old, options.new), by_seed, strict=True)]
     title = f"{options.old} (robot 0) and {options.new} (robot 1), seed {seed}"
     write_page_of_two(page, *logs, title=title, subtitle=f"{options.metric} of {', '.join(says)}; {difference}")
     return page

@@ -6,8 +6,8 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from importlib.metadata import entry_points, packages_distributions, version
 from pathlib import Path
@@ -24,9 +24,9 @@ from simcore.sweep.run_metrics import metric_name, named_object
 
 __all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
 
-SAMPLED = ("random", "latin", "sobol", "morris", "saltelli")
+SAMPLED = ("random", "latin", "sobol")
 """Designs that take values from all of a factor's range or distribution: drawn by chance; Latin hypercube; Sobol
-sequence; trajectories of Morris; Saltelli's design for Sobol indices. The last two have more points than `samples`."""
+sequence."""
 DESIGNS = ("grid", "list", *SAMPLED, "points")
 """How the values of several factors are combined: all with all; the first of each, the second of each, and so on;
 sampled; or as `points` says."""
@@ -115,7 +115,7 @@ class Experiment:
     design: str = "grid"
     """One of `DESIGNS`."""
     samples: int = 0
-    """Size of a design in `SAMPLED`: its points, trajectories of `morris`, base samples of `saltelli`."""
+    """Points of a design in `SAMPLED`."""
     points: tuple[tuple[FactorValue, ...], ...] = ()
     """Of the design `points`: a row a point, a value for each factor in their order."""
     seeds: tuple[int, ...] = (0,)
@@ -191,8 +191,6 @@ class Experiment:
             "grid": math.prod(lengths),
             "list": lengths[0] if lengths else 1,
             "points": len(self.points),
-            "morris": self.samples * (len(self.factors) + 1),
-            "saltelli": self.samples * (len(self.factors) + 2),
         }.get(self.design, self.samples)
         return points * len(self.seeds)
 
@@ -222,11 +220,6 @@ class Experiment:
         return replace(self, factors=(), design="grid", samples=0, points=(), seeds=(0,), stop=StopRule())
 
     # --- names of results -------------------------------------------------------------------------------------------
-
-    @property
-    def key(self) -> str:
-        """Of all of this description and the code that plays it, 16 hexadecimal digits."""
-        return _short_hash({**self.to_json(), "code": self._code()})
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
         """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
@@ -267,11 +260,7 @@ class Experiment:
 
     def to_json(self) -> dict[str, Any]:
         """In plain types, for `from_json`."""
-        data = {part.name: getattr(self, part.name) for part in fields(self)}
-        data["factors"] = [factor.to_json() for factor in self.factors]
-        data["stop"] = asdict(self.stop)
-        data["scatter"] = None if self.scatter is None else self.scatter.text
-        return data
+        return {**asdict(self), "scatter": None if self.scatter is None else self.scatter.text}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
@@ -289,17 +278,13 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     import numpy as np
     from scipy.stats import qmc
 
-    from simcore.sweep.sensitivity import morris_points, saltelli_points
-
-    makers: dict[str, Callable[[], Any]] = {
-        "random": lambda: np.random.default_rng(0).random((samples, factors)),
-        "latin": lambda: qmc.LatinHypercube(factors, seed=0).random(samples),
-        # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
-        "sobol": lambda: qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples],
-        "morris": lambda: morris_points(samples, factors),
-        "saltelli": lambda: saltelli_points(samples, factors),
-    }
-    rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
+    if design == "random":
+        points = np.random.default_rng(0).random((samples, factors))
+    elif design == "latin":
+        points = qmc.LatinHypercube(factors, seed=0).random(samples)
+    else:  # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
+        points = qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples]
+    rows: list[list[float]] = np.clip(points, 1e-9, 1.0 - 1e-9).tolist()
     return rows
 
 

@@ -1,18 +1,35 @@
-"""What differs between the runs of an experiment: values of a name, written out or drawn from a distribution."""
+"""What differs between the runs of an experiment: a name, its values, and the part of a run that the name means.
+
+Values are written out or drawn from a distribution. A name is that of a part of the robot, a spread, a kind of piece,
+or how a run is played. `robot.<path>` goes through the fields of `RobotConfig`, tables by name and rows by number (`*`:
+all). Short names begin with a part of the robot: `battery.charge`, `shooter.exit_efficiency`, `hood.mass`. What a
+config does not have itself it may have in one of its parts: `drivetrain.wheel_cof` is that of all modules.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Any, Literal, TypeAlias
 
-from simcore.errors import ConfigError
-from simcore.quantities import Quantity, require, shown
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Auto, Game, PieceSupply
+from simcore.match.scatter import Scatter
+from simcore.match.scoring import Alliance
+from simcore.physics.engine_choice import choose_engine
+from simcore.players.lineup import lineup
+from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
+from simcore.robot.robot_config import RobotConfig
 
-__all__ = ["PROJECT", "Distribution", "Factor", "FactorValue", "parse_factor"]
+__all__ = [
+    "PLAYED", "PROJECT", "Distribution", "Factor", "FactorValue", "RunSetup", "parse_factor", "vary", "vary_pieces",
+    "vary_robot", "vary_scatter",
+]  # fmt: skip
 
 PROJECT = "project"
 """Name of the factor whose values are folders of robot projects."""
@@ -28,6 +45,18 @@ _EXAMPLE = (
     "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
 )
+PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
+"""First words of factors that say how a run is played."""
+_PARTS = {
+    "intake": "intakes",
+    "shooter": "shooters",
+    "placer": "placers",
+    "climber": "climbers",
+    "camera": "cameras",
+}
+"""Short names of rows of the robot; they mean all in it."""
+_OF_ALL_SPREADS = ("scatter", "scatter.only")
+_ALIASES: dict[tuple[str, ...], tuple[str, ...]] = {("battery", "charge"): ("battery", "initial_charge")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +102,7 @@ class Factor:
     """
 
     name: str
-    """What is varied, as `simcore.sweep.factor_paths` finds it: `robot.mass`, `battery.charge`, `auto`."""
+    """What is varied, `robot.mass`, `battery.charge`, `auto`."""
     values: tuple[FactorValue, ...] = ()
     """In the unit of what is varied."""
     distribution: Distribution | None = None
@@ -97,19 +126,11 @@ class Factor:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
 
-    def to_json(self) -> dict[str, Any]:
-        """In plain types, for `from_json`."""
-        if self.distribution is None:
-            return {"name": self.name, "values": list(self.values)}
-        return {"name": self.name, self.distribution.kind: [self.distribution.first, self.distribution.second]}
-
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """What `to_json` wrote."""
-        for kind in ("uniform", "normal"):
-            if kind in data:
-                return cls(data["name"], distribution=Distribution(kind, *data[kind]))
-        return cls(data["name"], tuple(data["values"]))
+        """What `dataclasses.asdict` made of one, also after JSON has made lists of its tuples."""
+        drawn = data["distribution"]
+        return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
@@ -126,21 +147,22 @@ def parse_factor(text: str) -> Factor:
         ConfigError: It cannot be read; the text has an example.
     """
     name, equals, what = (part.strip() for part in text.partition("="))
+    unreadable = ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
     if not equals or not name or not what:
-        raise ConfigError(f"a factor {shown(text)} cannot be read: {_EXAMPLE}")
+        raise unreadable
     if call := re.fullmatch(r"(\w+)\(([^()]*)\)", what):
         numbers = [_number(part) for part in call[2].split(",")]
         if call[1] not in ("uniform", "normal") or len(numbers) != 2 or None in numbers:
-            raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+            raise unreadable
         return Factor(name, distribution=Distribution(call[1], *numbers))  # type: ignore[arg-type]
     if ":" in what and not what[0].isalpha():
         numbers = [_number(part) for part in what.split(":")]
         if len(numbers) != 3 or None in numbers:
-            raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+            raise unreadable
         return Factor(name, _steps(name, *numbers))  # type: ignore[arg-type]
     parts = [part.strip() for part in what.split(",")]
     if not all(parts) or any(_LIKE_RANGE.match(part) for part in parts):
-        raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
+        raise unreadable
     return Factor(name, tuple(part if (number := _number(part)) is None else number for part in parts))
 
 
@@ -161,3 +183,246 @@ def _number(text: str) -> float | None:
     except ValueError:
         return None
     return number if math.isfinite(number) else None
+
+
+# --- what a name means ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSetup:
+    """What a run is played with, but for its seed."""
+
+    game: Game
+    auto: Auto
+    robot: RobotConfig
+    scatter: Scatter | None = None
+    alliance: Alliance = "blue"
+    seconds: float | None = None
+    """None: as long as the game's autonomous period."""
+    engine: str | None = None
+    red: str = ""
+    """Who plays a whole match, as `lineup` reads it; `blue` empty, too: one robot plays the auto."""
+    blue: str = ""
+
+
+def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
+    """The setup with all factors at these values.
+
+    Raises:
+        ConfigError: There is no such factor, or it cannot have this value; the text has the nearest names, and what
+            would work.
+    """
+    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # it brings a start of its own
+        if name.partition(".")[0] in PLAYED:
+            with _named(name):
+                setup = _vary_played(setup, name, value)
+    return replace(
+        setup,
+        robot=vary_robot(setup.robot, values),
+        game=vary_pieces(setup.game, values),
+        scatter=vary_scatter(setup.scatter, values),
+    )
+
+
+def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
+    """The robot with those of the factors that are of a robot; errors as `vary`."""
+    for name, value in values.items():
+        parts = tuple(name.split("."))
+        if parts[0] not in (*PLAYED, "scatter", "pieces"):
+            with _named(name):
+                path = parts[1:] if parts[0] == "robot" else _whole_path(robot, parts)
+                robot = _with(robot, _ALIASES.get(path, path), value, "robot")
+    return robot
+
+
+def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
+    """The scatter with those of the factors that are of it.
+
+    `scatter` is a factor of all default spreads, `scatter.only` the name of the one that stays on (or `all`, `none`),
+    `scatter.spin` is one.
+
+    Args:
+        scatter: As it is; None: none at all.
+        values: Of all factors.
+    """
+    for name, value in sorted(values.items(), key=lambda item: (item[0] not in _OF_ALL_SPREADS, item[0])):
+        parts = name.split(".")
+        if parts[0] != "scatter":
+            continue
+        with _named(name):
+            if len(parts) == 1:
+                require("scatter", "factor of the default spreads", value, FACTOR)
+                scatter = Scatter().scaled(float(value))
+            elif name == "scatter.only":
+                scatter = (scatter or Scatter()).only(str(value))
+            else:
+                scatter = _with(scatter or Scatter.none(), tuple(parts[1:]), value, "scatter")
+    return scatter
+
+
+def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
+    """The game with those of the factors that are of pieces: `pieces.<kind>.<field>`, or `pieces.<field>` of all."""
+    for name, value in values.items():
+        first, *parts = name.split(".")
+        if first != "pieces":
+            continue
+        kinds = {supply.kind.name.lower(): supply.kind.name for supply in game.pieces}
+        chosen = list(kinds.values())
+        if parts and parts[0].lower() in kinds:
+            chosen = [kinds[parts.pop(0).lower()]]
+        with _named(name):
+            supplies = [
+                PieceSupply(_with(supply.kind, tuple(parts), value, f"pieces.{supply.kind.name}"), supply.count)
+                if supply.kind.name in chosen
+                else supply
+                for supply in game.pieces
+            ]
+        game = replace(game, pieces=tuple(supplies))
+    return game
+
+
+@contextmanager
+def _named(name: str) -> Iterator[None]:
+    """Say of which factor an error is."""
+    try:
+        yield
+    except (ConfigError, UnknownNameError) as error:
+        raise ConfigError(f"factor {name!r}: {error}") from error
+
+
+def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
+    """How it is played: by which auto of whose, from where, for how long."""
+    if name == "auto":
+        return replace(setup, auto=setup.game.auto(str(value)))
+    if name == "preload":
+        preload = _converted(0, value, name)
+        return replace(setup, auto=replace(setup.auto, preload=preload))  # which judges it
+    if name == "seconds":
+        require("auto", name, value, Quantity("s", 0.0, 3600.0, is_open=True))
+        return replace(setup, seconds=float(value))
+    if name == "alliance":
+        if value not in ("blue", "red"):
+            raise ConfigError(f"must be 'blue' or 'red', got {shown(value)}")
+        return replace(setup, alliance="blue" if value == "blue" else "red")
+    if name in ("blue", "red"):
+        setup = replace(setup, blue=str(value)) if name == "blue" else replace(setup, red=str(value))
+        lineup(setup.game, blue=setup.blue, red=setup.red)
+        return setup
+    if name == "engine":
+        return replace(setup, engine=choose_engine(str(value)))
+    places = {"start.x": FIELD_PLACE, "start.y": FIELD_PLACE, "start.heading": ANGLE}
+    if name not in places:
+        raise UnknownNameError("factor", name, [*PLAYED[:-1], *places])
+    require("auto", name, value, places[name])
+    x, y, heading = (float(value) if part == name else old for part, old in zip(places, setup.auto.start, strict=True))
+    return replace(setup, auto=replace(setup.auto, start=(x, y, heading)))
+
+
+def _whole_path(robot: RobotConfig, parts: tuple[str, ...]) -> tuple[str, ...]:
+    """The path from the robot that a short name means.
+
+    A row of the robot comes before a mechanism of the same name, if its members have the field.
+    """
+    first, *rest = parts
+    if first in _PARTS and rest:
+        members, mechanism = getattr(robot, _PARTS[first]), robot.mechanisms.get(first)
+        if members and (_way_to(members[0], rest[0]) or not _way_to(mechanism, rest[0])):
+            return (_PARTS[first], "*", *rest)
+    if first in robot.mechanisms:
+        return ("mechanisms", *parts)
+    names = [field.name for field in dataclasses.fields(robot)]
+    if parts == ("mass",):  # as people say it; no field of the robot has it alone
+        return parts
+    if first not in names:
+        shorts = [short for short, row in _PARTS.items() if getattr(robot, row)]
+        known = {"robot", "scatter", "pieces", *PLAYED, *names, *shorts, *robot.mechanisms}
+        raise UnknownNameError("factor", first, known)
+    return parts
+
+
+def _with(config: Any, path: tuple[str, ...], value: FactorValue, where: str) -> Any:
+    """A config with the value at a path in it; all else as it was."""
+    if not path:
+        return _converted(config, value, where)
+    first, *rest = path
+    below = f"{where}.{first}"
+    if isinstance(config, Mapping):
+        if first not in config:
+            raise UnknownNameError(f"{where}: entry", first, map(str, config))
+        return {**config, first: _with(config[first], tuple(rest), value, below)}
+    if isinstance(config, tuple):
+        known = [str(number) for number in range(len(config))]
+        if first != "*" and first not in known:
+            raise UnknownNameError(f"{where}: number", first, ["*", *known])
+        return tuple(
+            _with(item, tuple(rest), value, f"{where}.{number}") if first in ("*", str(number)) else item
+            for number, item in enumerate(config)
+        )
+    if not dataclasses.is_dataclass(config) or isinstance(config, type):
+        raise ConfigError(f"{where} is {shown(config)}, which has no {first!r} to vary")
+    if isinstance(config, RobotConfig) and path in (("mass",), ("drivetrain", "mass")):
+        return _with_mass(config, value)
+    way = _way_to(config, first)
+    if not way:
+        known = [field.name for field in dataclasses.fields(config) if field.init]
+        if isinstance(config, RobotConfig):
+            known.append("mass")
+        raise UnknownNameError(f"field of {where}", first, known)
+    if len(way) > 1:
+        return _with(config, (*way, *rest), value, where)
+    return replace(config, **{first: _with(getattr(config, first), tuple(rest), value, below)})
+
+
+def _way_to(config: Any, name: str) -> tuple[str, ...]:
+    """From a config to the field of this name: its own, or that of the only part that has one; empty: there is none."""
+    if not dataclasses.is_dataclass(config):
+        return ()
+    fields = [field.name for field in dataclasses.fields(config) if field.init]
+    if name in fields:
+        return (name,)
+    ways: list[tuple[str, ...]] = []
+    for part in fields:
+        inner = getattr(config, part)
+        if isinstance(inner, tuple) and inner and _has(inner[0], name):
+            ways.append((part, "*", name))
+        elif _has(inner, name):
+            ways.append((part, name))
+    return ways[0] if len(ways) == 1 else ()
+
+
+def _has(config: Any, name: str) -> bool:
+    return dataclasses.is_dataclass(config) and name in (field.name for field in dataclasses.fields(config))
+
+
+def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
+    """The robot with another mass [kg], spread as before: its inertia grows with it."""
+    require("robot", "mass", value, MASS)
+    drivetrain, mass = robot.drivetrain, float(value)
+    inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
+    chassis = robot.chassis
+    if chassis is not None:
+        own = chassis.yaw_inertia
+        chassis = replace(chassis, mass=mass, yaw_inertia=None if own is None else own * mass / chassis.mass)
+    return replace(robot, drivetrain=replace(drivetrain, mass=mass, yaw_inertia=inertia), chassis=chassis)
+
+
+def _converted(present: Any, value: FactorValue, where: str) -> Any:
+    """The value in the type of what stands there; the config judges it."""
+    if isinstance(present, bool):
+        if str(value).lower() not in ("true", "false"):
+            raise ConfigError(f"{where} must be true or false, got {shown(value)}")
+        return str(value).lower() == "true"
+    if isinstance(present, int) and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if present is None or isinstance(present, (int, float, str)):
+        return value
+    raise ConfigError(f"{where} has parts: name a number in it, as {where}.{{{','.join(_parts_of(present))}}}")
+
+
+def _parts_of(config: Any) -> list[str]:
+    """What stands after the dot in names of the parts of a config."""
+    if isinstance(config, Mapping):
+        return [str(name) for name in config]
+    if isinstance(config, tuple):
+        return ["*", *(str(number) for number in range(len(config)))]
+    return [field.name for field in dataclasses.fields(config) if field.init]

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
+import faulthandler
+import json
 import os
+import tempfile
+import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from threading import Lock
 from time import process_time
-from typing import Any
+from typing import Any, TextIO
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.game import Game
@@ -22,20 +27,27 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.reader import read_settings
+from simcore.sweep.child_process import death_text, run_process
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
-from simcore.sweep.factor_paths import RunSetup, vary
-from simcore.sweep.project_runs import play_project, require_project
+from simcore.sweep.factors import PLAYED, PROJECT, RunSetup, vary, vary_scatter
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
-from simcore.sweep.time_limit import time_limit
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = [
-    "failed_row", "game_of", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of",
-    "sentence_of", "setup_of",
+    "TimeLimitError", "be_worker", "failed_row", "game_of", "planned_values", "play_run", "play_values",
+    "require_playable_runs", "robot_of", "sentence_of", "setup_of", "time_limit",
 ]  # fmt: skip
 
-_one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
+_GRACE = 5.0
+"""Wall time after the limit in which an exception must have ended a run, before its worker ends itself [s]."""
+_START = 60.0  # [s]; all imports of a process, on a busy machine
+_STEPS = 100  # of Python code, within which an exception that is due comes
+_OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
+"""Those of `PLAYED` that a project can be told; where it starts is its auto's affair."""
+
+_one_at_a_time = threading.Lock()  # a worker of a cluster may have several threads; a run has the process to itself
+_nowhere: TextIO | None = None
 
 
 def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
@@ -48,16 +60,18 @@ def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
     Returns:
         A value for each column, in plain types. `error` is empty, or a sentence; metrics are left out then.
     """
-    with _one_at_a_time:
+    is_project = experiment.project is not None  # which has a process of its own
+    with nullcontext() if is_project else _one_at_a_time:
         start = process_time()
         try:
-            with time_limit(experiment.timeout):
+            with time_limit(None if is_project else experiment.timeout):
                 measured = play_values(experiment, planned)
         except Exception as error:
             row = failed_row(planned, sentence_of(error))
         else:
             row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
-        row["cpu_seconds"] = row.get("cpu_seconds", 0.0) + process_time() - start
+        if not is_project:
+            row["cpu_seconds"] = process_time() - start
         return row
 
 
@@ -68,7 +82,7 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
         SimcoreError: The run cannot be.
     """
     if experiment.project is not None:
-        return play_project(experiment, planned, log)
+        return _play_project(experiment, planned, log)
     setup = vary(setup_of(experiment), planned.values)
     played = _player(setup)(
         seconds=setup.seconds,
@@ -145,7 +159,7 @@ def require_playable_runs(experiment: Experiment) -> None:
         SimcoreError: A game, auto, robot, factor or value cannot be; the text says what would work.
     """
     if experiment.project is not None:
-        require_project(experiment)
+        _require_project(experiment)
         return
     setup = setup_of(experiment)
     _seats(setup)
@@ -207,3 +221,134 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
     if not isinstance(config, RobotConfig):
         raise ConfigError(f"robot {name!r} must return a RobotConfig, got a {type(config).__name__}")
     return config
+
+
+# --- robot projects -------------------------------------------------------------------------------------------------
+
+
+def _require_project(experiment: Experiment) -> None:
+    """Refuse what no run can be played with, as far as that shows without the robot's code.
+
+    Raises:
+        ConfigError: There is no robot.py, or a factor is one of scripted autos.
+    """
+    folders = {str(experiment.project), *(str(v) for f in experiment.factors if f.name == PROJECT for v in f.values)}
+    for folder in map(Path, sorted(folders)):
+        if not (folder / "robot.py").is_file():
+            raise ConfigError(f"project: there is no robot.py in {folder}; name the folder that it is in")
+    for factor in experiment.factors:
+        first = factor.name.partition(".")[0]
+        if first == PROJECT:
+            continue
+        if first in PLAYED and factor.name not in _OF_PROJECTS:
+            raise ConfigError(
+                f"factor {factor.name!r}: of a project want {', '.join(_OF_PROJECTS)}, robot.*, scatter.* or pieces.*; "
+                "where it starts, with how many pieces, is the project's own affair"
+            )
+        for value in factor.values:
+            vary_scatter(experiment.scatter, {factor.name: value})
+
+
+def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None) -> dict[str, Any]:
+    """Metrics, digest and cpu_seconds of a run; its telemetry goes to a log, if one is asked for.
+
+    Raises:
+        SimcoreError: The robot's code has failed, or its process has ended; the text says how.
+    """
+    values = planned.values
+    scatter = vary_scatter(experiment.scatter, values)
+    task = {
+        "auto": values.get("auto", experiment.auto),
+        "alliance": values.get("alliance", experiment.alliance),
+        "seconds": values.get("seconds", experiment.seconds),
+        "engine": values.get("engine", experiment.engine),
+        "game": experiment.game,
+        "seed": planned.seed,
+        "scatter": None if scatter is None else scatter.text,
+        "values": {
+            name: v for name, v in values.items() if name.partition(".")[0] not in (*PLAYED, PROJECT, "scatter")
+        },
+        "metrics": experiment.metrics,
+        "log": None if log is None else str(log.resolve()),
+    }
+    folder = Path(str(values.get(PROJECT, experiment.project))).resolve()
+    task["project"] = str(folder)
+    limit = None if experiment.timeout is None else _START + experiment.timeout
+    with tempfile.TemporaryDirectory(prefix="simcore-run-", ignore_cleanup_errors=True) as name:
+        said, answer = Path(name, "said"), Path(name, "answer")
+        function = "simcore.robotpy.project_run:play_run"
+        code = run_process(function, task, str(answer), said=said, timeout=limit, folder=folder)
+        if not answer.exists():
+            late = f"took longer than {experiment.timeout} s of wall time, and its process was ended"
+            raise SimcoreError(late if code is None else death_text(code, said))
+        measured: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
+    if "error" in measured:
+        raise SimcoreError(measured["error"])
+    return measured
+
+
+# --- a limit on time ------------------------------------------------------------------------------------------------
+
+
+def be_worker() -> None:
+    """Let `time_limit` end this process where nothing else helps: others play on."""
+    global _nowhere
+    _nowhere = _nowhere or open(os.devnull, "w")
+
+
+class TimeLimitError(SimcoreError, TimeoutError):
+    """A run took longer than it may."""
+
+
+@contextmanager
+def time_limit(seconds: float | None) -> Iterator[None]:
+    """Raise in the calling thread when a time is over.
+
+    The exception comes between two steps of Python code. Where none comes by, as in a library that hangs, a worker
+    (`be_worker`) ends after `_GRACE` more.
+
+    Args:
+        seconds: Wall time [s]; None: no limit.
+
+    Raises:
+        TimeLimitError: It is over.
+    """
+    if seconds is None:
+        yield
+        return
+    thread = threading.get_ident()
+    lock = threading.Lock()
+    is_over = is_due = False
+
+    def interrupt() -> None:
+        nonlocal is_due
+        with lock:
+            if not is_over:
+                is_due = True
+                _raise_in(thread, TimeLimitError)
+
+    timer = threading.Timer(seconds, interrupt)
+    timer.daemon = True
+    timer.start()
+    if _nowhere is not None:
+        faulthandler.dump_traceback_later(seconds + _GRACE, exit=True, file=_nowhere)  # needs no step of Python
+    try:
+        try:
+            yield
+        finally:
+            with lock:
+                is_over = True
+        if is_due:  # not taken back: CPython 3.11 then looks for it for good, and hangs under a profiler or debugger
+            for _ in range(_STEPS):
+                pass
+    except TimeLimitError:
+        raise TimeLimitError(f"took longer than {seconds:g} s of wall time, and was ended") from None
+    finally:
+        timer.cancel()
+        if _nowhere is not None:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def _raise_in(thread: int, error: type[BaseException]) -> None:
+    """Let a thread raise an error with its next step."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(error))

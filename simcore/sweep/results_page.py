@@ -1,46 +1,52 @@
-"""What came of a sweep as one HTML file without network, and as text for a terminal."""
+"""What came of a sweep as one HTML file without network, its drawings as pictures, and as text for a terminal."""
 
 from __future__ import annotations
 
 import math
+import re
 import shlex
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from simcore.match.registry import find_game
 from simcore.show.page import page_style
 from simcore.show.raster import save_drawing
 from simcore.sweep.one_run import game_of
-from simcore.sweep.result_drawings import (
-    ResultDrawing,
-    difference_text,
-    drawings_of,
-    effects_of,
-    main_metric,
-    varied_metrics,
+from simcore.sweep.results import MOST_VALUES, ColumnExpression, Results, Row
+from simcore.sweep.sweep_charts import (
+    ChartPoint,
+    distribution_chart,
+    heat_map,
+    landings_of,
+    number_text,
+    response_chart,
 )
-from simcore.sweep.results import MOST_VALUES, Results
-from simcore.sweep.sweep_charts import number_text
-from simcore.sweep.sweep_statistics import PERCENTILES, Share
+from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, Share, seed_share
 from simcore.telemetry.sinks import write_text
+from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
     from simcore.show.scene import Scene
 
-__all__ = ["save_results", "summary_text", "write_results_page"]
+__all__ = ["ResultDrawing", "drawings_of", "save_results", "summary_text"]
 
 _MOST_RUNS = 10
 _MOST_ERRORS = 20
+_MOST_DISTRIBUTIONS = 6
+_PARTS = 8  # of the runs, where a factor has more values than are shown each
 _NARROW, _WIDE = 720, 1200  # of pictures [px]
+_UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
-
-Table = tuple[Sequence[str], list[list[str]]]
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """What a terminal shows: counts, what factors change, shares of success, percentiles, what matters most.
+    """What a terminal shows: counts, what factors change, shares of success, percentiles.
 
     Args:
         results: Of a sweep.
@@ -48,32 +54,31 @@ def summary_text(results: Results, condition: str = "") -> str:
     """
     condition = condition or results.experiment.stop.condition
     lines = [_headline(results)]
-    main = main_metric(results, condition)
-    differences = [difference_text(row) for row in results.differences(main)] if main else []
+    main = _main_metric(results, condition)
+    differences = [_difference_text(*row) for row in results.differences(main)] if main else []
     if differences:
         lines += ["", f"{main} with the same seeds:", *(f"  {text}" for text in differences)]
     if condition:
         (_, share), *groups = _shares(results, condition)
         lines += ["", f"{condition}: {share}", *(f"  {name}: {share}" for name, share in groups)]
-    heads, rows = _percentile_table(results)
+    rows = _percentile_rows(results)
     if rows:
-        lines += ["", *_aligned([list(heads), *rows])]
-    effects = _effect_table(results, main)
-    if effects[1]:
-        lines += ["", f"what moves {main}:", *_aligned([list(effects[0]), *effects[1]])]
-    failures = results.failures
-    if len(failures):
-        lines += ["", f"{_count(len(failures), 'run')} ended with an error:"]
+        width = max(len(name) for name, *_ in rows)
         lines += [
-            f"  {said} ({_count(count, 'run')})" for said, count in failures["error"].value_counts().head(5).items()
+            "",
+            *(f"{name:{width}}{''.join(f'  {cell:>7}' for cell in cells)}" for name, *cells in (_HEADS, *rows)),
         ]
+    if results.failures:
+        lines += ["", f"{_count(len(results.failures), 'run')} ended with an error:"]
+        errors = Counter(row["error"] for row in results.failures).most_common(5)
+        lines += [f"  {error} ({_count(count, 'run')})" for error, count in errors]
     return "\n".join(lines)
 
 
 def save_results(
     results: Results, folder: str | Path, condition: str = "", *, scene: Scene | None = None
 ) -> dict[str, Path]:
-    """Write `results.parquet`, `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
+    """Write `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
 
     Args:
         results: Of a sweep.
@@ -89,13 +94,13 @@ def save_results(
     """
     folder = Path(folder)
     condition = condition or results.experiment.stop.condition
-    if scene is None and "landings" in results.table.columns:
+    if scene is None and "landings" in results.columns:
         from simcore.show.scene import bare_scene
 
         scene = bare_scene(game_of(results.experiment.game))
     drawings = drawings_of(results, condition, scene)
-    written = [*results.save_tables(folder), folder / "page.html"]
-    write_results_page(written[-1], results, drawings, condition)
+    written = [results.save_table(folder), folder / "page.html"]
+    write_text("page", written[-1], _page(results, drawings, condition, folder))
     for drawing in drawings:
         path = folder / "pictures" / drawing.file_name
         save_drawing(drawing.drawing, path, _WIDE if drawing.is_wide else _NARROW)
@@ -103,49 +108,27 @@ def save_results(
     return {path.name: path for path in written}
 
 
-def write_results_page(
-    path: str | Path, results: Results, drawings: Sequence[ResultDrawing], condition: str = ""
-) -> None:
-    """Write the page; missing folders are made.
-
-    Args:
-        path: By custom a `.html` file.
-        results: Of a sweep.
-        drawings: On it.
-        condition: What a success is; empty: nothing is.
-
-    Raises:
-        OutputError: The file cannot be written.
-    """
-    path = Path(path)
-    main = main_metric(results, condition)
+def _page(results: Results, drawings: Sequence[ResultDrawing], condition: str, folder: Path) -> str:
     figures = "\n".join(
         f'<figure class="{"side" if drawing.is_wide else "chart"}"><figcaption><strong>{escape(drawing.title)}</strong>'
         f" <span>{escape(drawing.note)}</span></figcaption>{drawing.drawing}</figure>"
         for drawing in drawings
     )
-    tables = "".join(
-        _table_html(title, *table)
-        for title, table in (
-            (f"{main} with the same seeds", _difference_table(results, main)),
-            (f"Share of {condition}", _share_table(results, condition)),
-            ("Percentiles of all runs", _percentile_table(results)),
-            (f"What moves {main}", _effect_table(results, main)),
-            (f"Runs with the lowest {main}. To see one: {_replay(path)}", _lowest_table(results, main)),
-            (f"Runs that ended with an error. To see one: {_replay(path)}", _error_table(results)),
-        )
-        if table[1]
-    )
-    facts = "".join(f"<li><span>{escape(k)}</span><b>{escape(v)}</b></li>" for k, v in _facts(results, condition))
-    text = _PAGE.format(
+    main = _main_metric(results, condition)
+    heads = ("run", "seed", *results.factors)
+    known = [row for row in results.finished if main and row.get(main) is not None]
+    lowest = sorted(known, key=lambda row: (row[main], row["run"]))[:_MOST_RUNS]
+    again = f"To see one: simcore sweep --out {shlex.quote(str(folder))} --repeat RUN"
+    tables = _mean_table(results, condition or main)
+    tables += _table(f"Runs with the lowest {main}. {again}", (*heads, *_varied_metrics(results)[:6]), lowest)
+    tables += _table(f"Runs that ended with an error. {again}", (*heads, "error"), results.failures[:_MOST_ERRORS])
+    return _PAGE.format(
         title=escape(_title(results)),
-        note=escape(_headline(results)),
-        facts=facts,
+        summary=escape(summary_text(results, condition)),
         figures=figures,
         tables=tables,
         style=page_style(),
     )
-    write_text("page", path, text)
 
 
 _PAGE = """<!DOCTYPE html>
@@ -162,8 +145,7 @@ _PAGE = """<!DOCTYPE html>
 </head>
 <body>
 <h1>{title}</h1>
-<p class="note">{note}</p>
-<ul class="facts">{facts}</ul>
+<pre class="wide">{summary}</pre>
 <div class="charts">
 {figures}
 </div>
@@ -186,131 +168,167 @@ def _title(results: Results) -> str:
 
 
 def _headline(results: Results) -> str:
-    table = results.table
-    points, seeds = table["point"].nunique(), table["seed"].nunique()
-    varied = f" at {_count(points, 'point')} of {', '.join(results.factors)}" if results.factors else ""
+    points, seeds = ({row[name] for row in results.rows} for name in ("point", "seed"))
+    varied = f" at {_count(len(points), 'point')} of {', '.join(results.factors)}" if results.factors else ""
     failed = len(results.failures)
     errors = f"; {failed} ended with an error" if failed else ""
-    return f"{_count(len(table), 'run')}{varied}, {_count(seeds, 'seed')}{errors}"
+    return f"{_count(len(results.rows), 'run')}{varied}, {_count(len(seeds), 'seed')}{errors}"
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def _facts(results: Results, condition: str) -> Iterator[tuple[str, str]]:
-    table = results.table
-    yield "runs", str(len(table))
-    if condition:
-        share = results.success(condition)
-        yield condition, f"{100 * share.value:.0f} %"
-        yield "95 % interval of it", f"{100 * share.lower:.0f} to {100 * share.upper:.0f} %"
-    main = main_metric(results, condition)
-    if main:
-        low, middle, high = results.percentiles(main, (5, 50, 95)).iloc[0]
-        yield f"median {main}", number_text(middle)
-        yield f"{main} of 90 % of the runs", f"{number_text(low)} to {number_text(high)}"
-    if len(results.failures):
-        yield "errors", str(len(results.failures))
-    if "cpu_seconds" in table:
-        yield "processor time a run", f"{table['cpu_seconds'].median():.1f} s"
+def _difference_text(factor: str, first: float | str, value: float | str, difference: PairedDifference) -> str:
+    return f"{factor} = {number_text(value)} against {number_text(first)}: {difference}"
 
 
-# --- tables -------------------------------------------------------------------------------------------------------
+def _main_metric(results: Results, condition: str = "") -> str:
+    """The metric that is drawn over everything; empty: there is none.
+
+    The first of the condition, else the score, if they differ between runs, else the first that does.
+    """
+    first, varied = [*(ColumnExpression(condition).names if condition else ()), "score"], _varied_metrics(results)
+    wanted = [*(name for name in first if name in varied), *varied, *first]
+    return next((name for name in wanted if name in results.metrics), "")
 
 
-def _share_table(results: Results, condition: str) -> Table:
-    heads = ("runs", "successes", "share", "95 % interval")
-    rows = []
-    if condition:
-        rows = [
-            [name, f"{share.k} of {share.n}", f"{100 * share.value:.0f} %",
-             f"{100 * share.lower:.0f} to {100 * share.upper:.0f} %"]
-            for name, share in _shares(results, condition)
-        ]  # fmt: skip
-    return heads, rows
+def _varied_metrics(results: Results) -> list[str]:
+    """Metrics that are not the same in all runs."""
+    return [name for name in results.metrics if len({row.get(name) for row in results.finished} - {None}) > 1]
 
 
-def _difference_table(results: Results, metric: str) -> Table:
-    heads = ("factor", "from", "to", "difference")
-    found = results.differences(metric) if metric else []
-    return heads, [[name, number_text(first), number_text(value), str(by)] for name, first, value, by in found]
+def _percentiles(values: FloatArray, at: Sequence[float]) -> list[float]:
+    """Of those that are known; not a number where none is."""
+    known = values[np.isfinite(values)]
+    return np.percentile(known, at).tolist() if len(known) else [math.nan] * len(at)
 
 
 def _shares(results: Results, condition: str) -> list[tuple[str, Share]]:
     """Of all runs, then of each value of the factors that have few."""
     shares = [("all", results.success(condition))]
     for factor in results.factors:
-        if results.table[factor].nunique() in range(2, MOST_VALUES + 1):
+        if len(results.factor_values(factor)) in range(2, MOST_VALUES + 1):
             found = results.success_by(factor, condition)
             shares += [(f"{factor} = {number_text(value)}", share) for value, share in found.items()]
     return shares
 
 
-def _percentile_table(results: Results) -> Table:
-    rows = []
-    kept = [name for name in (main_metric(results), "score") if name in results.metrics]  # the same in all runs or not
-    varied = [name for name in varied_metrics(results) if name not in kept]
-    for metric in (*dict.fromkeys(kept), *varied):
-        values = results.percentiles(metric).iloc[0]
-        rows.append([metric, *(number_text(float(value)) for value in values)])
-    return _HEADS, rows
+def _percentile_rows(results: Results) -> list[list[str]]:
+    kept = [name for name in (_main_metric(results), "score") if name in results.metrics]  # the same in all runs or not
+    metrics = dict.fromkeys((*kept, *_varied_metrics(results)))
+    return [[name, *map(number_text, _percentiles(results.values(name), PERCENTILES))] for name in metrics]
 
 
-def _effect_table(results: Results, metric: str) -> Table:
-    effects = effects_of(results, metric) if metric and results.factors else ()
-    heads: tuple[str, ...] = ("factor", effects[0].method if effects else "", "at lowest", "at highest")
-    has_total = any(math.isfinite(effect.total) for effect in effects)
-    rows = []
-    for effect in effects:
-        margin = f" ± {effect.margin:.2g}" if math.isfinite(effect.margin) else ""
-        ends = [f"{number_text(effect.at_low)} ({number_text(effect.low)})"]
-        ends.append(f"{number_text(effect.at_high)} ({number_text(effect.high)})")
-        total = [number_text(effect.total)] if has_total else []
-        rows.append([effect.factor, f"{number_text(effect.index)}{margin}", *total, *ends])
-    return ((*heads[:2], "with others", *heads[2:]) if has_total else heads), rows
+def _mean_table(results: Results, metric: str) -> str:
+    """Means of a metric over the first two factors of which both have few values."""
+    factors = [name for name in results.factors if 2 <= len(results.factor_values(name)) <= MOST_VALUES]
+    if not metric or len(factors) < 2:
+        return ""
+    down, across = factors[:2]
+    cells: dict[tuple[Any, Any], list[float]] = {}
+    for row, value in zip(results.finished, results.values(metric).tolist(), strict=True):
+        if math.isfinite(value):
+            cells.setdefault((row[down], row[across]), []).append(value)
+    names = {f"{across} = {number_text(value)}": value for value in results.factor_values(across)}
+    rows = [
+        {down: at, **{name: float(np.mean(cells[at, value])) for name, value in names.items() if (at, value) in cells}}
+        for at in results.factor_values(down)
+    ]
+    return _table(f"Mean {metric}", (down, *names), rows)
 
 
-def _replay(path: str | Path) -> str:
-    """The command that plays a run again, with its page."""
-    return f"simcore sweep --out {shlex.quote(str(Path(path).parent))} --repeat RUN"
+def _table(title: str, names: Sequence[str], runs: Sequence[Row]) -> str:
+    """A table of runs that can be folded; nothing without runs."""
+    head = "".join(f"<th scope=col>{escape(name)}</th>" for name in names)
+    body = ""
+    for run in runs:
+        first, *cells = ("" if run.get(name) is None else escape(number_text(run[name])) for name in names)
+        body += f"<tr><th scope=row>{first}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+    table = f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f"<details open><summary>{escape(title)}</summary>{table}</details>" if runs else ""
 
 
-def _lowest_table(results: Results, metric: str) -> Table:
-    if not metric:
-        return (), []
-    runs = results.whole.sort_values([metric, "run"]).head(_MOST_RUNS)
-    heads = ("run", "seed", *results.factors, *varied_metrics(results)[:6])
-    return heads, [[_cell(row[name]) for name in heads] for _, row in runs.iterrows()]
+# --- drawings -----------------------------------------------------------------------------------------------------
 
 
-def _error_table(results: Results) -> Table:
-    heads = ("run", "seed", *results.factors, "error")
-    runs = results.failures.sort_values("run").head(_MOST_ERRORS)
-    return heads, [[_cell(row[name]) for name in heads] for _, row in runs.iterrows()]
+@dataclass(frozen=True, slots=True)
+class ResultDrawing:
+    """One drawing."""
+
+    title: str
+    drawing: str
+    """SVG."""
+    note: str = ""
+    """What its marks mean."""
+    is_wide: bool = False
+    """Whether it takes a row of its own."""
+
+    @property
+    def file_name(self) -> str:
+        """Of its picture.
+
+        >>> ResultDrawing("score >= 30 over robot.mass", "").file_name
+        'score_30_over_robot.mass.png'
+        """
+        return re.sub(r"[^\w.]+", "_", self.title.lower()).strip("_") + ".png"
 
 
-def _cell(value: Any) -> str:
-    return value if isinstance(value, str) else number_text(float(value))
+def drawings_of(results: Results, condition: str = "", scene: Scene | None = None) -> list[ResultDrawing]:
+    """All drawings, what matters most first.
+
+    Args:
+        results: Of a sweep.
+        condition: What a success is; empty: nothing is.
+        scene: The bare field, for heat maps; None: none.
+    """
+    return list(_drawings(results, condition, scene))
 
 
-def _table_html(title: str, heads: Sequence[str], rows: list[list[str]]) -> str:
-    head = "".join(f"<th scope=col>{escape(name)}</th>" for name in heads)
-    body = "".join(
-        f"<tr><th scope=row>{escape(row[0])}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in row[1:])}</tr>"
-        for row in rows
-    )
-    return (
-        f'<details open><summary>{escape(title)}</summary><div class="wide"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div></details>"
-    )
+def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator[ResultDrawing]:
+    main = _main_metric(results, condition)
+    if condition:
+        held = results.succeeded(condition)
+        for factor in results.factors:
+            points = [_share_point(at, held[rows], results, rows) for at, rows in _groups(results.rows, factor)]
+            chart = response_chart(points, factor, "share of successes", is_share=True)
+            yield ResultDrawing(f"{condition} over {factor}", chart, "whiskers: 95 % interval")
+    if main:
+        said = {row[0]: f"{_difference_text(*row)}; " for row in reversed(results.differences(main))}
+        values = results.values(main)
+        for factor in results.factors:
+            points = [_median_point(at, values[rows]) for at, rows in _groups(results.finished, factor)]
+            chart = response_chart(points, factor, main, _UNITS.get(main, ""))
+            note = f"{said.get(factor, '')}median; whiskers: 90 % of the runs"
+            yield ResultDrawing(f"{main} over {factor}", chart, note)
+    for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]:
+        chart = distribution_chart(results.values(metric), metric, _UNITS.get(metric, ""))
+        yield ResultDrawing(f"{metric} of all runs", chart, "median solid; dashed: 5 and 95 %")
+    if scene is not None:
+        for name, places in landings_of(row.get("landings") for row in results.finished).items():
+            if len(places):
+                drawing = heat_map(scene, places, "hit" if name == "hits" else "miss")
+                yield ResultDrawing(f"Where {name} came down", drawing, f"{len(places)}", is_wide=True)
 
 
-def _aligned(rows: list[list[str]]) -> list[str]:
-    """Columns under each other, the first to the left and the others to the right."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.rjust(width) if k else cell.ljust(width) for k, (cell, width) in
-                  enumerate(zip(row, widths, strict=True))).rstrip()
-        for row in rows
-    ]  # fmt: skip
+def _groups(rows: Sequence[Row], factor: str) -> list[tuple[float | str, list[int]]]:
+    """Values of a factor, or the middles of parts where there are many, with the numbers of the rows that have them."""
+    column = [row[factor] for row in rows]
+    known = list(dict.fromkeys(column))
+    if any(isinstance(value, str) for value in known):
+        return [(value, [n for n, own in enumerate(column) if own == value]) for value in known]
+    if len(known) <= MOST_VALUES:
+        return [(float(value), [n for n, own in enumerate(column) if own == value]) for value in sorted(known)]
+    parts = np.array_split(np.argsort(column, kind="stable"), _PARTS)
+    return [(float(np.median([column[n] for n in part])), part.tolist()) for part in parts]
+
+
+def _share_point(at: float | str, held: Any, results: Results, rows: list[int]) -> ChartPoint:
+    share = seed_share(held, [results.rows[n]["seed"] for n in rows])
+    return ChartPoint(at=at, middle=share.value, low=share.lower, high=share.upper, text=str(share))
+
+
+def _median_point(at: float | str, values: FloatArray) -> ChartPoint:
+    low, middle, high = _percentiles(values, (5, 50, 95))
+    text = f"median {number_text(middle)}, {number_text(low)} to {number_text(high)} in {len(values)} runs"
+    return ChartPoint(at=at, middle=middle, low=low, high=high, text=text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,20 +16,19 @@ __all__ = ["FILE_NAME", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
 _TABLES = """
-CREATE TABLE IF NOT EXISTS experiments (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT UNIQUE NOT NULL, description TEXT NOT NULL
-);
+CREATE TABLE IF NOT EXISTS experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
 """
+_log = logging.getLogger(__name__)
 _AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
 _BUSY = 30.0  # [s]; another sweep may be writing to the same file
 
 
 class RunStore:
-    """Rows by the keys of their runs, and the experiments that they were played for.
+    """Rows by the keys of their runs, and the experiment that was played last.
 
     A disk that is full, or a file that cannot be written any more, stops no sweep: rows stay in memory, are tried again
-    with each further one, and `problem` says what is wrong.
+    with each further one, and a warning says so.
 
     Args:
         folder: Of the file; made if it is not there.
@@ -42,8 +42,7 @@ class RunStore:
         self.path = folder / FILE_NAME
         if must_exist and not self.path.is_file():
             raise OutputError(f"{folder}: there are no runs in it: no file {FILE_NAME}")
-        self.problem = ""
-        """Why the last row could not be written; empty: it was."""
+        self._problem = ""  # why the last row could not be written
         self._unsaved: dict[str, tuple[str, str]] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -54,31 +53,26 @@ class RunStore:
             raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
 
     def close(self) -> None:
-        """Write what could not be written before, and close; `problem` says if it still cannot."""
+        """Write what could not be written before, and close."""
         self._write()
         self._base.close()
+        if self._unsaved:
+            _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
-    @property
-    def unsaved(self) -> int:
-        """Rows that are in memory only."""
-        return len(self._unsaved)
-
-    def note(self, experiment: Experiment) -> None:
-        """Remember what is played, as the newest."""
-        key, description = experiment.key, json.dumps(experiment.to_json())
+    def set_experiment(self, experiment: Experiment) -> None:
+        """Keep what is played, in place of what was played before."""
         try:
-            self._base.execute("DELETE FROM experiments WHERE key = ?", (key,))
-            self._base.execute("INSERT INTO experiments (key, description) VALUES (?, ?)", (key, description))
+            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", (json.dumps(experiment.to_json()),))
         except sqlite3.Error as error:
             raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
 
     def experiment(self) -> Experiment:
-        """The newest one.
+        """The last that was played.
 
         Raises:
             ConfigError: There is none.
         """
-        found = self._base.execute("SELECT description FROM experiments ORDER BY number DESC LIMIT 1").fetchone()
+        found = self._base.execute("SELECT description FROM experiment").fetchone()
         if found is None:
             raise ConfigError(f"{self.path} has no experiment in it")
         return Experiment.from_json(json.loads(found[0]))
@@ -107,11 +101,13 @@ class RunStore:
             self._base.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?)", rows)
             self._base.execute("COMMIT")
         except sqlite3.Error as error:
-            self.problem = f"{self.path} cannot be written: {_reason(error)}"
+            if not self._problem:
+                self._problem = f"{self.path} cannot be written: {_reason(error)}"
+                _log.warning("%s; the runs go on, and are kept in memory", self._problem)
             if self._base.in_transaction:
                 self._base.execute("ROLLBACK")
         else:
-            self.problem = ""
+            self._problem = ""
             self._unsaved.clear()
 
 

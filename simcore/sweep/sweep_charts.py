@@ -1,24 +1,31 @@
-"""Drawings of many runs: distributions, values over a factor, tornado, map of two factors; in the language of pages."""
+"""Drawings of many runs: distributions, values over a factor, where shots came down."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.show.field_drawing import FieldDrawing
 from simcore.show.palette import color
+from simcore.show.run_track import RunTrack
+from simcore.show.scene import Scene
 from simcore.show.svg import document, element, line, polyline, ticks, words
-from simcore.sweep.sensitivity import FactorEffect
+from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
-__all__ = ["ChartPoint", "distribution_chart", "number_text", "response_chart", "response_map", "tornado_chart"]
+__all__ = [
+    "ChartPoint", "distribution_chart", "heat_map", "landings_of", "number_text", "response_chart",
+]  # fmt: skip
 
 _WIDTH, _LEFT, _RIGHT = 400.0, 52.0, 388.0
 _TOP, _BOTTOM, _HEIGHT = 10.0, 180.0, 222.0
 _LETTERS = 12.0
 _BINS = 24
+_CELL = 0.25  # [m], of a heat map
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,90 +131,51 @@ def response_chart(
     return _document(parts, f"{name} over {factor}")
 
 
-def tornado_chart(effects: Sequence[FactorEffect], name: str, unit: str = "") -> str:
-    """What each factor moves the metric by, the largest on top: outlined to its lowest value, filled to its highest.
+# --- the field --------------------------------------------------------------------------------------------------------
+
+
+def landings_of(texts: Iterable[object]) -> Mapping[str, FloatArray]:
+    """Places of hits and misses from the metric `landings` of runs.
+
+    >>> {name: rows.tolist() for name, rows in landings_of(["[[4.6, 4.0, 1.8, 1], [3.0, 4.0, 0.1, 0]]", None]).items()}
+    {'hits': [[4.6, 4.0]], 'misses': [[3.0, 4.0]]}
 
     Args:
-        effects: Ranked.
-        name: Of the metric.
-        unit: Of it.
+        texts: Of each run a JSON list of `x, y, z, scored`; what is no text is a run without.
+
+    Returns:
+        `hits` and `misses`: x, y in the field frame [m], shape (n, 2).
     """
-    ends = [value for effect in effects for value in (effect.at_low, effect.at_high) if math.isfinite(value)]
-    left, right = _span(ends, air=0.22)
-    row, label = 34.0, 108.0
-    bottom = _TOP + row * len(effects)
-    middle = float(np.mean(ends)) if ends else 0.0
-
-    def x(value: float) -> float:
-        return label + (value - left) / (right - left) * (_RIGHT - label)
-
-    parts = [
-        line(x(mark), _TOP, x(mark), bottom, stroke=color("grid"))
-        + words(x(mark), bottom + 16, number_text(mark), _LETTERS, anchor="middle")
-        for mark in ticks(left, right, 5)
-    ]
-    for place, effect in enumerate(effects):
-        y = _TOP + row * place + 4
-        height = row - 12
-        factor = "".join(element("tspan", part, x=label - 8, dy=14 * line_ if line_ else None)
-                         for line_, part in enumerate(_two_lines(effect.factor)))  # fmt: skip
-        parts.append(element("text", factor, y=y + height / 2 + (4 if "." not in effect.factor else -2),
-                             font_size=_LETTERS, text_anchor="end", fill=color("ink")))  # fmt: skip
-        if not (math.isfinite(effect.at_low) and math.isfinite(effect.at_high)):
-            continue
-        for value, text, is_high in ((effect.at_low, effect.low, False), (effect.at_high, effect.high, True)):
-            start, end = sorted((x(middle), x(value)))
-            look = {"fill": color("path") if is_high else color("paper"), "stroke": color("path"), "stroke_width": 1.4}
-            tip = element("title", f"{name} {number_text(value)} at {effect.factor} = {number_text(text)}")
-            parts.append(element("rect", tip, x=start, y=y, width=max(1.5, end - start), height=height, **look))
-        outer = sorted(((effect.at_low, effect.low), (effect.at_high, effect.high)))
-        for (value, text), anchor, gap in zip(outer, ("end", "start"), (-5, 5), strict=True):
-            place_x = min(x(value), x(middle)) + gap if anchor == "end" else max(x(value), x(middle)) + gap
-            parts.append(words(place_x, y + height / 2 + 4, _short(number_text(text)), 11, anchor=anchor))
-    parts.append(line(x(middle), _TOP, x(middle), bottom, stroke=color("ink")))
-    parts.append(words((label + _RIGHT) / 2, bottom + 34, _axis(name, unit), _LETTERS, anchor="middle"))
-    return document((0, 0, _WIDTH, bottom + 42), *parts, role="img", aria_label=f"what moves {name}")
+    rows = [row for text in texts if isinstance(text, str) for row in json.loads(text)]
+    table = np.array(rows, dtype=float).reshape(len(rows), 4 if not rows else len(rows[0]))
+    has_scored = table[:, -1] > 0.5
+    return {"hits": table[has_scored, -4:-2], "misses": table[~has_scored, -4:-2]}
 
 
-def response_map(
-    columns: Sequence[float | str], rows: Sequence[float | str], values: FloatArray, across: str, up: str
-) -> str:
-    """A metric over two factors: a cell each pair of values, darker where it is higher, with its number.
+def heat_map(scene: Scene, places: FloatArray, ink: str) -> str:
+    """The field with cells of 25 cm, the denser the more came down there.
 
     Args:
-        columns: Values of the factor to the right.
-        rows: Values of the factor upward.
-        values: Of the metric, not finite where there is none, shape (len(rows), len(columns)).
-        across: Name of the factor to the right.
-        up: Name of the other one.
+        scene: The bare field.
+        places: x, y in the field frame [m], shape (n, 2); those beside the field are counted in its outermost cells.
+        ink: Name of a color.
     """
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    left, right, bottom = _LEFT + 14, _RIGHT, _BOTTOM
-    wide, tall = (right - left) / len(columns), (bottom - _TOP) / len(rows)
-    parts = []
-    for i, row in enumerate(rows):
-        y = bottom - (i + 1) * tall
-        for k, column in enumerate(columns):
-            value = float(values[i, k])
-            x = left + k * wide
-            strength = 0.0 if not math.isfinite(value) else 0.06 + 0.46 * (value - low) / ((high - low) or 1.0)
-            text = number_text(value) if math.isfinite(value) else "-"
-            tip = element("title", f"{across} = {number_text(column)}, {up} = {number_text(row)}: {text}")
-            look = {"fill": color("path"), "fill_opacity": strength, "stroke": color("grid")}
-            parts.append(element("rect", tip, x=x, y=y, width=wide, height=tall, **look))
-            if wide >= 26 and tall >= 14:
-                parts.append(words(x + wide / 2, y + tall / 2 + 4, text, _LETTERS, ink=color("ink"), anchor="middle"))
-        if i % max(1, math.ceil(len(rows) / 10)) == 0:
-            parts.append(words(left - 6, y + tall / 2 + 4, _short(number_text(row)), _LETTERS, anchor="end"))
-    for k, column in enumerate(columns):
-        if k % max(1, math.ceil(len(columns) / 8)) == 0:
-            x = left + (k + 0.5) * wide
-            parts.append(words(x, bottom + 16, _short(number_text(column)), _LETTERS, anchor="middle"))
-    parts.append(words((left + right) / 2, bottom + 34, across, _LETTERS, anchor="middle"))
-    turned = f"translate(13 {(_TOP + bottom) / 2:g}) rotate(-90)"
-    parts.append(words(0.0, 0.0, up, _LETTERS, anchor="middle", transform=turned))
-    return _document(parts, f"map over {across} and {up}")
+    field = FieldDrawing(RunTrack(Recording(), scene), ())
+    length, width = scene.field_size
+    across, up = math.ceil(length / _CELL), math.ceil(width / _CELL)
+    inside = np.clip(places, 0.0, (length - 1e-6, width - 1e-6))
+    counts, _, _ = np.histogram2d(
+        inside[:, 0], inside[:, 1], bins=(across, up), range=((0.0, across * _CELL), (0.0, up * _CELL))
+    )
+    most = float(counts.max()) or 1.0
+    size = 100.0 * _CELL
+    cells = []
+    for i, k in zip(*(rows.tolist() for rows in np.nonzero(counts)), strict=True):
+        ((x, y),) = field.points(np.array([[i * _CELL, (k + 1) * _CELL]])).tolist()
+        tip = element("title", f"{counts[i, k]:.0f} at x {(i + 0.5) * _CELL:g} m, y {(k + 0.5) * _CELL:g} m")
+        strength = 0.25 + 0.7 * math.sqrt(counts[i, k] / most)
+        cells.append(element("rect", tip, x=x, y=y, width=size, height=size, opacity=strength))
+    return field.drawing(field.ground(), element("g", *cells, fill=color(ink)))
 
 
 # --- axes ---------------------------------------------------------------------------------------------------------
@@ -277,9 +245,3 @@ def _bin_edges(values: FloatArray) -> FloatArray:
 
 def _short(text: str) -> str:
     return text if len(text) <= 14 else f"{text[:12]}…"
-
-
-def _two_lines(name: str) -> list[str]:
-    """A dotted name over two lines."""
-    head, _, tail = name.rpartition(".")
-    return [f"{_short(head)}.", _short(tail)] if head else [_short(name)]

@@ -7,8 +7,8 @@ import shlex
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -19,30 +19,31 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.show.log_page import draw_log
 from simcore.sweep.api import sweep
-from simcore.sweep.column_expressions import evaluate, names_in, no_condition
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
-from simcore.sweep.experiment_options import (
-    COUNT_FLAG,
-    WORKERS_FLAG,
-    add_played_options,
-    add_player_options,
-    experiment_fields,
-)
-from simcore.sweep.factors import Factor, parse_factor
+from simcore.sweep.factors import parse_factor
 from simcore.sweep.one_run import play_values
-from simcore.sweep.results import Results
+from simcore.sweep.results import ColumnExpression, Results
 from simcore.sweep.results_page import save_results, summary_text
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
 
-__all__ = ["Told", "add_arguments", "chosen_scatter", "run", "scatter_option", "sigterm_as_interrupt"]
+__all__ = [
+    "COUNT_FLAG", "ProgressReport", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "run",
+    "scatter_option", "sigterm_as_interrupt",
+]  # fmt: skip
 
-_SAID_EVERY = 30.0  # [s]; where no bar can be drawn
+COUNT_FLAG = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
+_WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
+_SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
+_WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
+_TIMEOUT = 600.0  # [s]; a whole match takes some tens
+_REPORT_EVERY = 30.0  # [s]; where no bar can be drawn
 _MOST_SEEDS = 1_000_000
 _WIDTH = number_flag(Quantity("", 0.0, 0.5, is_open=True))
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
@@ -50,7 +51,13 @@ _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
-    add_player_options(parser)
+    parser.allow_abbrev = False  # `--seed 7`, as of one run, would be `--seeds 7`
+    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
+    parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
+    parser.add_argument(
+        "--robot", metavar="FILE.toml", help=f"another robot than the game's own: a {ROBOT_FILE}, or module:function"
+    )
     parser.add_argument(
         "--seeds", type=_seeds, default=range(10), metavar="N", help="so many seeds, or 5:20, or 1,7,9 (default: 10)"
     )
@@ -89,9 +96,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_played_options(parser)
     parser.add_argument(
-        "-j", "--workers", type=WORKERS_FLAG, default=0, metavar="N", help="processes (default: 0, one for each core)"
-    )
-    parser.add_argument(
         "--dask",
         nargs="?",
         const="",
@@ -105,6 +109,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RUN",
         help="play one run of --out again, with all that it says, and leave its log, page and picture there",
     )
+
+
+def add_played_options(parser: argparse.ArgumentParser) -> None:
+    """How long and for whom, with which options of the game, on which engine, in how many processes, how patiently."""
+    parser.add_argument(
+        "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
+    )
+    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    players = "who plays a whole match, ROLE[:LEVEL] with commas between; 'me' plays --auto"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
+    parser.add_argument(
+        "--option", dest="options", action="append", default=[], metavar="NAME", help="an option of the game that is on"
+    )
+    add_engine_option(parser)
+    parser.add_argument(
+        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="wall time of one run (default: 600)"
+    )
+    parser.add_argument(
+        "-j", "--workers", type=_WORKERS, default=0, metavar="N", help="processes (default: 0, one for each core)"
+    )
+
+
+def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
+    """What these options say, by the fields of `Experiment`."""
+    names = "game auto alliance red blue seconds options engine robot project timeout"
+    return {name: getattr(options, name) for name in names.split()}
 
 
 def scatter_option(parser: argparse.ArgumentParser) -> None:
@@ -129,7 +160,7 @@ def run(options: argparse.Namespace) -> int:
     experiment = _experiment(options)
     is_match = experiment.red or experiment.blue
     out = options.out or Path("out") / ("matches" if is_match else experiment.auto or "sweep").replace("/", "_")
-    progress = Told(experiment.count)
+    progress = ProgressReport(experiment.count)
     try:
         with progress, sigterm_as_interrupt():
             results = sweep(
@@ -138,18 +169,17 @@ def run(options: argparse.Namespace) -> int:
                 executor="joblib" if options.dask is None else "dask",
                 scheduler=options.dask or None,
                 out=out,
-                on_row=progress.tell,
-                say=_say,
+                on_row=progress.add,
             )
     except KeyboardInterrupt:
-        _say(
+        _report(
             f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
         )
         return 130
     print(summary_text(results, options.success), flush=True)  # before files, for which the disk may be full
-    _tell_failures(results, out)
+    _print_replays(results, out)
     print(f"\n{save_results(results, out, options.success).get('page.html', out)}")
-    return 1 if len(results.failures) else 0
+    return 1 if results.failures else 0
 
 
 @contextmanager
@@ -171,12 +201,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     samples = (options.samples or 20) if design in SAMPLED else 0
     if options.until and not options.success:
         raise ConfigError("--until needs --success: what a run should achieve, e.g. --success 'score >= 30'")
-    known = {*(options.metrics or METRICS), *(factor.name for factor in options.factors), "seed"}
-    for name in names_in(options.success) if options.success else ():
-        if name not in known and not name.startswith("breakdown.") and ":" not in "".join(options.metrics):
-            raise UnknownNameError("metric or factor (of --success)", name, known)
-    if options.success and not any(":" in metric for metric in options.metrics):
-        _require_condition(options.success, options.factors)
+    if options.success:
+        _require_condition(options.success, options)
     stop = StopRule(errors=options.most_errors)
     if options.until:
         stop = replace(stop, condition=options.success, width=options.until)
@@ -192,14 +218,16 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     )
 
 
-def _require_condition(text: str, factors: Sequence[Factor]) -> None:
+def _require_condition(text: str, options: argparse.Namespace) -> None:
     """Refuse before the first run what cannot be told true or false of any: asked of a made-up one."""
-    import pandas as pd
-
-    values = {factor.name: factor.at(0.5) for factor in factors}
-    evaluated = evaluate(pd.DataFrame({name: [values.get(name, 0.0)] for name in names_in(text)}, index=[0]), text)
-    if evaluated.dtype.kind != "b":
-        raise no_condition(text)
+    expression, values = ColumnExpression(text), {factor.name: factor.at(0.5) for factor in options.factors}
+    if any(":" in metric for metric in options.metrics):
+        return  # nobody knows what it will be called, or whether it is a number
+    known = {*(options.metrics or METRICS), *values, "seed"}
+    for name in expression.names:
+        if name not in known and not name.startswith("breakdown."):
+            raise UnknownNameError("metric or factor (of --success)", name, known)
+    expression.condition({name: values.get(name, 1.0) for name in expression.names})
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
@@ -212,9 +240,9 @@ def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
     return Scatter()
 
 
-def _tell_failures(results: Results, out: Path) -> None:
+def _print_replays(results: Results, out: Path) -> None:
     """How to see one run of each error alone; the summary has the errors."""
-    for number in results.failures.drop_duplicates("error")["run"]:
+    for number in {row["error"]: row["run"] for row in reversed(results.failures)}.values():
         print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
@@ -222,11 +250,8 @@ def _repeat(options: argparse.Namespace) -> int:
     """Play one run of a store in this process, and draw it; an error comes with where it was raised."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
-    store = RunStore(options.out, must_exist=True)
-    try:
+    with closing(RunStore(options.out, must_exist=True)) as store:
         experiment = store.experiment()
-    finally:
-        store.close()
     runs = experiment.runs()
     if options.repeat >= len(runs):
         raise ConfigError(f"--repeat: {options.out} has runs 0 to {len(runs) - 1}, got {options.repeat}")
@@ -244,7 +269,7 @@ def _repeat(options: argparse.Namespace) -> int:
     return 0
 
 
-class Told:
+class ProgressReport:
     """How far it is, and how long it takes: a bar on a terminal, else now and then a line."""
 
     def __init__(self, count: int) -> None:
@@ -252,7 +277,7 @@ class Told:
         self._failed = 0
         self.done = 0
         """Runs that are there, those of the store as well."""
-        self._start = self._said = monotonic()
+        self._start = self._reported = monotonic()
         self._fresh = 0
         self._bar = Progress(
             TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]}"),
@@ -260,7 +285,7 @@ class Told:
         )  # fmt: skip
         self._task = self._bar.add_task("runs", total=count, failed="")
 
-    def __enter__(self) -> Told:
+    def __enter__(self) -> ProgressReport:
         self._bar.start()
         return self
 
@@ -272,34 +297,23 @@ class Told:
         """Wall time so far [min]."""
         return (monotonic() - self._start) / 60.0
 
-    def tell(self, row: dict[str, Any], stored: int) -> None:
+    def add(self, row: dict[str, Any], stored: int) -> None:
         """One more run is there."""
         if not self._fresh and stored:
-            _say(f"{stored} of {self._count} runs were there already")
+            _report(f"{stored} of {self._count} runs were there already")
         self._fresh += 1
         self.done = stored + self._fresh
         self._failed += bool(row["error"])
         failed = f"{self._failed} failed" if self._failed else ""
         self._bar.update(self._task, completed=self.done, failed=failed)
         now = monotonic()
-        if self._bar.disable and now - self._said > _SAID_EVERY:
-            self._said = now
-            left = (self._count - self.done) * (now - self._start) / self._fresh
-            _say(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {_duration(left)} left")
+        if self._bar.disable and now - self._reported > _REPORT_EVERY:
+            self._reported = now
+            left = (self._count - self.done) * self.minutes / self._fresh
+            _report(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {left:.0f} min left")
 
 
-def _duration(seconds: float) -> str:
-    """As people say it.
-
-    >>> _duration(42.0), _duration(200.0), _duration(9000.0)
-    ('42 s', '3 min', '2.5 h')
-    """
-    if seconds < 100.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
-
-
-def _say(sentence: str) -> None:
+def _report(sentence: str) -> None:
     print(f"simcore: {sentence}", file=sys.stderr, flush=True)
 
 

@@ -62,7 +62,7 @@ def test_commands_are_understood():
 def test_the_table_of_commands_has_all_of_them():
     """With what each does in the words of `simcore --help`."""
     rows = dict(re.findall(r"^\| `simcore ([\w-]+)[^`]*` \| (.+?) \|$", TEXT["CONTRIBUTING.md"], re.MULTILINE))
-    assert set(rows) == set(cli.COMMANDS) - {"tune"}
+    assert set(rows) == set(cli.COMMANDS)
 
 
 def test_command_lines_can_be_pasted_on_windows():

@@ -12,43 +12,27 @@ from simcore.cli import main
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^    simcore ((?!compare).+)$", PAGE, re.MULTILINE)
-SHORT = {
-    "sweep": ["--seeds", "1", "--seconds", "0.5", "-j", "1"],
-    "shots": ["--check", "20", "--distances", "3"],
-}
+SHORT = ["--seeds", "1", "--seconds", "0.5", "-j", "1"]
 """The last of an option counts."""
 
 
 def short(command: str) -> list[str]:
-    words = [*shlex.split(command), *SHORT[command.split()[0]]]
+    words = [*shlex.split(command), *SHORT]
     return [*words, "--samples", "2"] if "--samples" in words else words
 
 
-@pytest.mark.parametrize("command", [c for c in COMMANDS if "--project" not in c and "--design" not in c])
-def test_a_worked_question_leaves_what_the_page_shows(command, whole, tmp_path, monkeypatch, capsys):
-    if command.startswith("shots") and not whole:
-        pytest.skip("a table takes some 20 s: with --whole")
+@pytest.mark.parametrize("command", [c for c in COMMANDS if "--project" not in c])
+def test_a_worked_question_leaves_what_the_page_shows(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(short(command)) == 0
     out = tmp_path / re.search(r"--out (\S+)", command)[1]
-    if command.startswith("shots"):
-        assert list(out.glob("*.csv")) and list(out.glob("*.p*"))
-        return
     said = capsys.readouterr().out
     table = (out / "results.csv").read_text(encoding="utf-8").splitlines()
     values = re.search(r"--set (\S+)=(\S+)", command)
-    runs = 1 if values is None else 4 if values[2] == "45:60:5" else values[2].count(",") + 1
+    count = 1 if values is None else 4 if values[2] == "45:60:5" else values[2].count(",") + 1
+    runs = 2 if "--samples" in command else count
     assert len(table) == 1 + runs and f"{runs} run" in said
-    assert {path.name for path in out.iterdir()} >= {"page.html", "results.parquet", "runs.sqlite"}
+    assert {path.name for path in out.iterdir()} >= {"page.html", "results.csv", "runs.sqlite"}
     if "--success" in command:
         condition = re.search(r'--success "(.+?)"', command)[1]
         assert re.search(rf"{condition}: 0 of \d+ = 0 % \(95 % interval 0 to \d+ %( by 1 seed)?\)", said), said
-
-
-def test_the_other_commands_are_understood(whole, tmp_path, monkeypatch):
-    """Designs are played in `tests/unit/sweep`, projects in `tests/adapters`; here with the flag for long tests."""
-    others = [c for c in COMMANDS if "--design" in c]
-    assert len(others) == 1 and len(COMMANDS) == 7
-    monkeypatch.chdir(tmp_path)
-    if whole:
-        assert main(short(others[0])) == 0

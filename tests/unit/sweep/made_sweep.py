@@ -7,21 +7,20 @@ import json
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 
 from simcore.sweep.results import Results
 
 
-def described(*factors, design="grid", **rest):
+def described(*factors, **rest):
     """What Results asks of an experiment."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
     stop = SimpleNamespace(condition="")
-    told = {"factors": named, "design": design, "game": "made", "auto": "depot", "stop": stop, **rest}
+    told = {"factors": named, "game": "made", "auto": "depot", "stop": stop, **rest}
     return SimpleNamespace(project=None, red="", blue="", **told)
 
 
 def runs_of(points, columns, *, seeds=1):
-    """A table with a row for each point and seed.
+    """A row for each point and seed.
 
     Args:
         points: Values of the factors by name, an array of one value a point each.
@@ -31,12 +30,12 @@ def runs_of(points, columns, *, seeds=1):
     count = len(next(iter(points.values())))
     rows = []
     for point in range(count):
-        values = {name: column[point] for name, column in points.items()}
+        values = {name: float(column[point]) for name, column in points.items()}
         for seed in range(seeds):
             beside = {"run": len(rows), "point": point, "seed": seed}
             after = {"digest": f"{len(rows):064x}", "version": "1", "error": "", "cpu_seconds": 3.5}
             rows.append({**beside, **values, **columns(values, seed), **after})
-    return pd.DataFrame(rows)
+    return rows
 
 
 @functools.cache
@@ -55,5 +54,5 @@ def tired_battery():
                 "brownouts": 0, "landings": json.dumps(landings)}  # fmt: skip
 
     grid = np.array([(c, m) for c in (0.3, 0.65, 1.0) for m in (45.0, 60.0)])
-    table = runs_of({"battery.charge": grid[:, 0], "robot.mass": grid[:, 1]}, play, seeds=20)
-    return Results(table, described("battery.charge", "robot.mass"))
+    rows = runs_of({"battery.charge": grid[:, 0], "robot.mass": grid[:, 1]}, play, seeds=20)
+    return Results(rows, described("battery.charge", "robot.mass"))

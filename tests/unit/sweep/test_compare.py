@@ -30,8 +30,8 @@ def here(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(
-        "simcore.sweep.executors._play_on_cores",
-        lambda common, runs, count: (one_run.play_run(common, planned) for planned in runs),
+        "simcore.sweep.executors._play",
+        lambda experiment, runs, *_: (one_run.play_run(experiment.common, planned) for planned in runs),
     )
 
 
@@ -75,7 +75,7 @@ def test_a_comparison_stops_when_the_difference_is_clear():
     for metric, runs in (("seconds", 10), ("score", 24)):
         rule = StopRule(difference=metric, least=2)
         results = sweep(Experiment(**base, stop=rule, metrics=("seconds", "score")), executor="process")
-        assert len(results.table) == runs
+        assert len(results.rows) == runs
     assert Experiment.from_json(results.experiment.to_json()) == results.experiment
 
 

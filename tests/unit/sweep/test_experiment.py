@@ -29,13 +29,11 @@ def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
     assert [run.point for run in runs[6:]] == list(range(6))
 
 
-@pytest.mark.parametrize(
-    ("design", "count"), [("random", 8), ("latin", 8), ("sobol", 8), ("morris", 24), ("saltelli", 32)]
-)
-def test_sampled_designs_are_the_same_every_time(design, count):
+@pytest.mark.parametrize("design", ["random", "latin", "sobol"])
+def test_sampled_designs_are_the_same_every_time(design):
     experiment = Experiment(factors=(DRAWN, CHARGE), design=design, samples=8)
     points = experiment.design_points()
-    assert len(points) == count == experiment.count == len(experiment.runs())
+    assert len(points) == 8 == experiment.count == len(experiment.runs())
     assert points == experiment.design_points()
     assert {charge for _, charge in points} <= {0.3, 0.6, 1.0}
     assert all(45.0 < mass < 65.0 for mass, _ in points)
@@ -66,14 +64,13 @@ def test_it_survives_json():
         stop=StopRule(condition="score > 1", width=0.2),
     )
     again = Experiment.from_json(json.loads(json.dumps(experiment.to_json())))
-    assert again == experiment and again.key == experiment.key
+    assert again == experiment and again.run_keys(again.runs()) == experiment.run_keys(experiment.runs())
 
 
 def test_a_run_keeps_its_name_where_more_is_asked_for():
     few = Experiment(factors=(MASS,), seeds=(0, 1))
     more = Experiment(factors=(parse_factor("robot.mass=45,50,60"),), seeds=(0, 1, 2), timeout=9.0)
     assert set(few.run_keys(few.runs())) < set(more.run_keys(more.runs()))
-    assert few.key != more.key
     for changed in ({"auto": "tour"}, {"scatter": Scatter()}, {"seconds": 3.0}, {"metrics": ("score",)}):
         other = replace(few, **changed)
         assert not set(few.run_keys(few.runs())) & set(other.run_keys(other.runs()))

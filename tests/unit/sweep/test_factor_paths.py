@@ -9,7 +9,7 @@ import pytest
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError
 from simcore.match.scatter import Scatter
-from simcore.sweep.factor_paths import RunSetup, vary
+from simcore.sweep.factors import RunSetup, vary
 
 SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
 

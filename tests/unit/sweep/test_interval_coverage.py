@@ -37,8 +37,8 @@ def shares_held(seeds, correlation, runs, draws):
 def differences_held(seeds, correlation, runs, draws):
     """How often it has the true difference: 2, but otherwise in each seed and, less so, in each pair of a seed."""
     points = {"x": np.repeat((0.0, 1.0), runs), "y": np.tile(np.arange(float(runs)), 2)}
-    table = runs_of(points, lambda values, seed: {"score": 0.0}, seeds=seeds)
-    changed = table["x"].to_numpy() == 1.0  # rows by point, then seed
+    rows = runs_of(points, lambda values, seed: {"score": 0.0}, seeds=seeds)
+    changed = np.array([row["x"] == 1.0 for row in rows])  # by point, then seed
     generator = np.random.default_rng([seeds, int(100 * correlation), runs])
     held = 0
     for _ in range(draws):
@@ -46,7 +46,8 @@ def differences_held(seeds, correlation, runs, draws):
         change = 2.0 + math.sqrt(correlation) * common + math.sqrt(1.0 - correlation) * own
         score = np.tile(generator.normal(0.0, 10.0, seeds), 2 * runs)
         score[changed] += change.ravel()
-        found = Results(table.assign(score=score), described("x", "y")).paired("x", 0.0, 1.0, "score")
+        scored = [{**row, "score": value} for row, value in zip(rows, score.tolist(), strict=True)]
+        found = Results(scored, described("x", "y")).paired("x", 0.0, 1.0, "score")
         held += found.lower <= 2.0 <= found.upper
     return held / draws
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from simcore.sweep.time_limit import TimeLimitError, time_limit
+from simcore.sweep.one_run import TimeLimitError, time_limit
 
 
 def test_what_takes_too_long_is_ended():
@@ -36,7 +36,7 @@ def test_a_profiler_works_after_it():
     """CPython 3.11 hangs in profiled code once an exception for a thread was taken back, so in a process of its own."""
     code = """
         import cProfile
-        from simcore.sweep.time_limit import time_limit
+        from simcore.sweep.one_run import time_limit
         with time_limit(60.0):
             pass
         profile = cProfile.Profile()
