@@ -23,7 +23,7 @@ from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
 
 if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
+    from simcore.match.match import Match
 
 __all__ = ["build_snapshot"]
 
@@ -58,7 +58,7 @@ class _Rows:
             self.strings[key] = value
 
 
-def build_snapshot(match: MatchState) -> Snapshot:
+def build_snapshot(match: Match) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     rows = _Rows()
     _add_pieces(rows, match)
@@ -84,7 +84,7 @@ def build_snapshot(match: MatchState) -> Snapshot:
     )
 
 
-def _add_pieces(rows: _Rows, match: MatchState) -> None:
+def _add_pieces(rows: _Rows, match: Match) -> None:
     pieces = match.pieces
     flying = match.record.flying
     held = [(slot, robot) for robot in match.robots for slot in robot.held]
@@ -140,7 +140,7 @@ def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     return ids
 
 
-def _add_match(rows: _Rows, match: MatchState) -> None:
+def _add_match(rows: _Rows, match: Match) -> None:
     timer, score, record = match.timer, match.score, match.record
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
     rows.strings["Sim/Match/Game"] = match.game.name

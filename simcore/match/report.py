@@ -16,7 +16,7 @@ from rich.panel import Panel
 from rich.table import Table
 
 from simcore.errors import NonFiniteError
-from simcore.match.digest import TickTimes
+from simcore.match.run_record import TickTimes
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from simcore.match.digest import TickTimer
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.report import RunReport, Spread
+from simcore.match.run_record import TickTimer
 from simcore.match.scoring import Alliance
 from simcore.quantities import DURATION, require
 from simcore.robot.robot_config import RobotConfig

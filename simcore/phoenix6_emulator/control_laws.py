@@ -14,25 +14,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
+from phoenix6.signals import BridgeOutputValue, ControlModeValue
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.config_text import Setting
-from simcore.phoenix6_emulator.device_clock import LOOP
-from simcore.phoenix6_emulator.motion_profile import Expo, SCurve, VelocityRamp
+from simcore.phoenix6_emulator.control_requests import REQUESTS, Axis, RequestKind, Unit
+from simcore.phoenix6_emulator.emulated_device import LOOP, Setting
+from simcore.phoenix6_emulator.motion_profile import Expo, Profile, SCurve, VelocityRamp
+from simcore.phoenix6_emulator.output_stage import Stage
+
+if TYPE_CHECKING:
+    from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
 
 __all__ = [
     "PROFILE_LOOPS",
-    "ControlState",
+    "REQ_BRAKE",
+    "REQ_COAST",
+    "REQ_FOC",
+    "REQ_TORQUE",
+    "REQ_TRAPEZOIDAL",
+    "ControlPlan",
     "Gains",
     "Law",
+    "build_plan",
     "gains_of",
-    "motion_magic",
-    "motion_magic_expo",
-    "motion_magic_velocity",
-    "position",
-    "velocity",
+    "limits_of",
 ]
 
 _FIRST = (SpnValue.SLOT0_K_P.value, SpnValue.SLOT1_K_P.value, SpnValue.SLOT2_K_P.value)
@@ -87,37 +94,11 @@ Law = Callable[[int], float]
 """Output of the law after this many control loops [V, duty cycle or A]."""
 
 
-class ControlState(Protocol):
-    """What a law reads and writes of a controller; positions in mechanism rotations, robot code's signs."""
-
-    pos: float
-    """Measured."""
-    vel: float
-    acc: float
-    goal_p: float
-    """Set point of the request."""
-    goal_v: float
-    goal_a: float
-    feed_forward: float
-    profile_loops: int
-    """Control loops since the profile's reference last moved."""
-    limits: tuple[float, float, float]
-    """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
-    integral: float
-    """Integral part of the output."""
-    err: float
-    """Error of the loop, and its rate."""
-    derr: float
-    ref: float
-    """What the loop follows, and its rate."""
-    slope: float
-
-
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-def _pid(m: ControlState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
+def _pid(m: EmulatedTalon, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
     """The sum of feedback and feed-forward; kS can follow the error only where a position is controlled."""
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset
@@ -146,7 +127,7 @@ def _pid(m: ControlState, g: Gains, peaks: tuple[float, float], on_position: boo
     return pid
 
 
-def position(m: ControlState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
+def position_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
     """Position control; with `wrap` the short way round."""
     pid = _pid(m, gains, peaks, True)
 
@@ -161,7 +142,7 @@ def position(m: ControlState, gains: Gains, peaks: tuple[float, float], wrap: bo
     return law
 
 
-def velocity(m: ControlState, gains: Gains, peaks: tuple[float, float]) -> Law:
+def velocity_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float]) -> Law:
     """Velocity control."""
     pid = _pid(m, gains, peaks, False)
 
@@ -173,7 +154,7 @@ def velocity(m: ControlState, gains: Gains, peaks: tuple[float, float]) -> Law:
     return law
 
 
-def _along(m: ControlState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
+def _along(m: EmulatedTalon, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
     """Feedback towards the setpoint of a position profile."""
     m.ref = profile.p
     m.slope = v = profile.v
@@ -183,7 +164,7 @@ def _along(m: ControlState, pid: Callable[..., float], profile: SCurve | Expo, w
     return pid(error, v - m.vel, v, profile.acc, loops)
 
 
-def _moves(m: ControlState, loops: int) -> float:
+def _moves(m: EmulatedTalon, loops: int) -> float:
     """Time by which the setpoint of a profile moves on now; 0 where it holds [s]."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
@@ -198,7 +179,7 @@ def _near(profile: SCurve | Expo, goal: float) -> None:
 
 
 def _profiled(
-    m: ControlState,
+    m: EmulatedTalon,
     gains: Gains,
     peaks: tuple[float, float],
     wrap: bool,
@@ -219,7 +200,7 @@ def _profiled(
     return law
 
 
-def motion_magic(m: ControlState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
+def motion_magic_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
     """Position control along a profile with limited velocity, acceleration and jerk."""
 
     def advance(dt: float) -> None:
@@ -229,7 +210,7 @@ def motion_magic(m: ControlState, gains: Gains, peaks: tuple[float, float], wrap
     return _profiled(m, gains, peaks, wrap, profile, advance)
 
 
-def motion_magic_expo(m: ControlState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
+def motion_magic_expo_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
     """Position control along the profile of a motor with 12 V."""
 
     def advance(dt: float) -> None:
@@ -239,7 +220,7 @@ def motion_magic_expo(m: ControlState, gains: Gains, peaks: tuple[float, float],
     return _profiled(m, gains, peaks, wrap, profile, advance)
 
 
-def motion_magic_velocity(m: ControlState, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
+def motion_magic_velocity_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
     """Velocity control along a ramp with limited acceleration and jerk."""
     pid = _pid(m, gains, peaks, False)
 
@@ -253,3 +234,111 @@ def motion_magic_velocity(m: ControlState, gains: Gains, peaks: tuple[float, flo
         return pid(v - m.vel, a - m.acc, v, a, loops)
 
     return law
+
+
+REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
+    int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
+    for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
+)
+"""What a bridge does, as `get_bridge_output` reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlPlan:
+    """Law and output stage, and what status frames say of them."""
+
+    law: Law | None
+    """None: the bridge coasts, brakes or follows."""
+    stage: Stage | None
+    """Output stage of the law."""
+    gains: Gains
+    profile: Profile | None
+    """What Motion Magic moves along."""
+    mode: int
+    """`ControlModeValue`."""
+    drives: int
+    """`BridgeOutputValue` of a bridge that is not neutral."""
+    unit_number: int
+    """0 to 2: number of the unit of the loop's output, after that of the duty cycle."""
+    on_velocity: bool
+    """Whether a velocity is controlled."""
+    reads_sensor: bool
+    """Whether the law reads a sensor."""
+    has_memory: bool
+    """Whether the output depends on what was before: an integral, a ramp."""
+
+
+_OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
+
+
+def build_plan(talon: EmulatedTalon, kind: RequestKind, slot: int, foc: bool) -> ControlPlan:
+    """Law, output stage and status of a request.
+
+    Raises:
+        NotImplementedError: The slot schedules its gains.
+    """
+    law, stage, gains = _law_and_stage(talon, kind, slot, foc)
+    torque = kind.unit is Unit.AMPERES
+    profiles: dict[Axis, Profile] = {
+        Axis.MOTION_MAGIC: talon.scurve,
+        Axis.MOTION_MAGIC_EXPO: talon.expo,
+        Axis.MOTION_MAGIC_VELOCITY: talon.velocity_ramp,
+    }
+    return ControlPlan(
+        law,
+        stage,
+        gains,
+        profile=profiles.get(kind.axis),
+        mode=0 if kind is REQUESTS["Empty"] else int(ControlModeValue[kind.mode(foc)].value),
+        drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
+        unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
+        on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
+        reads_sensor=law is not None and kind.axis is not Axis.OPEN,
+        has_memory=gains.ki != 0.0 or talon.bridge.has_ramp,
+    )
+
+
+def _law_and_stage(
+    talon: EmulatedTalon, kind: RequestKind, slot: int, foc: bool
+) -> tuple[Law | None, Stage | None, Gains]:
+    axis = kind.axis
+    if axis in _OUTPUTLESS:
+        return None, None, Gains()
+    c = talon.config
+    stage = talon.bridge.stage(kind.unit, closed=axis is not Axis.OPEN, foc=foc)
+    if axis is Axis.OPEN:
+        return (lambda loops: talon.output), stage, Gains()
+    if c[SpnValue.SLOT0_GAIN_SCHED_BEHAVIOR.value + slot]:
+        raise NotImplementedError(f"{talon!r}: gain scheduling (slot{slot}) is not modelled in simulated time")
+    gains = gains_of(c, slot)
+    peaks = talon.bridge.peaks[kind.unit]
+    wrap = bool(c[SpnValue.CONFIG_CONTINUOUS_WRAP.value])
+    if axis is Axis.POSITION:
+        return position_law(talon, gains, peaks, wrap), stage, gains
+    if axis is Axis.VELOCITY:
+        return velocity_law(talon, gains, peaks), stage, gains
+    if axis is Axis.MOTION_MAGIC:
+        return motion_magic_law(talon, gains, peaks, wrap, talon.scurve), stage, gains
+    if axis is Axis.MOTION_MAGIC_EXPO:
+        return motion_magic_expo_law(talon, gains, peaks, wrap, talon.expo), stage, gains
+    return motion_magic_velocity_law(talon, gains, peaks, talon.velocity_ramp), stage, gains
+
+
+def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
+    """Limits of the profile of a request, from the request itself (Dynamic) or from the configuration."""
+    c = config
+    field = kind.slots
+    dynamic = kind.name.startswith("Dynamic")
+    cruise = c[SpnValue.CONFIG_MOTION_MAGIC_CRUISE_VELOCITY.value]
+    if kind.axis is Axis.MOTION_MAGIC_EXPO:
+        if dynamic:
+            return args[field["velocity"]], args[field["k_v"]], args[field["k_a"]]
+        kv = c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_V.value]
+        return cruise, kv, c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_A.value]
+    acceleration = c[SpnValue.CONFIG_MOTION_MAGIC_ACCELERATION.value]
+    jerk = c[SpnValue.CONFIG_MOTION_MAGIC_JERK.value]
+    if dynamic:
+        return args[field["velocity"]], args[field["acceleration"]], args[field["jerk"]]
+    if kind.axis is Axis.MOTION_MAGIC_VELOCITY:
+        return cruise, args[field["acceleration"]] or acceleration, jerk
+    return cruise, acceleration, jerk

@@ -2,15 +2,20 @@
 
 All of the Python library goes through `Native.instance()` (devices) and `Native.api_instance()` (swerve, see
 `swerve_native`). A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
-real library.
+real library. Those that belong to no device, the hoot log, hoot replay and the orchestra, answer as CTRE's simulation
+library does (status codes read from Phoenix 6 26.3.0); nothing is written to disk: a hoot log is stamped with the time
+of the wall clock, and simulated time would make no sense in it.
 """
 
 from __future__ import annotations
 
 import ctypes
+import itertools
 import logging
 import struct
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from phoenix6.phoenix_native import ReturnValues, SignalValues
@@ -18,20 +23,312 @@ from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6_emulator import config_text
 from simcore.phoenix6_emulator.control_requests import REQUESTS, RequestKind
-from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
+from simcore.phoenix6_emulator.emulated_device import (
+    COMPLIANCY,
+    VERSION,
+    config_answer,
+    config_line,
+    number_of,
+    parse_config,
+)
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
-from simcore.phoenix6_emulator.library_services import LibraryServices
-from simcore.phoenix6_emulator.native_library import always, target_of
-from simcore.phoenix6_emulator.signal_units import UNITS
-from simcore.phoenix6_emulator.versions import PREFIX
+from simcore.phoenix6_emulator.native_library import PREFIX, NativeLibrary, always, target_of
 
-__all__ = ["EmulatedNative"]
+__all__ = ["UNITS", "EmulatedNative", "LibraryServices"]
+
+_OK = StatusCode.OK.value
+_NOT_SUPPORTED = StatusCode.NOT_SUPPORTED.value
+_NOT_RUNNING = StatusCode.LOGGER_NOT_RUNNING.value
+_NO_ACTION = StatusCode.INVALID_ORCHESTRA_ACTION.value
+
+_WRITTEN = (
+    *(f"write_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
+    "write_raw",
+)
+_REPLAYED = (
+    *(f"get_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
+    *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
+)
+"""Functions of `HootReplay` that CTRE's simulation library, which replays nothing, answers with NOT_SUPPORTED."""
+
+
+@dataclass(slots=True)
+class _Orchestra:
+    """Music that is played; no sound is made and no motor turns, but time runs in it."""
+
+    instruments: list[int] = field(default_factory=list)
+    file: str | None = None
+    played: float = 0.0
+    """Until the last pause [s]."""
+    since: float | None = None
+    """When it went on to play [s]; None: it does not."""
+
+
+class LibraryServices(NativeLibrary):
+    """Signal logger, hoot replay and orchestra, as phoenix6 finds them in a native library.
+
+    Args:
+        now: Simulated time [s].
+    """
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._is_logging = False
+        self._schemas: set[tuple[bytes, int]] = set()
+        self._orchestras: dict[int, _Orchestra] = {}
+        self._numbers = itertools.count(1)
+        for name in _WRITTEN:
+            setattr(self, f"{PREFIX}platform_{name}", self._written)
+        for name in _REPLAYED:
+            setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
+        for kind in ("alert", "multi_alert"):
+            setattr(self, f"{PREFIX}{kind}_create", lambda *values: next(self._numbers))
+            for what in ("set_debounce", "set_active", "set_inactive"):
+                setattr(self, f"{PREFIX}{kind}_{what}", lambda *values: None)
+
+    # ---- signal logger
+
+    def _written(self, *values: Any) -> int:
+        return _OK if self._is_logging else _NOT_RUNNING
+
+    def c_ctre_phoenix6_platform_set_logger_path(self, path: Any) -> int:
+        folder = path.value.decode()
+        return _OK if not folder or Path(folder).is_dir() else StatusCode.DIRECTORY_MISSING.value
+
+    def c_ctre_phoenix6_platform_start_logger(self) -> int:
+        self._is_logging = True
+        return _OK
+
+    def c_ctre_phoenix6_platform_stop_logger(self) -> int:
+        self._is_logging = False
+        self._schemas.clear()  # the next log is another file
+        return _OK
+
+    def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        self._schemas.add((name.value, int(kind)))
+        return _OK
+
+    c_ctre_phoenix6_platform_add_schema_string = c_ctre_phoenix6_platform_add_schema
+
+    def c_ctre_phoenix6_platform_has_schema(self, name: Any, kind: int) -> bool:
+        return (name.value, int(kind)) in self._schemas
+
+    def c_ctre_phoenix6_platform_write_schema_value(
+        self, name: Any, schema: Any, kind: int, data: Any, size: int, latency: float
+    ) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
+        return _OK if known else StatusCode.MISSING_SCHEMA.value
+
+    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
+
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
+
+    c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
+    c_ctre_phoenix6_platform_replay_is_finished = always(True)
+    c_ctre_phoenix6_platform_replay_close_file = always(None)
+    c_ctre_phoenix6_platform_replay_set_speed = always(None)
+
+    # ---- orchestra
+
+    def c_ctre_phoenix6_orchestra_Create(self, out: Any) -> int:
+        number = next(self._numbers)
+        self._orchestras[number] = _Orchestra()
+        target_of(out).value = number
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Close(self, number: Any) -> int:
+        self._orchestras.pop(_plain(number), None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDevice(self, number: Any, network: Any, device_hash: int) -> int:
+        self._orchestras[_plain(number)].instruments.append(device_hash)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDeviceWithTrack(
+        self, number: Any, network: Any, device_hash: int, track: int
+    ) -> int:
+        return self.c_ctre_phoenix6_orchestra_AddDevice(number, network, device_hash)
+
+    def c_ctre_phoenix6_orchestra_ClearDevices(self, number: Any) -> int:
+        self._orchestras[_plain(number)].instruments.clear()
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_LoadMusic(self, number: Any, path: Any) -> int:
+        orchestra = self._orchestras[_plain(number)]
+        name = path.value.decode()
+        orchestra.file, orchestra.played, orchestra.since = None, 0.0, None
+        if not Path(name).is_file():
+            return StatusCode.MUSIC_FILE_NOT_FOUND.value
+        orchestra.file = name
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Play(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        if orchestra.since is None:
+            orchestra.since = self._now()
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Pause(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain(number)]
+        if orchestra.since is None:
+            return _NO_ACTION
+        orchestra.played += self._now() - orchestra.since
+        orchestra.since = None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Stop(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        orchestra.played, orchestra.since = 0.0, None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_IsPlaying(self, number: Any, out: Any) -> int:
+        target_of(out).value = int(self._orchestras[_plain(number)].since is not None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_GetCurrentTime(self, number: Any, out: Any) -> int:
+        orchestra = self._orchestras[_plain(number)]
+        running = 0.0 if orchestra.since is None else self._now() - orchestra.since
+        target_of(out).value = orchestra.played + running
+        return _OK
+
+
+def _plain(number: Any) -> int:
+    """Of a ctypes number or a plain one."""
+    return int(getattr(number, "value", number))
+
+
+_NAMES = {
+    "deg": (
+        "PIGEON2_MOUNT_POSE_YAW PIGEON2_MOUNT_POSE_PITCH PIGEON2_MOUNT_POSE_ROLL PIGEON2_YAW PIGEON2_PITCH "
+        "PIGEON2_ROLL PIGEON2_ACCUM_GYRO_X PIGEON2_ACCUM_GYRO_Y PIGEON2_ACCUM_GYRO_Z PIGEON2_SET_YAW "
+        "CANRANGE_REAL_FOV_CENTER_X CANRANGE_REAL_FOV_CENTER_Y CANRANGE_REAL_FOV_RANGE_X "
+        "CANRANGE_REAL_FOV_RANGE_Y CANRANGE_FOV_CENTER_X CANRANGE_FOV_CENTER_Y CANRANGE_FOV_RANGE_X "
+        "CANRANGE_FOV_RANGE_Y"
+    ),
+    "deg per rotation": ("PIGEON2_GYRO_SCALAR_X PIGEON2_GYRO_SCALAR_Y PIGEON2_GYRO_SCALAR_Z"),
+    "℃": (
+        "PIGEON2_TEMPERATURE PRO_SUPPLY_AND_TEMP_DEVICE_TEMP PRO_SUPPLY_AND_TEMP_PROCESSOR_TEMP "
+        "EXTERNAL_MOTOR_TEMP PRO_SUPPLY_AND_TEMP_DEVICE_TEMP2 CANDLE_GENERAL_DEVICE_TEMP "
+        "CONFIG_CUSTOM_MOT_THERMISTOR_MAX_TEMP"
+    ),
+    "s": ("PIGEON2_UP_TIME CANRANGE_MEAS_TIME"),
+    "dps": (
+        "PIGEON2_ANGULAR_VELOCITY_X_WORLD PIGEON2_ANGULAR_VELOCITY_Y_WORLD PIGEON2_ANGULAR_VELOCITY_Z_WORLD "
+        "PIGEON2_ANGULAR_VELOCITY_X PIGEON2_ANGULAR_VELOCITY_Y PIGEON2_ANGULAR_VELOCITY_Z"
+    ),
+    "g": ("PIGEON2_ACCELERATION_X PIGEON2_ACCELERATION_Y PIGEON2_ACCELERATION_Z"),
+    "V": (
+        "PIGEON2_SUPPLY_VOLTAGE PRO_MOTOR_OUTPUT_MOTOR_VOLTAGE PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE "
+        "PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_V PRO_PID_STATE_ENABLES_FEED_FORWARD_V "
+        "PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_V PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_V PRO_PID_OUTPUT_OUTPUT_V "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_VOLTAGE PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_V "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_V PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_V "
+        "PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_V PRO_DIFF_PID_OUTPUT_OUTPUT_V CONFIG_PEAK_FORWARD_V "
+        "CONFIG_PEAK_REVERSE_V CONFIG_PEAK_DIFF_V CAN_CODER_SUPPLY_VOLTAGE CANRANGE_SUPPLY_VOLTAGE CANDI_V_SENSE "
+        "CANDLE_GENERAL_SUPPLY_VOLTAGE CANDLE_GENERAL_FIVE_V_RAIL_VOLTAGE"
+    ),
+    "uT": (
+        "PIGEON2_MAGNETIC_FIELD_X PIGEON2_MAGNETIC_FIELD_Y PIGEON2_MAGNETIC_FIELD_Z PIGEON2_RAW_MAGNETIC_FIELD_X "
+        "PIGEON2_RAW_MAGNETIC_FIELD_Y PIGEON2_RAW_MAGNETIC_FIELD_Z"
+    ),
+    "rotations": (
+        "CAN_CODER_MAGNET_OFFSET TALON_FX_SET_SENSOR_POSITION CANCODER_SET_SENSOR_POSITION "
+        "PRO_ROTOR_POS_AND_VEL_POSITION PRO_POS_AND_VEL_POSITION PRO_PID_REF_PID_ERR_PID_REF_POSITION "
+        "PRO_PID_REF_PID_ERR_PID_ERR_POSITION PRO_AVG_POS_AND_VEL_POSITION PRO_DIFF_POS_AND_VEL_POSITION "
+        "PRO_DIFF_PID_REF_PID_ERR_PID_REF_POSITION PRO_DIFF_PID_REF_PID_ERR_PID_ERR_POSITION "
+        "CONFIG_FEEDBACK_ROTOR_OFFSET CONFIG_FORWARD_LIMIT_AUTOSET_POS_VALUE "
+        "CONFIG_REVERSE_LIMIT_AUTOSET_POS_VALUE CONFIG_FORWARD_SOFT_LIMIT_THRESHOLD "
+        "CONFIG_REVERSE_SOFT_LIMIT_THRESHOLD CANCODER_POSITION CANCODER_ABS_POSITION CAN_CODER_RAW_POS "
+        "CANDI_QUAD_POSITION CANDI_PWM1_POSITION CANDI_PWM2_POSITION CONFIG_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CONFIG_PWM1_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_PWM1_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CONFIG_PWM2_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_PWM2_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CANDI_SET_QUAD_POSITION "
+        "PRO_GADGETEER_QUAD_RAW_QUADRATURE_POSITION PRO_GADGETEER_PWM_RAW_PWM_POSITION SLOT0_K_G_POS_OFFSET "
+        "SLOT1_K_G_POS_OFFSET SLOT2_K_G_POS_OFFSET CONFIG_GAIN_SCHED_ERROR_THRESHOLD"
+    ),
+    "fractional": (
+        "PRO_MOTOR_OUTPUT_DUTY_CYCLE PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_DC "
+        "PRO_PID_STATE_ENABLES_FEED_FORWARD_DC PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC "
+        "PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC PRO_PID_OUTPUT_OUTPUT_DC PRO_MOTOR_OUTPUT_PID_STATE_DIFF_DUTY_CYCLE "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_DC PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_DC "
+        "PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_DC "
+        "PRO_DIFF_PID_OUTPUT_OUTPUT_DC CONFIG_DUTY_CYCLE_NEUTRAL_DB CONFIG_PEAK_FORWARD_DC CONFIG_PEAK_REVERSE_DC "
+        "CONFIG_PEAK_DIFF_DC"
+    ),
+    "A": (
+        "PRO_MOTOR_OUTPUT_TORQUE_CURRENT PRO_SUPPLY_AND_TEMP_STATOR_CURRENT PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT "
+        "PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_A PRO_PID_STATE_ENABLES_FEED_FORWARD_A "
+        "PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_A PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_A PRO_PID_OUTPUT_OUTPUT_A "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_TORQUE_CURRENT PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_A "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_A PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_A "
+        "PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_A PRO_DIFF_PID_OUTPUT_OUTPUT_A "
+        "TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT CONFIG_STATOR_CURRENT_LIMIT CONFIG_SUPPLY_CURRENT_LIMIT "
+        "CONFIG_PEAK_FOR_TORQ_CURR CONFIG_PEAK_REV_TORQ_CURR CONFIG_TORQUE_NEUTRAL_DB CONFIG_PEAK_DIFF_TORQ_CURR "
+        "CONFIG_SUPPLY_CURRENT_LOWER_LIMIT CANDI_OUTPUT_CURRENT CANDLE_GENERAL_OUTPUT_CURRENT"
+    ),
+    "rotations per second": (
+        "PRO_ROTOR_POS_AND_VEL_VELOCITY PRO_POS_AND_VEL_VELOCITY PRO_PID_REF_PID_ERR_PID_REF_VELOCITY "
+        "PRO_PID_REF_PID_ERR_PID_ERR_VELOCITY PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION "
+        "PRO_AVG_POS_AND_VEL_VELOCITY PRO_DIFF_POS_AND_VEL_VELOCITY PRO_DIFF_PID_REF_PID_ERR_PID_REF_VELOCITY "
+        "PRO_DIFF_PID_REF_PID_ERR_PID_ERR_VELOCITY PRO_DIFF_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION "
+        "CANCODER_VELOCITY CAN_CODER_RAW_VEL CANDI_PWM1_VELOCITY CANDI_PWM2_VELOCITY CANDI_QUAD_VELOCITY "
+        "PRO_GADGETEER_QUAD_RAW_QUADRATURE_VELOCITY PRO_GADGETEER_PWM_RAW_PWM_VELOCITY"
+    ),
+    "rotations per second²": (
+        "PRO_POS_AND_VEL_ACCELERATION PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_VELOCITY "
+        "PRO_DIFF_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_VELOCITY"
+    ),
+    "Nm/A": ("TALON_FX_MOTOR_CONSTANTS_K_T"),
+    "RPM/V": ("TALON_FX_MOTOR_CONSTANTS_K_V CONFIG_CUSTOM_MOT_KV"),
+    "seconds": (
+        "CONFIG_SUPPLY_V_LOWPASS_TAU CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD "
+        "CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD CONFIG_TORQUE_OPEN_LOOP_RAMP_PERIOD "
+        "CONFIG_DUTY_CYCLE_CLOSED_LOOP_RAMP_PERIOD CONFIG_VOLTAGE_CLOSED_LOOP_RAMP_PERIOD "
+        "CONFIG_TORQUE_CLOSED_LOOP_RAMP_PERIOD CONFIG_SUPPLY_CURRENT_LOWER_TIME "
+        "CONFIG_VELOCITY_FILTER_TIME_CONSTANT"
+    ),
+    "scalar": (
+        "CONFIG_SENSOR_TO_MECHANISM_RATIO CONFIG_ROTOR_TO_SENSOR_RATIO CONFIG_SENSOR_TO_DIFFERENTIAL_RATIO "
+        "CONFIG_LED_BRIGHTNESS_SCALAR"
+    ),
+    "rot per sec": ("CONFIG_MOTION_MAGIC_CRUISE_VELOCITY"),
+    "rot per sec²": ("CONFIG_MOTION_MAGIC_ACCELERATION"),
+    "rot per sec³": ("CONFIG_MOTION_MAGIC_JERK"),
+    "V/rps": ("CONFIG_MOTION_MAGIC_EXPO_K_V"),
+    "V/rps²": ("CONFIG_MOTION_MAGIC_EXPO_K_A"),
+    "m": (
+        "CANRANGE_DISTANCE_METERS CANRANGE_DISTANCE_STD_DEV CANRANGE_PROXIMITY_THRESHOLD CANRANGE_PROXIMITY_HYSTERESIS"
+    ),
+    "Hz": ("CANRANGE_UPDATE_FREQ CONFIG_CONTROL_TIMESYNC_FREQ"),
+    "us": ("CANDI_PWM1_RISE_TO_RISE CANDI_PWM2_RISE_TO_RISE"),
+    "Volts": ("TALON_FXS_5_V_RAIL_VOLTAGE TALON_FXS_GADGETEER_G3"),
+    "frac": ("CANDLE_GENERAL_V_BAT_MODULATION"),
+    "K": ("CONFIG_CUSTOM_MOT_THERMISTOR_BETA"),
+    "kOhm": ("CONFIG_CUSTOM_MOT_THERMISTOR_R0"),
+}
+
+
+def _table() -> dict[int, str]:
+    known = SpnValue.__members__
+    return {known[name].value: unit for unit, names in _NAMES.items() for name in names.split() if name in known}
+
+
+UNITS: dict[int, str] = _table()
+"""Unit of each signal and setting that has one, by its number."""
+
 
 _log = logging.getLogger(__name__)
-_OK = StatusCode.OK.value
 _WANTED = struct.Struct("@II")
 """`SignalValues`: device and number of a signal; in 26.70 the network is before them."""
 _WANTED_AT = SignalValues.devicehash.offset
@@ -45,7 +342,7 @@ def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
     """Writes a setting of a kind into text."""
 
     def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
-        target_of(out).value = config_text.write(spn, letter, kind(value)).encode()
+        target_of(out).value = config_line(spn, letter, kind(value)).encode()
         return _OK
 
     return serialize
@@ -186,13 +483,13 @@ class EmulatedNative(LibraryServices):
     ) -> int:  # fmt: skip
         device = self.emulator.by_hash.get(device_hash)
         if device is not None:
-            device.configure(config_text.parse(text.value.decode()), reset_others=future_proof)
+            device.configure(parse_config(text.value.decode()), reset_others=future_proof)
         return _OK
 
     def c_ctre_phoenix6_get_configs(
         self, context: int, network: Any, device_hash: int, timeout: float, out: Any, extra: bool
     ) -> int:
-        target_of(out).value = config_text.answer(self.emulator.by_hash[device_hash].config).encode()
+        target_of(out).value = config_answer(self.emulator.by_hash[device_hash].config).encode()
         return _OK
 
     def c_ctre_phoenix6_free_memory(self, out: Any) -> int:
@@ -202,7 +499,7 @@ class EmulatedNative(LibraryServices):
     c_ctre_phoenix6_serialize_double = _serializer("f", float)
     c_ctre_phoenix6_serialize_int = _serializer("s", int)
     c_ctre_phoenix6_serialize_bool = _serializer("b", bool)
-    c_ctre_phoenix6_deserialize_double = _deserializer(config_text.number_of)
+    c_ctre_phoenix6_deserialize_double = _deserializer(number_of)
     c_ctre_phoenix6_deserialize_int = _deserializer(int)
     c_ctre_phoenix6_deserialize_bool = _deserializer(bool)
 

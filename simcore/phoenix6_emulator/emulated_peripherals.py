@@ -11,9 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.config_text import Setting
-from simcore.phoenix6_emulator.device_clock import SimulatedClock
-from simcore.phoenix6_emulator.emulated_device import EmulatedDevice
+from simcore.phoenix6_emulator.emulated_device import EmulatedDevice, Setting, SimulatedClock
 
 __all__ = ["LIGHT_REQUESTS", "CANrangeFrame", "EmulatedCANdle", "EmulatedCANrange", "EmulatedPigeon2", "PigeonFrame"]
 

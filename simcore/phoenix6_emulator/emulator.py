@@ -11,9 +11,15 @@ from typing import Any
 from phoenix6 import configs
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator import config_text
-from simcore.phoenix6_emulator.device_clock import LOOP_NS, EnableDelays, EnableState, SimulatedClock
-from simcore.phoenix6_emulator.emulated_device import EmulatedDevice
+from simcore.phoenix6_emulator.emulated_device import (
+    LOOP_NS,
+    EmulatedDevice,
+    EnableDelays,
+    EnableState,
+    Setting,
+    SimulatedClock,
+    parse_config,
+)
 from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder, EmulatedCANdi
 from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdle, EmulatedCANrange, EmulatedPigeon2
 from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
@@ -47,10 +53,10 @@ def hash_of(type_number: int, device_id: int) -> int:
 
 
 @cache
-def _defaults(type_number: int) -> dict[int, config_text.Setting]:
+def _defaults(type_number: int) -> dict[int, Setting]:
     """Factory configuration of a type of device."""
     make: Any = _CONFIGS[type_number]
-    return config_text.parse(make().serialize())
+    return parse_config(make().serialize())
 
 
 class _FrameGroup:

@@ -1,5 +1,7 @@
 """What emulated native libraries share: the names of functions, ctypes arguments, and callbacks.
 
+The emulator is written in the names of 26.70 (2027); those of 26.3 (2026) are found by tables here.
+
 A ctypes callback prints an exception and goes on. In a test the exception of a request or of a telemetry function shall
 reach whoever runs the test, so the function itself is called, not the C function that ctypes made of it.
 """
@@ -9,11 +11,93 @@ from __future__ import annotations
 import ctypes
 import gc
 from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
-from simcore.phoenix6_emulator.versions import PREFIX, RENAMED
+from phoenix6 import phoenix_native
 
-__all__ = ["Held", "NativeLibrary", "always", "python_function", "target_of"]
+__all__ = [
+    "ADDED",
+    "FIELDS",
+    "GONE",
+    "IS_2027",
+    "PREFIX",
+    "RENAMED",
+    "Fields",
+    "Held",
+    "NativeLibrary",
+    "always",
+    "python_function",
+    "record",
+    "target_of",
+]
+
+IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
+"""Whether the installed phoenix6 is of 2027."""
+
+PREFIX = "c_ctre_phoenix6_"
+"""First part of the names of nearly all native functions."""
+
+_SWERVE = PREFIX + "swerve_"
+RENAMED = {
+    # 26.3: 26.70
+    PREFIX + "get_system_time_seconds": PREFIX + "get_monotonic_time_seconds",
+    _SWERVE + "drivetrain_set_operator_perspective_forward": _SWERVE + "drivetrain_set_operator_forward_direction",
+    _SWERVE + "module_get_current_state": _SWERVE + "module_get_current_velocity",
+    _SWERVE + "module_get_target_state": _SWERVE + "module_get_target_velocity",
+    **{
+        f"{_SWERVE}{what}_apply_{frame}_speeds": f"{_SWERVE}{what}_apply_{frame}_velocity"
+        for what in ("drivetrain_set_control", "request_apply")
+        for frame in ("robot", "field")
+    },
+}
+"""Functions with another name and the same arguments."""
+GONE = frozenset({"c_ctre_phoenix_report_error"})
+"""Functions of 26.3 alone."""
+ADDED = frozenset(
+    PREFIX + name
+    for name in (
+        "report_error",
+        "report_status_code",
+        "unmanaged_set_transmit_enable",
+        "unmanaged_get_transmit_enable",
+        *(f"{kind}_{what}" for kind in ("alert", "multi_alert") for what in ("create", "set_debounce")),
+        *(f"{kind}_{what}" for kind in ("alert", "multi_alert") for what in ("set_active", "set_inactive")),
+        "swerve_module_reset_target_velocity",
+    )
+)
+"""Functions of 26.70 alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """Names of the fields of swerve's structures."""
+
+    chassis: str
+    """Of a drivetrain's state: velocity of the robot."""
+    modules: str
+    """Of a drivetrain's state: velocities of the modules."""
+    module: str
+    """Of a module's velocity: meters per second along its wheel."""
+    wanted: str
+    """Of a module's request: its velocity."""
+    current: str
+    """Of a request's parameters: velocity of the robot."""
+
+
+FIELDS = (
+    Fields("velocity", "moduleVelocities", "velocity", "velocity", "currentChassisVelocity")
+    if IS_2027
+    else Fields("speeds", "moduleStates", "speed", "state", "currentChassisSpeed")
+)
+"""Of the installed phoenix6."""
+
+
+def record(named: dict[str, Any], **same: Any) -> SimpleNamespace:
+    """A structure for callbacks of the Python library: fields by the names of `FIELDS`, and others."""
+    return SimpleNamespace(**named, **same)
+
 
 _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 

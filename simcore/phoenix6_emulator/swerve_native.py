@@ -8,22 +8,30 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
-from simcore.phoenix6_emulator.drivetrain_devices import PigeonYaw, TalonModuleDevices
-from simcore.phoenix6_emulator.drivetrain_requests import (
+from simcore.phoenix6_emulator.emulated_drivetrain import (
     Brake,
     Centric,
+    DrivetrainConstants,
     DrivetrainRequest,
+    DrivetrainState,
+    EmulatedDrivetrain,
     Idle,
+    ModuleConstants,
+    ModuleDevices,
     Point,
-    RequestContext,
     Speeds,
+    wrap,
 )
-from simcore.phoenix6_emulator.emulated_drivetrain import DrivetrainConstants, DrivetrainState, EmulatedDrivetrain
-from simcore.phoenix6_emulator.emulated_module import ModuleConstants
 from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.native_library import Held, NativeLibrary, python_function, target_of
-from simcore.phoenix6_emulator.swerve_kinematics import wrap
-from simcore.phoenix6_emulator.versions import FIELDS, PREFIX, record
+from simcore.phoenix6_emulator.native_library import (
+    FIELDS,
+    PREFIX,
+    Held,
+    NativeLibrary,
+    python_function,
+    record,
+    target_of,
+)
 
 __all__ = ["SwerveNative"]
 
@@ -35,21 +43,19 @@ _INVALID = -11100  # any error code: the drivetrain is closed
 class _Custom:
     """A request written in Python, by the team or in phoenix6 itself."""
 
-    def __init__(self, drivetrain: EmulatedDrivetrain, callback: Any) -> None:
-        self._drivetrain = drivetrain
+    def __init__(self, callback: Any) -> None:
         self._function = python_function(callback)
 
-    def apply(self, context: RequestContext) -> None:
-        drivetrain = self._drivetrain
+    def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         vx, vy, omega = drivetrain.chassis_speeds
         x, y, theta = drivetrain.estimator.pose
         parameters = record(
             {FIELDS.current: SimpleNamespace(vx=vx, vy=vy, omega=omega)},
-            kMaxSpeedMps=context.max_speed,
-            operatorForwardDirection=context.operator_forward,
+            kMaxSpeedMps=drivetrain.max_speed,
+            operatorForwardDirection=drivetrain.operator_forward,
             currentPose=SimpleNamespace(x=x, y=y, theta=theta),
             timestamp=drivetrain.now,
-            updatePeriod=context.period,
+            updatePeriod=drivetrain.period,
         )
         self._function(None, Held(parameters))
 
@@ -123,8 +129,8 @@ class SwerveNative(NativeLibrary):
 
     def drivetrain_odom_start(self, number: int) -> None:
         drivetrain = self._drivetrains[number]
-        modules = [TalonModuleDevices(self._emulator, c) for c in drivetrain.module_constants]
-        drivetrain.start(modules, PigeonYaw(self._emulator, drivetrain.constants.pigeon_id))
+        modules = [ModuleDevices(self._emulator, c) for c in drivetrain.module_constants]
+        drivetrain.start(modules, self._emulator.pigeon(drivetrain.constants.pigeon_id))
         if number not in self._cancel:
             clock = self._emulator.clock
             self._cancel[number] = self._emulator.every(drivetrain.period, lambda: drivetrain.update(clock.now))
@@ -181,12 +187,12 @@ class SwerveNative(NativeLibrary):
         return self._drivetrains[number].operator_forward
 
     def drivetrain_add_vision_measurement(self, number: int, x: float, y: float, heading: float, time: float) -> None:
-        self._drivetrains[number].add_vision((x, y, heading), time)
+        self._drivetrains[number].estimator.add_vision((x, y, heading), time)
 
     def drivetrain_add_vision_measurement_with_stddev(
         self, number: int, x: float, y: float, heading: float, time: float, std_devs: Any
     ) -> None:
-        self._drivetrains[number].add_vision((x, y, heading), time, target_of(std_devs)[:3])
+        self._drivetrains[number].estimator.add_vision((x, y, heading), time, target_of(std_devs)[:3])
 
     def drivetrain_set_vision_measurement_stddevs(self, number: int, std_devs: Any) -> None:
         self._drivetrains[number].estimator.set_vision_std_devs(target_of(std_devs)[:3])
@@ -252,8 +258,7 @@ class SwerveNative(NativeLibrary):
     # ---- requests
 
     def drivetrain_set_control(self, number: int, context: Any, callback: Any = None) -> None:
-        drivetrain = self._drivetrains[number]
-        drivetrain.request = Idle() if callback is None else _Custom(drivetrain, callback)
+        self._drivetrains[number].request = Idle() if callback is None else _Custom(callback)
 
     def _set(self, make: _MakeRequest, number: int, *values: Any) -> None:
         self._drivetrains[number].request = make(*values)
@@ -262,7 +267,7 @@ class SwerveNative(NativeLibrary):
         drivetrain = self._drivetrains.get(number)
         if drivetrain is None:
             return _INVALID
-        make(*values).apply(drivetrain.context)
+        make(*values).apply(drivetrain)
         return _OK
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from simcore.geometry.rotation import rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import PlayedMatch
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.players.routes import Place, RouteMap
@@ -118,7 +118,7 @@ class Player(ScriptedRobot):
     """
 
     def __init__(
-        self, script: PlayScript, match: PlayedMatch, alliance: Alliance, skill: Skill, settings: ScriptSettings
+        self, script: PlayScript, match: Match, alliance: Alliance, skill: Skill, settings: ScriptSettings
     ) -> None:
         super().__init__(lambda _: script(self), match, alliance, settings)
         self.skill = skill

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import PlayedMatch, Role
-from simcore.match.pinning import pins_of
+from simcore.match.foul_book import pins_of
+from simcore.match.game import Role
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptSettings, Steps
 from simcore.players.player import SKILLS, Player, PlayScript
@@ -34,7 +35,7 @@ def make_role(
         config: Its robot; None: the game's own.
     """
 
-    def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
+    def controller(match: Match, alliance: Alliance, level: int) -> Player:
         return Player(script, match, alliance, SKILLS[level - 1], settings)
 
     return Role(name=script.__name__, summary=summary, controller=controller, config=config)

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Auto, Game, PlayedMatch
+from simcore.match.game import Auto, Game
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
@@ -183,7 +183,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     if options.view and _can_be_driven(game):
         driving = ViewDriving(tuple((game.driving or DriverControls()).actions))
 
-    def controller(match: PlayedMatch, alliance: Alliance) -> Controller:
+    def controller(match: Match, alliance: Alliance) -> Controller:
         own = auto.controller(match, alliance)
         return own if driving is None else HandedOver(match, alliance, own, driving.input, from_teleop=options.match)
 

@@ -14,7 +14,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 WHOLE_NUMBERS = {
     "simcore/match/report.py:print_report": "counts of pieces",
     "simcore/pieces/pool.py:__init__": "counts of pieces",
-    "simcore/phoenix6_emulator/talon_requests.py:receive": "asks only whether a field is NaN",
+    "simcore/phoenix6_emulator/emulated_talon.py:receive": "asks only whether a field is NaN",
 }
 """Where `sum` adds no floats, or only their being finite counts: file:function and the reason."""
 

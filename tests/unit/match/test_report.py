@@ -9,8 +9,8 @@ import pytest
 from rich.console import Console
 
 from simcore.errors import NonFiniteError
-from simcore.match.digest import TickTimes
 from simcore.match.report import PieceCount, RunReport, Score, Spread, print_report
+from simcore.match.run_record import TickTimes
 
 REPORT = RunReport(
     game="rebuilt",
