@@ -18,8 +18,8 @@ from simcore.match.human_actions import HumanAction
 from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
+from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
-from simcore.robot.wheel_ground import ground_clearance
 
 __all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 

@@ -11,7 +11,7 @@ from simcore.devices.makers import known_device
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
 from simcore.robot.gearbox import SimMotor
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 RobotController = season.wpilib.RobotController
 

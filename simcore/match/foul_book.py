@@ -14,8 +14,8 @@ from simcore.geometry.footprints import corners, overlaps
 from simcore.geometry.rotation import rotate
 from simcore.match.scoring import Alliance, FoulEvent
 from simcore.pieces.pool import ON_FIELD
+from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
-from simcore.robot.wheel_ground import ground_clearance
 from simcore.typing import FloatArray
 from simcore.units import inches
 

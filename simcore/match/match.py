@@ -22,11 +22,10 @@ from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
-from simcore.match.motion import Motion
+from simcore.match.motion import Motion, RobotContacts, StructureRecoil
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
-from simcore.match.robot_contacts import RobotContacts, StructureRecoil
 from simcore.match.run_record import RunRecord, TrajectoryDigest
 from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_variation, start_error
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone

@@ -13,11 +13,10 @@ from simcore.match.run_record import RobotRecord
 from simcore.match.scoring import Alliance
 from simcore.match.starts import pose_text
 from simcore.pieces.pool import PieceStatus
-from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
-from simcore.robot.positioned_mechanisms import PistonSim
+from simcore.robot.chassis import ground_clearance
+from simcore.robot.mechanisms import ArmSim, ElevatorSim, PistonSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
-from simcore.robot.wheel_ground import ground_clearance
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK

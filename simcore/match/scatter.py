@@ -2,8 +2,8 @@
 
 A `Scatter` says how large each spread is. What comes of it in a match is drawn by `ScatterDraws`, from a generator of
 its own for each name, so that a draw depends on the seed of the match and on nothing else: not on which other spreads
-are on, on the order of draws, or on how many robots play. `built_robot` is the robot that was really built after a config,
-with this battery and on this carpet.
+are on, on the order of draws, or on how many robots play. `built_robot` is what
+was really built after a config.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.gyro import GyroConfig
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import BuiltRobot, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray, FloatSupplier

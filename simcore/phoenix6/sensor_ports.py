@@ -12,12 +12,11 @@ from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.built_devices import read_configuration
 from simcore.phoenix6.sim_states import own_writer, sim_state_of
 from simcore.quantities import Quantity, require
 
 __all__ = ["CANcoderSim", "CANdiEncoderSim", "CANdiSwitchSim", "CANrangeSim", "Pigeon2Sim"]
-
-_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 
 
 class _SensorPort:
@@ -50,9 +49,7 @@ class CANcoderSim(_SensorPort):
     def __init__(self, encoder: CANcoder, *, inverted: bool | None = None, magnet_offset: float | None = None) -> None:
         if inverted is None or magnet_offset is None:
             sensor = MagnetSensorConfigs()  # type: ignore[no-untyped-call]
-            status = encoder.configurator.refresh(sensor, _PATIENCE)
-            if not status.is_ok():
-                raise ConfigError(f"CANcoder {encoder.device_id}: could not read its configuration ({status.name})")
+            read_configuration(encoder, sensor)
             if inverted is None:
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
@@ -90,9 +87,7 @@ class CANdiEncoderSim(_SensorPort):
             raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
         if inverted is None or offset is None:
             config = CANdiConfiguration()  # type: ignore[no-untyped-call]
-            status = candi.configurator.refresh(config)
-            if not status.is_ok():
-                raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+            read_configuration(candi, config)
             sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
                 inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
@@ -141,9 +136,7 @@ class CANdiSwitchSim(_SensorPort):
         if pin not in (1, 2):
             raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
         config = CANdiConfiguration()  # type: ignore[no-untyped-call]
-        status = candi.configurator.refresh(config, _PATIENCE)
-        if not status.is_ok():
-            raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+        read_configuration(candi, config)
         super().__init__(candi.sim_state)
         close_state = getattr(config.digital_inputs, f"s{pin}_close_state")
         closed, opened = _CLOSED_BY[close_state.name]

@@ -15,7 +15,7 @@ from phoenix6.phoenix_native import Native
 from phoenix6.sim import ChassisReference
 
 if TYPE_CHECKING:  # types only: a program on CTRE's own simulation loads no emulator
-    from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder
+    from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANcoder
     from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
 
 __all__ = ["is_emulated", "own_writer", "sim_state_of"]

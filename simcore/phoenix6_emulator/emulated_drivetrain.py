@@ -18,7 +18,7 @@ from typing import Protocol, TypeAlias
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator.control_requests import REQUESTS
+from simcore.phoenix6_emulator.emulated_device import REQUESTS
 from simcore.phoenix6_emulator.emulated_peripherals import EmulatedPigeon2
 from simcore.phoenix6_emulator.emulator import Emulator
 from simcore.phoenix6_emulator.output_stage import KRAKEN_X60

@@ -23,10 +23,11 @@ from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6_emulator.control_requests import REQUESTS, RequestKind
 from simcore.phoenix6_emulator.emulated_device import (
     COMPLIANCY,
+    REQUESTS,
     VERSION,
+    RequestKind,
     config_answer,
     config_line,
     number_of,

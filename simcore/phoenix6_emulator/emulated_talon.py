@@ -16,23 +16,27 @@ from simcore.phoenix6_emulator.control_laws import (
     REQ_BRAKE,
     REQ_COAST,
     ControlPlan,
+    Expo,
     Law,
+    SCurve,
+    VelocityRamp,
     build_plan,
     limits_of,
 )
-from simcore.phoenix6_emulator.control_requests import REQUESTS, Axis, RequestKind, Unit
 from simcore.phoenix6_emulator.emulated_device import (
     FAULTS,
     LOOP_NS,
+    REQUESTS,
+    Axis,
     Devices,
     EmulatedDevice,
+    RequestKind,
     Setting,
     SimulatedClock,
+    Unit,
     period_of,
 )
-from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANdi
-from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANrange
-from simcore.phoenix6_emulator.motion_profile import Expo, SCurve, VelocityRamp
+from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdi, EmulatedCANrange
 from simcore.phoenix6_emulator.output_stage import (
     ARRANGEMENTS,
     KRAKEN_X44,

@@ -20,8 +20,13 @@ from simcore.phoenix6_emulator.emulated_device import (
     SimulatedClock,
     parse_config,
 )
-from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder, EmulatedCANdi
-from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdle, EmulatedCANrange, EmulatedPigeon2
+from simcore.phoenix6_emulator.emulated_peripherals import (
+    EmulatedCANcoder,
+    EmulatedCANdi,
+    EmulatedCANdle,
+    EmulatedCANrange,
+    EmulatedPigeon2,
+)
 from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
 
 __all__ = ["MODELS", "Emulator", "hash_of"]

@@ -21,8 +21,7 @@ from dataclasses import dataclass
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator.control_requests import Unit
-from simcore.phoenix6_emulator.emulated_device import LOOP, Setting
+from simcore.phoenix6_emulator.emulated_device import LOOP, Setting, Unit
 
 __all__ = [
     "ARRANGEMENTS",

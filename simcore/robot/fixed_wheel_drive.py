@@ -25,9 +25,8 @@ from typing import TypeVar
 from simcore.errors import ConfigError
 from simcore.loop.robot_state import NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
-from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
-from simcore.robot.wheeled_drive import WheeledDrive, checked_number
+from simcore.robot.wheeled_drive import DriveShaft, WheelContact, WheeledDrive, checked_number, launch_accel
 
 __all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
 
@@ -210,11 +209,6 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
         return [vx - omega * self.robot.positions[row][1] for row in (0, -1)]
-
-    def side_speeds(self) -> tuple[float, float]:
-        """Speed of the treads against the robot, left and right [m/s]."""
-        left, right = self.shaft_speeds.tolist()
-        return left * self.config.wheel_radius, right * self.config.wheel_radius
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):

@@ -17,12 +17,11 @@ from simcore.pieces.shooter import ShooterConfig, ShotErrors
 from simcore.pieces.storage import StorageConfig
 from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution, MovingMass, moved_points, with_points
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
 from simcore.robot.gyro import GyroConfig, gyro_config
-from simcore.robot.mass_distribution import MassDistribution, MovingMass, moved_points, with_points
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -30,13 +29,16 @@ from simcore.robot.mechanisms import (
     ElevatorSim,
     FlywheelConfig,
     FlywheelSim,
+    PistonConfig,
+    PistonSim,
     RackConfig,
     RackSim,
     RollerConfig,
     RollerSim,
+    ServoConfig,
+    ServoSim,
+    ShaftSim,
 )
-from simcore.robot.positioned_mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
-from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.vision.camera import CameraConfig

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.mass_distribution import MassDistribution, PointMass, moved_points, with_points
+from simcore.robot.chassis_config import MassDistribution, PointMass, moved_points, with_points
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.robot_config import RobotConfig, build_drivetrain, build_mechanism
-from simcore.robot.shaft import ShaftSim
 from simcore.units import GRAVITY
 
 __all__ = ["TippingLimit", "stored_kind", "tipping_limit"]

@@ -19,8 +19,8 @@ from simcore.match.scoring import Alliance
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.snapshot import robot_prefix
+from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.typing import FloatArray
 from simcore.units import TICK
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simcore.errors import start_sentence
 from simcore.match.runner import auto_seconds
 from simcore.robotpy.isolation import WARM, end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
-from simcore.start_errors import start_sentence
 from simcore.sweep.child_process import answer_task, read_task
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink

@@ -25,8 +25,7 @@ from simcore.devices.drivetrain_discovery import find_drivetrain
 from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import DEVICES
-from simcore.phoenix6.configuration import feedback_of, talon_configuration
+from simcore.phoenix6.built_devices import DEVICES, feedback_of, talon_configuration
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.reader import read_settings

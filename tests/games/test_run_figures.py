@@ -35,9 +35,8 @@ from simcore.show.scene import scene_of
 from simcore.show.scope_layout import scope_layout
 from simcore.show.view_models import ViewModels
 from simcore.sweep.run_metrics import PlayedRun, measure
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = PACKAGES / "examples" / "rebuilt_robot"

@@ -36,8 +36,15 @@ from simcore.robot.cots import MODULES
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ElevatorConfig,
+    FlywheelConfig,
+    PistonConfig,
+    RackConfig,
+    RollerConfig,
+    ServoConfig,
+)
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 

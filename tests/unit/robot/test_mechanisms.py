@@ -40,14 +40,6 @@ def rack(**changes) -> RackSim:
     return RackSim(RackConfig(**{**dict(gearbox=BOX, mass=4.0, pinion_radius=0.012, travel=0.3), **changes}))
 
 
-def test_roller_says_how_fast_its_rim_is():
-    roller = RollerSim(RollerConfig(gearbox=BOX, inertia=0.002, radius=0.03))
-    roller.set_volts(6.0)
-    for _ in range(50):
-        roller.step(0.02)
-    assert roller.surface_speed == pytest.approx(BOX.free_speed(6.0) * 0.03)
-
-
 def test_holding_volts_hold_arm_and_elevator():
     held_arm, held_elevator = arm(start_angle=0.4), elevator()
     held_arm.set_volts(held_arm.holding_volts)

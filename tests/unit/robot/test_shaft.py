@@ -11,7 +11,7 @@ from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, SimMotor
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 KRAKEN = motor("Kraken X60")
 

@@ -10,9 +10,9 @@ from simcore.geometry.linkage import Joint
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import MovingMass
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
