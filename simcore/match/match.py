@@ -18,10 +18,10 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.geometry.footprints import corners
 from simcore.geometry.symmetry import Pose
-from simcore.match.camera_rig import CameraRig, tag_layout
+from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
-from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
+from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.motion import Motion, RobotContacts, StructureRecoil
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
@@ -38,14 +38,13 @@ from simcore.match.starts import (
     require_settings,
 )
 from simcore.physics.engine import Engine
-from simcore.physics.field import FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingBody, HangingConfig
+from simcore.physics.field import FieldElement
+from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.footprint import Footprint
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import RestingPlace
 from simcore.quantities import POSE, Quantity, require, require_row, shown
-from simcore.robot.climber import Rung
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.season import NetworkTables
@@ -90,75 +89,6 @@ class Match:
         (0, True)
     """
 
-    # --- of all runs ----------------------------------------------------------------------------------------------
-
-    game: Game
-    entries: tuple[RobotEntry, ...]
-    options: frozenset[str]
-    """Names of the game's options that are on."""
-    practice: bool
-    """Every piece counts, whatever the clock says."""
-    scatter: Scatter
-    """By how much things differ from run to run."""
-    last_tick_ms: float | None
-    """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
-    world: PhysicsWorld
-    field: FieldGeometry
-    _rungs: tuple[Rung, ...]
-    _hanging: tuple[HangingConfig, ...]
-    _network: NetworkTables | None
-    _tags: str | Path
-    _never_sleep: bool
-
-    # --- of one run -----------------------------------------------------------------------------------------------
-
-    time: float
-    """Simulated time since the start [s]."""
-    ticks: int
-    """Ticks since the start."""
-    seed: int
-    """Of everything that is left to chance."""
-    draws: ScatterDraws
-    """What the scatter of this run comes to."""
-    persons: dict[Alliance, dict[str, float]]
-    """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
-    field_resets: int
-    """How often `reset_field` was called since the start."""
-    timer: MatchTimer
-    """The time of the match, for scores and rules."""
-    pieces: GamePieceManager
-    hanging: list[HangingBody]
-    """What hangs from the field and swings."""
-    contacts: RobotContacts
-    """Who touched whom in this tick."""
-    recoil: StructureRecoil
-    """What hits on the field do to the pieces on it."""
-    motion: Motion
-    """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
-    flow: PieceFlow
-    """Pieces into robots and out of them."""
-    record: RunRecord
-    """What has happened so far."""
-    robots: list[Robot]
-    alliances: list[Alliance]
-    """Of each robot, as last set."""
-    tracker: ScoringTracker
-    rules: Rules
-    rules_rng: np.random.Generator
-    """For what the rules leave to chance."""
-    cameras: CameraRig
-    beliefs: BeliefCheck
-    """Compares where robots are with where they believe to be, as an auto begins."""
-    digest: TrajectoryDigest
-    """Of the state of every tick so far."""
-    _counted: tuple[int, Score] | None
-    """When `score_counts` was worked out, and at which points; None: not since the start."""
-    _counts: Mapping[str, int]
-    _has_ended: bool
-    _has_told: bool
-    _started: Mode | None
-    """Which mode a driver station has enabled last; None: there is none."""
-
     def __init__(
         self,
         game: Game,
@@ -180,10 +110,13 @@ class Match:
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options)
+        """Names of the game's options that are on."""
         self.practice = practice
+        """Every piece counts, whatever the clock says."""
         if not isinstance(scatter, Scatter | None):
             raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
         self.scatter = scatter or Scatter.none()
+        """By how much things differ from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
@@ -192,7 +125,8 @@ class Match:
         for number, controller in enumerate(controllers):
             self.set_controller(number, controller)
         self.sinks = list(sinks)
-        self.last_tick_ms = None
+        self.last_tick_ms: float | None = None
+        """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
@@ -261,6 +195,173 @@ class Match:
             robot=None if robot is None else lambda: robot,
         )
         return cls(game, robots=(RobotEntry(start=start),), **settings)
+
+    # --- building -------------------------------------------------------------------------------------------------
+
+    def _begin(self, seed: int) -> None:
+        """Build everything that a run changes, in an empty world."""
+        game = self.game
+        self.seed = seed
+        """Of everything that is left to chance."""
+        self.draws = ScatterDraws(self.scatter, seed)
+        """What the scatter of this run comes to."""
+        self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
+        """The first is for what the rules leave to chance."""
+        self.time = 0.0
+        """Simulated time since the start [s]."""
+        self.ticks = 0
+        """Ticks since the start."""
+        self.field_resets = 0
+        """How often `reset_field` was called since the start."""
+        self.persons: dict[Alliance, dict[str, float]] = {}
+        """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
+        self.timer = MatchTimer(game.clock)
+        """The time of the match, for scores and rules."""
+        self.digest = TrajectoryDigest()
+        """Of the state of every tick so far."""
+        self._started: Mode | None = None
+        """Which mode a driver station has enabled last; None: there is none."""
+        self._has_told = False
+        self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
+        """Of each robot, as last set."""
+        self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
+        self.hanging = [HangingBody(self.world, config) for config in self._hanging]
+        """What hangs from the field and swings."""
+        supplies = [(supply.kind, supply.count) for supply in game.pieces]
+        self.pieces = GamePieceManager(
+            self.world,
+            supplies,
+            field_size=game.field.size,
+            never_sleep=self._never_sleep,
+            places=game.places,
+            variation=piece_variation(self.draws, [count for _, count in supplies]) if self._is_scattered else None,
+        )
+        self._stage(staging_rng)
+        self.robots: list[Robot] = []
+        for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
+            self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
+        self.pieces.holders = self.robots
+        require_free_starts(self.world, self.robots, game.field, self.alliances)
+        for robot in self.robots:
+            pose = self.start_pose(robot.number)
+            missed = self._missed(robot.number, pose)
+            if missed is not None:
+                robot.reset(missed, believed=pose)
+        self.record = RunRecord(self.pieces, self.robots, TICK)
+        """What has happened so far."""
+        for robot in self.robots:
+            robot.require_place = partial(self._require_place, robot.number)
+            robot.on_put = partial(self._note_put, robot.number)
+        self._make_room()
+        self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
+        """Who touched whom in this tick."""
+        self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
+        """What hits on the field do to the pieces on it."""
+        self.motion = Motion(
+            self.world,
+            robots=self.robots,
+            pieces=self.pieces,
+            hanging=self.hanging,
+            watchers=(self.contacts, self.recoil),
+        )
+        """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
+        self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
+        """Pieces into robots and out of them."""
+        kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
+        self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
+        self.beliefs = BeliefCheck(self.robots)
+        """Compares where robots are with where they believe to be, as an auto begins."""
+        self.cameras = CameraRig(self, self._tags, camera_rng, self._network)
+        self._begin_rules()
+
+    def _update_digest(self) -> None:
+        """Feed the digest with all that moves, and every 0.1 s with the points."""
+        for robot in self.robots:
+            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        for body in self.hanging:
+            if body.is_awake:
+                self.digest.update(np.array((*body.pos, *body.rate)))
+        state, awake = self.pieces.state, self.pieces.awake
+        self.digest.update(state.pos.take(awake, axis=0), state.status)
+        if self.ticks % _COUNT_PERIOD == 0:
+            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
+
+    @property
+    def _is_scattered(self) -> bool:
+        return self.scatter != Scatter.none()
+
+    def _add_robot(self, number: int, rng: np.random.Generator) -> None:
+        config = self.entries[number].config or self.game.robot()
+        robot = Robot(
+            self.world,
+            config,
+            number=number,
+            pose=self.start_pose(number),
+            rng=rng,
+            rungs=self._rungs,
+            mounts={body.config.name: body for body in self.hanging},
+            built=built_robot(config, self.draws, number) if self._is_scattered else None,
+        )
+        self.robots.append(robot)
+        self._preload(robot)
+
+    def _stage(self, rng: np.random.Generator) -> None:
+        """Put pieces where they start, as the first robot's alliance sees the field.
+
+        So a red match is a blue one under the field's symmetry.
+        """
+        symmetry = self.game.field.symmetry if self.entries[0].alliance == "red" else None
+        for some in self.game.staging(rng, self.entries):
+            positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
+            attitudes = some.attitudes
+            if symmetry is not None:
+                positions = symmetry.flip_points(positions)
+                attitudes = None if attitudes is None else symmetry.flip_attitudes(attitudes)
+            if len(positions):
+                self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
+            self.pieces.stage(some.kind, some.off_field)
+
+    def _preload(self, robot: Robot) -> None:
+        count = self.entries[robot.number].preload
+        if count is None:
+            count = min(self.game.preload, robot.storage.room)
+        if count:
+            if count > robot.storage.room:
+                raise ConfigError(f"robot {robot.number} holds {robot.storage.room} pieces, got a preload of {count}")
+            slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
+            self.pieces.hold(slots, robot.number)
+            robot.storage.add(slots.tolist())
+
+    def _make_room(self) -> None:
+        """Pieces that are where robots are move aside."""
+        self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
+
+    def _require_place(self, number: int, pose: Pose) -> None:
+        """Refuse a place where a robot cannot stand."""
+        require_row(f"robot {number}", "pose", pose, POSE)
+        require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
+
+    def _note_put(self, number: int, reason: str) -> None:
+        """A robot was put somewhere."""
+        self.record.robots[number].put(self.time, reason)
+        self._make_room()
+
+    def _missed(self, number: int, pose: Pose) -> Pose | None:
+        """Where people put a robot who want it somewhere; None: there."""
+        ahead, left, turn = start_error(self.draws, number)
+        if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
+            left, turn = -left, -turn
+        error = (ahead, left, turn)
+        return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
+
+    def _begin_rules(self) -> None:
+        """The rules begin anew, with nothing scored."""
+        self._has_ended = self.timer.is_over
+        self._counted: tuple[int, Score] | None = None
+        """When `score_counts` was worked out, and at which points; None: not since the start."""
+        self._counts: Mapping[str, int] = {}
+        self.rules = self.game.rules(self)
+        self.rules.start()
 
     def __enter__(self) -> Match:
         return self
@@ -573,156 +674,3 @@ class Match:
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
         return build_snapshot(self)
-
-    # --- building -------------------------------------------------------------------------------------------------
-
-    def _begin(self, seed: int) -> None:
-        """Build everything that a run changes, in an empty world."""
-        game, self.seed = self.game, seed
-        self.draws = ScatterDraws(self.scatter, seed)
-        self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
-        self.time, self.ticks, self.field_resets = 0.0, 0, 0
-        self.persons = {}
-        self.timer = MatchTimer(game.clock)
-        self.digest = TrajectoryDigest()
-        self._started = None
-        self._has_told = False
-        self.alliances = [entry.alliance for entry in self.entries]
-        self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
-        self.hanging = [HangingBody(self.world, config) for config in self._hanging]
-        supplies = [(supply.kind, supply.count) for supply in game.pieces]
-        self.pieces = GamePieceManager(
-            self.world,
-            supplies,
-            field_size=game.field.size,
-            never_sleep=self._never_sleep,
-            places=game.places,
-            variation=piece_variation(self.draws, [count for _, count in supplies]) if self._is_scattered else None,
-        )
-        self._stage(staging_rng)
-        self.robots = []
-        for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
-            self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
-        self.pieces.holders = self.robots
-        require_free_starts(self.world, self.robots, game.field, self.alliances)
-        for robot in self.robots:
-            pose = self.start_pose(robot.number)
-            missed = self._missed(robot.number, pose)
-            if missed is not None:
-                robot.reset(missed, believed=pose)
-        self.record = RunRecord(self.pieces, self.robots, TICK)
-        for robot in self.robots:
-            robot.require_place = partial(self._require_place, robot.number)
-            robot.on_put = partial(self._note_put, robot.number)
-        self._make_room()
-        self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
-        self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
-        self.motion = Motion(
-            self.world,
-            robots=self.robots,
-            pieces=self.pieces,
-            hanging=self.hanging,
-            watchers=(self.contacts, self.recoil),
-        )
-        self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
-        kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
-        self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
-        self.beliefs = BeliefCheck(self.robots)
-        self.cameras = CameraRig(
-            self.world,
-            self.pieces,
-            self.robots,
-            partial(tag_layout, self._tags, game.field.size),
-            game.field.size,
-            camera_rng,
-            self.draws,
-            self._network,
-        )
-        self._begin_rules()
-
-    def _update_digest(self) -> None:
-        """Feed the digest with all that moves, and every 0.1 s with the points."""
-        for robot in self.robots:
-            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
-        for body in self.hanging:
-            if body.is_awake:
-                self.digest.update(np.array((*body.pos, *body.rate)))
-        state, awake = self.pieces.state, self.pieces.awake
-        self.digest.update(state.pos.take(awake, axis=0), state.status)
-        if self.ticks % _COUNT_PERIOD == 0:
-            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
-
-    @property
-    def _is_scattered(self) -> bool:
-        return self.scatter != Scatter.none()
-
-    def _add_robot(self, number: int, rng: np.random.Generator) -> None:
-        config = self.entries[number].config or self.game.robot()
-        robot = Robot(
-            self.world,
-            config,
-            number=number,
-            pose=self.start_pose(number),
-            rng=rng,
-            rungs=self._rungs,
-            mounts={body.config.name: body for body in self.hanging},
-            built=built_robot(config, self.draws, number) if self._is_scattered else None,
-        )
-        self.robots.append(robot)
-        self._preload(robot)
-
-    def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces where they start, as the first robot's alliance sees the field.
-
-        So a red match is a blue one under the field's symmetry.
-        """
-        symmetry = self.game.field.symmetry if self.entries[0].alliance == "red" else None
-        for some in self.game.staging(rng, self.entries):
-            positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
-            attitudes = some.attitudes
-            if symmetry is not None:
-                positions = symmetry.flip_points(positions)
-                attitudes = None if attitudes is None else symmetry.flip_attitudes(attitudes)
-            if len(positions):
-                self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
-            self.pieces.stage(some.kind, some.off_field)
-
-    def _preload(self, robot: Robot) -> None:
-        count = self.entries[robot.number].preload
-        if count is None:
-            count = min(self.game.preload, robot.storage.room)
-        if count:
-            if count > robot.storage.room:
-                raise ConfigError(f"robot {robot.number} holds {robot.storage.room} pieces, got a preload of {count}")
-            slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
-            self.pieces.hold(slots, robot.number)
-            robot.storage.add(slots.tolist())
-
-    def _make_room(self) -> None:
-        """Pieces that are where robots are move aside."""
-        self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
-
-    def _require_place(self, number: int, pose: Pose) -> None:
-        """Refuse a place where a robot cannot stand."""
-        require_row(f"robot {number}", "pose", pose, POSE)
-        require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
-
-    def _note_put(self, number: int, reason: str) -> None:
-        """A robot was put somewhere."""
-        self.record.robots[number].put(self.time, reason)
-        self._make_room()
-
-    def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Where people put a robot who want it somewhere; None: there."""
-        ahead, left, turn = start_error(self.draws, number)
-        if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
-            left, turn = -left, -turn
-        error = (ahead, left, turn)
-        return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
-
-    def _begin_rules(self) -> None:
-        """The rules begin anew, with nothing scored."""
-        self._has_ended = self.timer.is_over
-        self._counted = None
-        self.rules = self.game.rules(self)
-        self.rules.start()

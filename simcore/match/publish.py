@@ -33,7 +33,7 @@ _VOLT_DECIMALS = 3
 """Of the battery's voltage [mV], which comes back after a load for minutes."""
 
 
-@dataclass(slots=True)
+@dataclass
 class _Rows:
     """What a snapshot is made of."""
 
@@ -70,17 +70,7 @@ def build_snapshot(match: Match) -> Snapshot:
         _add_robot(rows, robot, match.alliances[robot.number], match.record.robots[robot.number])
     for key, value in match.rules.telemetry().items():
         rows.add(key, value)
-    return Snapshot(
-        time=match.time,
-        tick=match.ticks - 1,
-        poses=rows.poses,
-        pose_arrays=rows.pose_arrays,
-        doubles=rows.doubles,
-        integers=rows.integers,
-        booleans=rows.booleans,
-        integer_arrays=rows.integer_arrays,
-        strings=rows.strings,
-    )
+    return Snapshot(time=match.time, tick=match.ticks - 1, **vars(rows))
 
 
 def _add_pieces(rows: _Rows, match: Match) -> None:

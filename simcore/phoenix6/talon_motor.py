@@ -16,7 +16,7 @@ from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.built_devices import read_configuration
 from simcore.phoenix6.sim_states import own_writer, sim_state_of
-from simcore.robot.gearbox import SimMotor
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.motor_ports import AnglePort
 
 __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
@@ -184,7 +184,7 @@ class TalonFXMotorSim(MotorSim):
     def __init__(
         self,
         talon: Talon,
-        mechanism: SimMotor,
+        mechanism: ShaftSim,
         *,
         followers: Sequence[Talon] = (),
         opposed: Sequence[int] = (),
@@ -197,8 +197,8 @@ class TalonFXMotorSim(MotorSim):
         sensor_gearing: float | None = None,
     ) -> None:
         name = f"{type(talon).__name__} {talon.device_id}"
-        if not isinstance(mechanism, SimMotor):
-            raise ConfigError(f"{name}: mechanism must be a SimMotor such as FlywheelSim, got {mechanism!r}")
+        if not isinstance(mechanism, ShaftSim):
+            raise ConfigError(f"{name}: mechanism must be a mechanism such as FlywheelSim, got {mechanism!r}")
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
         self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
