@@ -25,10 +25,9 @@ from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.motion import Motion, RobotContacts, StructureRecoil
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
-from simcore.match.report import PieceCount, Score
-from simcore.match.run_record import RunRecord, TrajectoryDigest
+from simcore.match.run_record import PieceCount, RunRecord, TrajectoryDigest
 from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_variation, start_error
-from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
+from simcore.match.scoring import Alliance, Score, ScoringTracker, ScoringZone
 from simcore.match.starts import (
     BeliefCheck,
     missed_place,

@@ -24,6 +24,7 @@ from simcore.robot.robot import Robot
 from simcore.typing import IntArray
 
 __all__ = [
+    "PieceCount",
     "Placement",
     "RobotRecord",
     "RunRecord",
@@ -109,6 +110,42 @@ class TickTimer:
 _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
 _DRAWN = 100  # ticks of a shot's way that are kept at least
 _LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PieceCount:
+    """Where all pieces are; everything but `staged` adds up to it."""
+
+    staged: int
+    """How many have come into the match, preloads included."""
+    on_field: int
+    in_flight: int
+    held: int
+    scored: int
+    placed: int = 0
+    """At rest in a place where they count; `on_field` is without them."""
+    off_field: int
+    """Not on the field yet: e.g. with a human player."""
+
+    @classmethod
+    def of(cls, pieces: GamePieceManager) -> PieceCount:
+        """Where all pieces of a match are now."""
+        count = pieces.count
+        return cls(
+            staged=pieces.total,
+            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
+            in_flight=count(PieceStatus.IN_FLIGHT),
+            held=count(PieceStatus.HELD),
+            scored=count(PieceStatus.SCORED),
+            placed=count(PieceStatus.PLACED),
+            off_field=count(PieceStatus.STAGED),
+        )
+
+    @property
+    def is_conserved(self) -> bool:
+        """Whether every piece is accounted for."""
+        somewhere = self.on_field + self.in_flight + self.held + self.scored + self.placed + self.off_field
+        return somewhere == self.staged
 
 
 @dataclass(slots=True)

@@ -22,8 +22,7 @@ from simcore.devices.program_odometry import PoseReset, PoseResets
 from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
-from simcore.phoenix6.sim_states import is_emulated
+from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
 from simcore.phoenix6.talon_motor import Talon, TalonPort, is_configured_clockwise
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.motor_ports import AnglePort, SwervePorts

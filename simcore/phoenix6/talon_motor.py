@@ -15,7 +15,7 @@ from phoenix6.sim import ChassisReference, TalonFXSimState
 from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.built_devices import read_configuration
-from simcore.phoenix6.sim_states import own_writer, sim_state_of
+from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.motor_ports import AnglePort
 

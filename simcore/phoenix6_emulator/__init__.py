@@ -2,7 +2,7 @@
 
 From the outside to the inside:
 
-- `installation` replaces the libraries by `emulated_native` (devices, signals, configurations) and `swerve_native`.
+- `installation` replaces the libraries by the functions of `emulated_native`.
 - `emulator` holds all devices and steps them.
 - `emulated_talon` and `emulated_peripherals` are the devices, `emulated_device` is
   what they share.

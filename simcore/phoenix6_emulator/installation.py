@@ -18,10 +18,16 @@ from phoenix6.wpiutils import auto_feed_enable
 
 from simcore.errors import SimcoreError
 from simcore.phoenix6_emulator.emulated_device import REQUESTS, EnableDelays
-from simcore.phoenix6_emulator.emulated_native import EmulatedNative
+from simcore.phoenix6_emulator.emulated_native import (
+    ADDED,
+    GONE,
+    IS_2027,
+    PREFIX,
+    RENAMED,
+    EmulatedNative,
+    SwerveNative,
+)
 from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.native_library import ADDED, GONE, IS_2027, PREFIX, RENAMED
-from simcore.phoenix6_emulator.swerve_native import SwerveNative
 
 __all__ = ["SeamError", "check_seam", "install", "installed", "load_beside", "uninstall"]
 

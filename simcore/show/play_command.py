@@ -17,8 +17,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.match.game import Auto, Game
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
-from simcore.match.report import print_report
-from simcore.match.runner import AutoRun, auto_seconds, play_auto
+from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import DriverControls

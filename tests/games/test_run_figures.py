@@ -24,8 +24,7 @@ import simcore
 from games.rebuilt import REBUILT
 from simcore.match.game import Auto, RobotEntry
 from simcore.match.match import Match
-from simcore.match.report import print_report
-from simcore.match.runner import play_auto
+from simcore.match.runner import play_auto, print_report
 from simcore.show.charts import charts_of
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
