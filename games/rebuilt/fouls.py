@@ -99,7 +99,7 @@ class Fouls:
 
     # --- once a tick ------------------------------------------------------------------------------------------------
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """After everything has moved."""
         match = self._match
         for piece in self._releases.update():

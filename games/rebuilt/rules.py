@@ -80,8 +80,8 @@ class RebuiltRules(Rules):
 
     def after_tick(self) -> None:
         """Look for fouls and at the towers."""
-        self.fouls.look()
-        self.towers.look()
+        self.fouls.after_tick()
+        self.towers.after_tick()
         for alliance in ALLIANCES:
             points = int(math.fsum(self.towers.points(alliance)))
             if points != self._tower_points[alliance]:

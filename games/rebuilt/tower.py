@@ -70,7 +70,7 @@ class TowerJudge:
         self.carried: set[int] = set()
         """Robots that lose their tower points, because a partner has fully carried them."""
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """Once a tick, after everything has moved."""
         time = self._match.timer.time
         if not self._is_auto_judged and MATCH.start("pause") - _EPS <= time < MATCH.start("transition"):

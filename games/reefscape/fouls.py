@@ -45,7 +45,7 @@ class Fouls:
         self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
         self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """Once a tick, after everything has moved."""
         match, released = self._match, self._releases.update()
         if not match.timer.is_enabled or match.timer.is_over:

@@ -109,7 +109,7 @@ class ReefscapeRules(Rules):
 
     def after_tick(self) -> None:
         """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
-        self.fouls.look()
+        self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
             self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}

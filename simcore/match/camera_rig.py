@@ -143,7 +143,7 @@ class CameraRig(VisionSimManager):
             if to_start and headset.robot == robot:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
-    def look(self, time: float) -> None:
+    def expose(self, time: float) -> None:
         """One tick, at its end [s]."""
         if not self._carriers:
             return

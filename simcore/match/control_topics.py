@@ -18,7 +18,10 @@ from simcore.match.human_actions import ALLIANCES
 from simcore.match.match import Match
 from simcore.quantities import shown
 
-__all__ = ["TABLE", "ControlTopics", "HumanTopics"]
+__all__ = [
+    "TABLE",
+    "ControlTopics",
+]
 
 _HUMAN_TABLE = "/Sim/HumanPlayer/"
 

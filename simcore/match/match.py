@@ -379,7 +379,7 @@ class Match:
         if not self._has_told:
             self._has_told = True
             for robot in self.robots:
-                robot.brownouts.tell_total()
+                robot.brownouts.log_total()
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
 
@@ -463,7 +463,7 @@ class Match:
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""
-        self.cameras.look(self.time)
+        self.cameras.expose(self.time)
 
     def _settle(self) -> None:
         """Pieces that have been slow for a while sleep."""

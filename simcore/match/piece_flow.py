@@ -26,7 +26,7 @@ from simcore.robot.robot import Robot
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
-__all__ = ["HeldContact", "PieceFlow"]
+__all__ = ["PieceFlow"]
 
 _LOOK = 0.015  # [m] of its way; the wall of a tube with a give of 10 mm is too deep in a pipe of 42 mm for 28 mm of it
 _STANDS = 1e-4  # [m]; one that has moved less since it was looked at is as deep as it was

@@ -33,7 +33,6 @@ __all__ = [
     "SwerveDevicesSim",
     "SwerveDrivetrainSim",
     "SwerveModuleDevices",
-    "azimuth_port",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",

@@ -29,9 +29,6 @@ __all__ = [
     "PROFILE_LOOPS",
     "REQ_BRAKE",
     "REQ_COAST",
-    "REQ_FOC",
-    "REQ_TORQUE",
-    "REQ_TRAPEZOIDAL",
     "ControlPlan",
     "Expo",
     "Gains",
@@ -40,7 +37,6 @@ __all__ = [
     "SCurve",
     "VelocityRamp",
     "build_plan",
-    "gains_of",
     "limits_of",
 ]
 

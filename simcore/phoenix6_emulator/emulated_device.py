@@ -32,7 +32,6 @@ __all__ = [
     "Setting",
     "SimulatedClock",
     "Unit",
-    "bits_of",
     "config_answer",
     "config_line",
     "number_of",
@@ -333,7 +332,7 @@ class FaultFlags:
         self._active: Set[int] = frozenset()
         self._sticky: set[int] = set()
 
-    def show(self, active: Set[int]) -> None:
+    def set_active(self, active: Set[int]) -> None:
         """These faults are active now; they become sticky."""
         self._active = active
         if active:

@@ -26,14 +26,12 @@ from simcore.units import plain_sum
 
 __all__ = [
     "DEFAULT_HZ",
-    "HISTORY",
     "Brake",
     "Centric",
     "DrivetrainConstants",
     "DrivetrainRequest",
     "DrivetrainState",
     "EmulatedDrivetrain",
-    "EmulatedModule",
     "Idle",
     "Kinematics",
     "ModuleConstants",
@@ -508,7 +506,7 @@ class EmulatedModule:
         self.speed = drive_rate / self._per_meter
         return self.distance - before
 
-    def look(self) -> tuple[float, float]:
+    def present_position(self) -> tuple[float, float]:
         """Travel [m] and azimuth [rad] at this moment; odometry is not affected."""
         drive, _, azimuth, _ = self.devices.sample()
         return (drive - azimuth * self._coupling) / self._per_meter, azimuth * math.tau
@@ -516,7 +514,7 @@ class EmulatedModule:
     def zero(self) -> None:
         """Set the drive motor's position to 0 here; odometry does not count that as travel."""
         self.devices.zero_drive()
-        self.distance = self.look()[0]
+        self.distance = self.present_position()[0]
 
     def apply(
         self,

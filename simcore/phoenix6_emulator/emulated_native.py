@@ -55,25 +55,7 @@ from simcore.phoenix6_emulator.emulated_drivetrain import (
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
 
-__all__ = [
-    "ADDED",
-    "FIELDS",
-    "GONE",
-    "IS_2027",
-    "PREFIX",
-    "RENAMED",
-    "UNITS",
-    "EmulatedNative",
-    "Fields",
-    "Held",
-    "LibraryServices",
-    "NativeLibrary",
-    "SwerveNative",
-    "always",
-    "python_function",
-    "record",
-    "target_of",
-]
+__all__ = ["ADDED", "GONE", "IS_2027", "PREFIX", "RENAMED", "EmulatedNative", "SwerveNative"]
 
 IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
 """Whether the installed phoenix6 is of 2027."""
@@ -230,143 +212,6 @@ class _Orchestra:
     """Until the last pause [s]."""
     since: float | None = None
     """When it went on to play [s]; None: it does not."""
-
-
-class LibraryServices(NativeLibrary):
-    """Signal logger, hoot replay and orchestra, as phoenix6 finds them in a native library.
-
-    Args:
-        now: Simulated time [s].
-    """
-
-    def __init__(self, now: Callable[[], float]) -> None:
-        self._now = now
-        self._is_logging = False
-        self._schemas: set[tuple[bytes, int]] = set()
-        self._orchestras: dict[int, _Orchestra] = {}
-        self._numbers = itertools.count(1)
-        for name in _WRITTEN:
-            setattr(self, f"{PREFIX}platform_{name}", self._written)
-        for name in _REPLAYED:
-            setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
-        for kind in ("alert", "multi_alert"):
-            setattr(self, f"{PREFIX}{kind}_create", lambda *values: next(self._numbers))
-            for what in ("set_debounce", "set_active", "set_inactive"):
-                setattr(self, f"{PREFIX}{kind}_{what}", lambda *values: None)
-
-    # ---- signal logger
-
-    def _written(self, *values: Any) -> int:
-        return _OK if self._is_logging else _NOT_RUNNING
-
-    def c_ctre_phoenix6_platform_set_logger_path(self, path: Any) -> int:
-        folder = path.value.decode()
-        return _OK if not folder or Path(folder).is_dir() else StatusCode.DIRECTORY_MISSING.value
-
-    def c_ctre_phoenix6_platform_start_logger(self) -> int:
-        self._is_logging = True
-        return _OK
-
-    def c_ctre_phoenix6_platform_stop_logger(self) -> int:
-        self._is_logging = False
-        self._schemas.clear()  # the next log is another file
-        return _OK
-
-    def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
-        if not self._is_logging:
-            return _NOT_RUNNING
-        self._schemas.add((name.value, int(kind)))
-        return _OK
-
-    c_ctre_phoenix6_platform_add_schema_string = c_ctre_phoenix6_platform_add_schema
-
-    def c_ctre_phoenix6_platform_has_schema(self, name: Any, kind: int) -> bool:
-        return (name.value, int(kind)) in self._schemas
-
-    def c_ctre_phoenix6_platform_write_schema_value(
-        self, name: Any, schema: Any, kind: int, data: Any, size: int, latency: float
-    ) -> int:
-        if not self._is_logging:
-            return _NOT_RUNNING
-        known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
-        return _OK if known else StatusCode.MISSING_SCHEMA.value
-
-    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
-
-    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
-
-    c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
-    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
-    c_ctre_phoenix6_platform_replay_is_finished = always(True)
-    c_ctre_phoenix6_platform_replay_close_file = always(None)
-    c_ctre_phoenix6_platform_replay_set_speed = always(None)
-
-    # ---- orchestra
-
-    def c_ctre_phoenix6_orchestra_Create(self, out: Any) -> int:
-        number = next(self._numbers)
-        self._orchestras[number] = _Orchestra()
-        target_of(out).value = number
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Close(self, number: Any) -> int:
-        self._orchestras.pop(_plain_number(number), None)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_AddDevice(self, number: Any, network: Any, device_hash: int) -> int:
-        self._orchestras[_plain_number(number)].instruments.append(device_hash)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_AddDeviceWithTrack(
-        self, number: Any, network: Any, device_hash: int, track: int
-    ) -> int:
-        return self.c_ctre_phoenix6_orchestra_AddDevice(number, network, device_hash)
-
-    def c_ctre_phoenix6_orchestra_ClearDevices(self, number: Any) -> int:
-        self._orchestras[_plain_number(number)].instruments.clear()
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_LoadMusic(self, number: Any, path: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        name = path.value.decode()
-        orchestra.file, orchestra.played, orchestra.since = None, 0.0, None
-        if not Path(name).is_file():
-            return StatusCode.MUSIC_FILE_NOT_FOUND.value
-        orchestra.file = name
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Play(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.file is None:
-            return _NO_ACTION
-        if orchestra.since is None:
-            orchestra.since = self._now()
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Pause(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.since is None:
-            return _NO_ACTION
-        orchestra.played += self._now() - orchestra.since
-        orchestra.since = None
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Stop(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.file is None:
-            return _NO_ACTION
-        orchestra.played, orchestra.since = 0.0, None
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_IsPlaying(self, number: Any, out: Any) -> int:
-        target_of(out).value = int(self._orchestras[_plain_number(number)].since is not None)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_GetCurrentTime(self, number: Any, out: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        running = 0.0 if orchestra.since is None else self._now() - orchestra.since
-        target_of(out).value = orchestra.played + running
-        return _OK
 
 
 def _plain_number(number: Any) -> int:
@@ -528,7 +373,7 @@ def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
     return deserialize
 
 
-class EmulatedNative(LibraryServices):
+class EmulatedNative(NativeLibrary):
     """In place of the library that holds devices, signals, configurations and simulation.
 
     Args:
@@ -536,13 +381,24 @@ class EmulatedNative(LibraryServices):
     """
 
     def __init__(self, emulator: Emulator) -> None:
-        super().__init__(lambda: emulator.clock.now)
         self.emulator = emulator
         """The devices; with this attribute adapters recognise simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
             setattr(self, f"{PREFIX}RequestControl{name}", self._light(name))
+        self._is_logging = False
+        self._schemas: set[tuple[bytes, int]] = set()
+        self._orchestras: dict[int, _Orchestra] = {}
+        self._numbers = itertools.count(1)
+        for name in _WRITTEN:
+            setattr(self, f"{PREFIX}platform_{name}", self._written)
+        for name in _REPLAYED:
+            setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
+        for alert in ("alert", "multi_alert"):
+            setattr(self, f"{PREFIX}{alert}_create", lambda *values: next(self._numbers))
+            for what in ("set_debounce", "set_active", "set_inactive"):
+                setattr(self, f"{PREFIX}{alert}_{what}", lambda *values: None)
 
     def _request(self, kind: RequestKind) -> Callable[..., int]:
         by_hash = self.emulator.by_hash
@@ -561,7 +417,7 @@ class EmulatedNative(LibraryServices):
         def send(network: Any, device_hash: int, *args: Any) -> int:
             candle = by_hash.get(device_hash)
             if isinstance(candle, EmulatedCANdle):
-                candle.show(name, args)
+                candle.record(name, args)
             return _OK
 
         return send
@@ -746,6 +602,120 @@ class EmulatedNative(LibraryServices):
 
     def c_ctre_phoenix6_report_status_code(self, code: int, location: Any, context: Any, trace: Any) -> None:
         _log.warning("%s: %s", location.value.decode(), StatusCode(code).description)
+
+    # ---- signal logger
+
+    def _written(self, *values: Any) -> int:
+        return _OK if self._is_logging else _NOT_RUNNING
+
+    def c_ctre_phoenix6_platform_set_logger_path(self, path: Any) -> int:
+        folder = path.value.decode()
+        return _OK if not folder or Path(folder).is_dir() else StatusCode.DIRECTORY_MISSING.value
+
+    def c_ctre_phoenix6_platform_start_logger(self) -> int:
+        self._is_logging = True
+        return _OK
+
+    def c_ctre_phoenix6_platform_stop_logger(self) -> int:
+        self._is_logging = False
+        self._schemas.clear()  # the next log is another file
+        return _OK
+
+    def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        self._schemas.add((name.value, int(kind)))
+        return _OK
+
+    c_ctre_phoenix6_platform_add_schema_string = c_ctre_phoenix6_platform_add_schema
+
+    def c_ctre_phoenix6_platform_has_schema(self, name: Any, kind: int) -> bool:
+        return (name.value, int(kind)) in self._schemas
+
+    def c_ctre_phoenix6_platform_write_schema_value(
+        self, name: Any, schema: Any, kind: int, data: Any, size: int, latency: float
+    ) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
+        return _OK if known else StatusCode.MISSING_SCHEMA.value
+
+    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
+
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
+
+    c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
+    c_ctre_phoenix6_platform_replay_is_finished = always(True)
+    c_ctre_phoenix6_platform_replay_close_file = always(None)
+    c_ctre_phoenix6_platform_replay_set_speed = always(None)
+
+    # ---- orchestra
+
+    def c_ctre_phoenix6_orchestra_Create(self, out: Any) -> int:
+        number = next(self._numbers)
+        self._orchestras[number] = _Orchestra()
+        target_of(out).value = number
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Close(self, number: Any) -> int:
+        self._orchestras.pop(_plain_number(number), None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDevice(self, number: Any, network: Any, device_hash: int) -> int:
+        self._orchestras[_plain_number(number)].instruments.append(device_hash)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDeviceWithTrack(
+        self, number: Any, network: Any, device_hash: int, track: int
+    ) -> int:
+        return self.c_ctre_phoenix6_orchestra_AddDevice(number, network, device_hash)
+
+    def c_ctre_phoenix6_orchestra_ClearDevices(self, number: Any) -> int:
+        self._orchestras[_plain_number(number)].instruments.clear()
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_LoadMusic(self, number: Any, path: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        name = path.value.decode()
+        orchestra.file, orchestra.played, orchestra.since = None, 0.0, None
+        if not Path(name).is_file():
+            return StatusCode.MUSIC_FILE_NOT_FOUND.value
+        orchestra.file = name
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Play(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        if orchestra.since is None:
+            orchestra.since = self.emulator.clock.now
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Pause(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.since is None:
+            return _NO_ACTION
+        orchestra.played += self.emulator.clock.now - orchestra.since
+        orchestra.since = None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Stop(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        orchestra.played, orchestra.since = 0.0, None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_IsPlaying(self, number: Any, out: Any) -> int:
+        target_of(out).value = int(self._orchestras[_plain_number(number)].since is not None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_GetCurrentTime(self, number: Any, out: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        running = 0.0 if orchestra.since is None else self.emulator.clock.now - orchestra.since
+        target_of(out).value = orchestra.played + running
+        return _OK
 
 
 _PREFIX = PREFIX + "swerve_"
@@ -947,7 +917,7 @@ class SwerveNative(NativeLibrary):
         module = self._drivetrains[number].modules[index]
         if not refresh:
             return self.module_get_cached_position(number, index)
-        distance, angle = module.look()
+        distance, angle = module.present_position()
         return SimpleNamespace(distance=distance, angle=angle)
 
     def module_get_cached_position(self, number: int, index: int) -> Any:

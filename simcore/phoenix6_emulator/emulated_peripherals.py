@@ -508,7 +508,7 @@ class EmulatedCANdle(EmulatedDevice):
         """Requests since the device was built, with their numbers as the library sends them; the newest 100."""
         self.send_frame()
 
-    def show(self, name: str, args: tuple[Any, ...]) -> None:
+    def record(self, name: str, args: tuple[Any, ...]) -> None:
         """A request of robot code."""
         self.shows = [*self.shows[-99:], (name, args)]
 

@@ -1030,7 +1030,7 @@ class EmulatedTalon(EmulatedDevice):
 
     def send_frame(self) -> None:
         """Send a status frame with the present faults."""
-        self.fault_flags.show(active_faults(self, self.feedback.is_missing))
+        self.fault_flags.set_active(active_faults(self, self.feedback.is_missing))
         super().send_frame()
         for follower in self.followers:
             follower.settled_rps = math.nan

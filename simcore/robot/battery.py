@@ -287,7 +287,7 @@ class BrownoutLog:
             )
         self._first, self._last = "", time
 
-    def tell_total(self) -> None:
+    def log_total(self) -> None:
         """At the end of a run: how many there were, if any."""
         battery = self._battery
         if battery.brownouts:

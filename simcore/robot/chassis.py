@@ -34,7 +34,7 @@ from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.typing import FloatArray
 
-__all__ = ["ChassisSimulation", "GroundClearance", "WheelGround", "ground_clearance"]
+__all__ = ["ChassisSimulation", "GroundClearance", "ground_clearance"]
 
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
 _SINK = -2e-5  # [m]; a gap of exactly 0 is no contact yet, and the first step would fall

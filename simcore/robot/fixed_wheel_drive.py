@@ -26,7 +26,8 @@ from simcore.errors import ConfigError
 from simcore.loop.robot_state import NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
-from simcore.robot.wheeled_drive import DriveShaft, WheelContact, WheeledDrive, checked_number, launch_accel
+from simcore.robot.wheel_config import WheelConfig
+from simcore.robot.wheeled_drive import DriveShaft, WheeledDrive, checked_number, launch_accel
 
 __all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
 
@@ -56,7 +57,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         config: FixedT,
         *,
         battery: Battery | None,
-        wheels: Sequence[WheelContact],
+        wheels: Sequence[WheelConfig],
         shafts: Sequence[DriveShaft],
         groups: Sequence[str],
         directions: Sequence[tuple[float, float]],
@@ -152,7 +153,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
         arms = [self._share] * self._driven
-        return launch_accel(self._shafts, self._contacts, self._static_loads, arms, self.robot.mass)
+        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, arms, self.robot.mass)
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
@@ -184,7 +185,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(sides[k // n], place) for k, place in enumerate(config.positions)],
+            wheels=[sides[k // n] for k in range(2 * n)],
             shafts=[
                 DriveShaft.of(c, inertia=c.shaft_inertia(n, motors), motor=c.shaft_motor(motors), wheels=wheels)
                 for c, wheels in zip(sides, (tuple(range(n)), tuple(range(n, 2 * n))), strict=True)
@@ -245,7 +246,7 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(c, place) for c, place in zip(wheels, config.positions, strict=True)],
+            wheels=wheels,
             shafts=[replace(s, radius=_HALF * s.radius, grain=0.0) for s in shafts],
             groups=("drive",) * 4,
             directions=[(_HALF, _HALF * side) for side in _SIDES],

@@ -29,7 +29,11 @@ from simcore.robot.robot_config import BuiltRobot, RobotConfig, build_drivetrain
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK, plain_sum
 
-__all__ = ["Controller", "MassBalance", "Robot", "RobotDevices", "SwerveOdometry"]
+__all__ = [
+    "Controller",
+    "Robot",
+    "RobotDevices",
+]
 
 
 class SwerveOdometry:

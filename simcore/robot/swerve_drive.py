@@ -15,7 +15,6 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.wheeled_drive import (
     DriveShaft,
     MotorReadout,
-    WheelContact,
     WheeledDrive,
     checked_number,
     launch_accel,
@@ -110,7 +109,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(m, place) for m, place in zip(modules, config.positions, strict=True)],
+            wheels=modules,
             radii=[m.wheel_radius for m in config.modules],
             azimuths=len(modules),
             shafts=[
@@ -285,7 +284,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def max_angular_accel(self) -> float:
         """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
-        return launch_accel(self._shafts, self._contacts, self._static_loads, self._arms(), self.robot.yaw_inertia)
+        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
 

@@ -28,7 +28,6 @@ __all__ = [
     "DriveShaft",
     "MotorReadout",
     "PlanarChassis",
-    "WheelContact",
     "WheeledDrive",
     "checked_number",
     "free_speed",
@@ -39,25 +38,6 @@ __all__ = [
 
 NOMINAL_VOLTAGE = 12.0
 """What FRC figures are quoted at [V]."""
-
-
-@dataclass(frozen=True, slots=True)
-class WheelContact:
-    """One wheel on the carpet."""
-
-    x: float
-    """From the center of mass, forward [m]."""
-    y: float
-    """From the center of mass, left [m]."""
-    wheel_cof: float
-    """Coefficient of friction [-]."""
-    rolling_resistance: float
-    """Drag per load [-]."""
-
-    @staticmethod
-    def of(wheel: WheelConfig, place: tuple[float, float]) -> WheelContact:
-        """A wheel at its place from the center of mass [m]."""
-        return WheelContact(*place, wheel_cof=wheel.wheel_cof, rolling_resistance=wheel.rolling_resistance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +72,7 @@ class DriveShaft:
         )
 
 
-def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequence[float]) -> float:
+def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence[float]) -> float:
     """Ground speed at which motor torque meets friction and rolling drag [m/s].
 
     Args:
@@ -108,7 +88,7 @@ def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequenc
 
 def launch_accel(
     shafts: Sequence[DriveShaft],
-    wheels: Sequence[WheelContact],
+    wheels: Sequence[WheelConfig],
     loads: Sequence[float],
     arms: Sequence[float],
     inertia: float,
@@ -290,7 +270,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         config: ConfigT,
         *,
         battery: Battery | None,
-        wheels: Sequence[WheelContact],
+        wheels: Sequence[WheelConfig],
         shafts: Sequence[DriveShaft],
         azimuths: int = 0,
         radii: Sequence[float],
@@ -315,12 +295,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Drive shafts, then azimuths."""
         self.wheel_records = records(WHEEL, self._wheels)
         """In the order of `config.positions`."""
-        self._shafts, self._contacts = tuple(shafts), tuple(wheels)
+        self._shafts, self._wheel_configs = tuple(shafts), tuple(wheels)
         self._motors_per_shaft = shafts[0].motor.count
         self._wheel_radii = list(radii)
         self._shaft_of_wheel = [0] * self._wheels
         for g, shaft in enumerate(shafts):
-            if len({wheels[k].y for k in shaft.wheels}) > 1:
+            if len({config.positions[k][1] for k in shaft.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
             row = self.shafts[g : g + 1]
             set_motor(row, shaft.motor)
@@ -347,7 +327,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._robot: RobotMass = config
         self._static_loads: list[float] = []
         self._stand(config)
-        self._free_speeds = [free_speed(s, self._contacts, self._static_loads) for s in shafts]
+        self._free_speeds = [free_speed(s, self._wheel_configs, self._static_loads) for s in shafts]
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
         """Of the drive shafts."""
 
@@ -593,7 +573,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     @property
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
-        return launch_accel(self._shafts, self._contacts, self._static_loads, [1.0] * self._driven, self._robot.mass)
+        return launch_accel(
+            self._shafts, self._wheel_configs, self._static_loads, [1.0] * self._driven, self._robot.mass
+        )
 
 
 class PlanarChassis:

@@ -54,7 +54,7 @@ MADE_BY_SIMCORE = frozenset(
     "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "
-    "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit WheelContact".split()
+    "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
