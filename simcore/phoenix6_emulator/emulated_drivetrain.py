@@ -28,7 +28,6 @@ __all__ = [
     "DEFAULT_HZ",
     "Brake",
     "Centric",
-    "DrivetrainConstants",
     "DrivetrainRequest",
     "DrivetrainState",
     "EmulatedDrivetrain",
@@ -719,14 +718,6 @@ DEFAULT_HZ = 250.0
 """Odometry on CAN FD, which every simulated bus is [Hz]."""
 
 
-@dataclass(frozen=True, slots=True)
-class DrivetrainConstants:
-    """What the modules have in common."""
-
-    can_bus: str
-    pigeon_id: int
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainState:
     """What `SwerveDriveState` shows, at the end of one period."""
@@ -752,7 +743,7 @@ class EmulatedDrivetrain:
     """One swerve drive.
 
     Args:
-        constants: What the modules share.
+        pigeon_id: CAN id of its gyro.
         modules: Their constants.
         hz: How often odometry and control run; 0 for 250 Hz.
 
@@ -760,15 +751,13 @@ class EmulatedDrivetrain:
         ConfigError: No modules, or a frequency that is not within 1..1000 Hz.
     """
 
-    def __init__(
-        self, constants: DrivetrainConstants, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ
-    ) -> None:
+    def __init__(self, pigeon_id: int, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
         if not modules:
             raise ConfigError("SwerveDrivetrain: wants at least one module, got none")
         hz = hz or DEFAULT_HZ
         if not 1.0 <= hz <= 1000.0:
             raise ConfigError(f"SwerveDrivetrain: odometry_update_frequency must be 1..1000 Hz, got {hz}")
-        self.constants = constants
+        self.pigeon_id = pigeon_id
         self.module_constants = tuple(modules)
         self.hz = hz
         self.period = 1.0 / hz

@@ -41,7 +41,6 @@ from simcore.phoenix6_emulator.emulated_device import (
 from simcore.phoenix6_emulator.emulated_drivetrain import (
     Brake,
     Centric,
-    DrivetrainConstants,
     DrivetrainRequest,
     DrivetrainState,
     EmulatedDrivetrain,
@@ -773,7 +772,7 @@ class SwerveNative(NativeLibrary):
 
     def create_drivetrain_constants(self, can_bus: Any, pigeon_id: int) -> int:
         handle = next(self._handles)
-        self._constants[handle] = DrivetrainConstants(getattr(can_bus, "value", can_bus).decode(), pigeon_id)
+        self._constants[handle] = pigeon_id
         return handle
 
     def create_module_constants_arr(self, count: int) -> int:
@@ -812,7 +811,7 @@ class SwerveNative(NativeLibrary):
     def drivetrain_odom_start(self, number: int) -> None:
         drivetrain = self._drivetrains[number]
         modules = [ModuleDevices(self._emulator, c) for c in drivetrain.module_constants]
-        drivetrain.start(modules, self._emulator.pigeon(drivetrain.constants.pigeon_id))
+        drivetrain.start(modules, self._emulator.pigeon(drivetrain.pigeon_id))
         if number not in self._cancel:
             clock = self._emulator.clock
             self._cancel[number] = self._emulator.every(drivetrain.period, lambda: drivetrain.update(clock.now))

@@ -65,7 +65,7 @@ class ShaftSim:
         ConfigError: If the inertia is not positive, or the start is not between the stops.
     """
 
-    __slots__ = ("_record", "gearbox", "gearing", "inertia", "motors")
+    __slots__ = ("gearbox", "gearing", "inertia", "motors", "record")
 
     def __init__(
         self,
@@ -89,7 +89,8 @@ class ShaftSim:
         """Rotor turns per turn of the mechanism [-]."""
         self.motors = gearbox.motors
         """Motors that share the current."""
-        self._record = records(SHAFT)
+        self.record: Records = records(SHAFT)
+        """Its record in the arrays of the loop, shape (1,); the loop of a world has those of all its robots."""
         for name, value in {
             "kind": MECHANISM,
             "inertia": inertia,
@@ -109,54 +110,45 @@ class ShaftSim:
             "brakes": 1,
             "position": position,
         }.items():
-            self._record[name] = value
-
-    @property
-    def record(self) -> Records:
-        """Its record in the arrays of the loop, shape (1,); the loop of a world has those of all its robots."""
-        return self._record
-
-    @record.setter
-    def record(self, record: Records) -> None:
-        self._record = record
+            self.record[name] = value
 
     @property
     def position(self) -> float:
         """Angle of the mechanism [rad]."""
-        return float(self._record["position"][0])
+        return float(self.record["position"][0])
 
     @position.setter
     def position(self, angle: float) -> None:
-        self._record["position"] = angle
+        self.record["position"] = angle
 
     @property
     def velocity(self) -> float:
         """Rate of the mechanism [rad/s]."""
-        return float(self._record["speed"][0])
+        return float(self.record["speed"][0])
 
     @velocity.setter
     def velocity(self, rate: float) -> None:
-        self._record["speed"] = rate
+        self.record["speed"] = rate
 
     @property
     def volts(self) -> float:
         """Voltage asked for, before the battery limits it [V]; `set_volts` sets it."""
-        return float(self._record["request"][0])
+        return float(self.record["request"][0])
 
     @property
     def current(self) -> float:
         """Stator current of all motors together, mean of the last step [A]."""
-        return float(self._record["mean_current"][0])
+        return float(self.record["mean_current"][0])
 
     @property
     def supply_current(self) -> float:
         """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
-        return float(self._record["mean_supply"][0])
+        return float(self.record["mean_supply"][0])
 
     @property
     def stops(self) -> tuple[float, float]:
         """Lower and upper hard stop [rad]; infinite where there is none."""
-        return float(self._record["lower"][0]), float(self._record["upper"][0])
+        return float(self.record["lower"][0]), float(self.record["upper"][0])
 
     @property
     def time_constant(self) -> float:
@@ -177,23 +169,23 @@ class ShaftSim:
         """
         if not math.isfinite(volts):
             raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
-        record = self._record
+        record = self.record
         record["mode"], record["request"], record["brakes"] = VOLTS, volts, 1
 
     @property
     def load_torque(self) -> float:
         """Torque from outside on the mechanism, along positive motion [N m]."""
-        return float(self._record["load"][0])
+        return float(self.record["load"][0])
 
     def set_load(self, torque: float) -> None:
         """Let this torque [N m] act from outside, along positive motion, from the next step on."""
         if not math.isfinite(torque):
             raise NonFiniteError(f"{type(self).__name__}: load torque must be a finite number, got {torque}")
-        self._record["load"] = torque
+        self.record["load"] = torque
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""
-        record = self._record
+        record = self.record
         record["mode"], record["request"], record["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
@@ -202,7 +194,7 @@ class ShaftSim:
             raise NonFiniteError(f"{type(self).__name__}: state must be finite, got {position} rad, {velocity} rad/s")
         lower, upper = self.stops
         self.position, self.velocity = min(max(position, lower), upper), velocity
-        record = self._record
+        record = self.record
         record["mode"], record["request"], record["brakes"] = VOLTS, 0.0, 1
         record["mean_current"] = record["mean_supply"] = 0.0
 
@@ -222,7 +214,7 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
-        turn_alone(self._record, 0, dt, battery_voltage)
+        turn_alone(self.record, 0, dt, battery_voltage)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
