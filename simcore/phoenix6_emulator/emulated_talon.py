@@ -6,6 +6,7 @@ import enum
 import logging
 import math
 from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
@@ -178,6 +179,7 @@ class FeedbackSource(enum.IntEnum):
     SYNC_CANDI_PWM2 = 16
 
 
+@dataclass(frozen=True, slots=True)
 class Feedback:
     """The sensor that a controller is configured to use: its rotor, or a sensor on the bus.
 
@@ -188,28 +190,16 @@ class Feedback:
     sensor gives the rotor's its zero; that is what CTRE documents, its simulation does not have it.
 
     Source: measured on CTRE's simulation 26.3.
-
-    Args:
-        measure: Writes its present reading to the controller's `pos`, `vel` and `acc`.
-        is_rotor: Whether that is the rotor's, so that a new position can be set.
-        is_missing: Whether robot code has no device with the configured id.
-        remote: The device on the bus whose frames bring the readings; None where they are always new.
     """
 
-    __slots__ = ("is_missing", "is_rotor", "measure", "remote")
-
-    def __init__(
-        self,
-        measure: Callable[[], None],
-        *,
-        is_rotor: bool,
-        is_missing: bool = False,
-        remote: EmulatedDevice | None = None,
-    ) -> None:
-        self.measure = measure
-        self.is_rotor = is_rotor
-        self.is_missing = is_missing
-        self.remote = remote
+    measure: Callable[[], None]
+    """Writes its present reading to the controller's `pos`, `vel` and `acc`."""
+    is_rotor: bool
+    """Whether that is the rotor's, so that a new position can be set."""
+    is_missing: bool = False
+    """Whether robot code has no device with the configured id."""
+    remote: EmulatedDevice | None = None
+    """The device on the bus whose frames bring the readings; None where they are always new."""
 
 
 def _remote(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -64,15 +65,13 @@ def _defaults(type_number: int) -> dict[int, Setting]:
     return parse_config(make().serialize())
 
 
+@dataclass(slots=True)
 class _FrameGroup:
     """Devices that send at the same times."""
 
-    __slots__ = ("devices", "due_ns", "period_ns")
-
-    def __init__(self, due_ns: int, period_ns: int) -> None:
-        self.due_ns = due_ns
-        self.period_ns = period_ns
-        self.devices: list[EmulatedDevice] = []
+    due_ns: int
+    period_ns: int
+    devices: list[EmulatedDevice] = field(default_factory=list)
 
 
 class _FrameSchedule:
