@@ -31,10 +31,9 @@ from simcore.pieces.pool import PieceStatus
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 from simcore.units import TICK
 
 _WARM_UP = 25  # ticks

@@ -25,10 +25,9 @@ from typing import Any
 
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import motor
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheel_loads import normal_loads
+from simcore.robot.wheeled_drive import PlanarChassis, normal_loads
 from simcore.units import GRAVITY
 
 TRACKWIDTH = 0.527

@@ -12,8 +12,7 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from simcore import __version__
-from simcore.errors import SimcoreError, UnknownNameError
-from simcore.start_errors import print_error
+from simcore.errors import SimcoreError, UnknownNameError, print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 

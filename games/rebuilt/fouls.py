@@ -8,10 +8,17 @@ from fnmatch import fnmatchcase
 from games.rebuilt import dimensions as dim
 from games.rebuilt.scoring import ALLIANCES
 from games.rebuilt.tower import TowerJudge
-from simcore.match.foul_book import FoulBook, Releases
-from simcore.match.game import PlayedMatch
-from simcore.match.perimeters import is_airborne, is_carried, reaches_into, robot_near
-from simcore.match.pinning import PinCounts, pins_of
+from simcore.match.foul_book import (
+    FoulBook,
+    PinCounts,
+    Releases,
+    is_airborne,
+    is_carried,
+    pins_of,
+    reaches_into,
+    robot_near,
+)
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.typing import FloatArray
@@ -58,7 +65,7 @@ class Fouls:
         towers: Who is on a tower.
     """
 
-    def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
+    def __init__(self, match: Match, towers: TowerJudge) -> None:
         self._match, self._towers = match, towers
         self.book = FoulBook(match)
         """What was found."""
@@ -92,7 +99,7 @@ class Fouls:
 
     # --- once a tick ------------------------------------------------------------------------------------------------
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """After everything has moved."""
         match = self._match
         for piece in self._releases.update():

@@ -15,9 +15,8 @@ from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import own_first
-from simcore.match.feeder import Feeder
-from simcore.match.game import PlayedMatch
-from simcore.match.human_actions import HumanAction
+from simcore.match.human_actions import Feeder, HumanAction
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.units import degrees
@@ -51,7 +50,7 @@ class HumanPlayers:
         match: With pieces staged.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self._feeders: dict[Alliance, Feeder] = {}
         self.actions = tuple(

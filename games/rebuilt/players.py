@@ -15,8 +15,7 @@ from games.rebuilt.scoring import MATCH
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
 from simcore.match.scripted import Steps
-from simcore.players.player import Player
-from simcore.players.roles import Defense, idle, make_role
+from simcore.players.player import Defense, Player, idle, make_role
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["ROLES"]

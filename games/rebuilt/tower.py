@@ -8,8 +8,8 @@ from fnmatch import fnmatchcase
 
 from games.rebuilt.dimensions import TOWER_RUNG_HEIGHTS
 from games.rebuilt.scoring import ASSESSMENT, MATCH
-from simcore.match.game import PlayedMatch
-from simcore.match.perimeters import is_airborne, lowest_bumper
+from simcore.match.foul_book import is_airborne, lowest_bumper
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.robot.robot import Robot
 
@@ -58,7 +58,7 @@ class TowerJudge:
         match: Which is judged.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self._is_auto_judged = False
         self.auto: dict[int, int] = {}
@@ -70,7 +70,7 @@ class TowerJudge:
         self.carried: set[int] = set()
         """Robots that lose their tower points, because a partner has fully carried them."""
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """Once a tick, after everything has moved."""
         time = self._match.timer.time
         if not self._is_auto_judged and MATCH.start("pause") - _EPS <= time < MATCH.start("transition"):

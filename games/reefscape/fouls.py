@@ -7,9 +7,8 @@ import math
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.footprints import corners, hexagon, overlaps
-from simcore.match.foul_book import FoulBook, Releases
-from simcore.match.game import PlayedMatch
-from simcore.match.pinning import PinCounts, pins_of
+from simcore.match.foul_book import FoulBook, PinCounts, Releases, pins_of
+from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.units import TICK
@@ -36,7 +35,7 @@ class Fouls:
         match: In which.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self.book = FoulBook(match)
         """What was found."""
@@ -46,7 +45,7 @@ class Fouls:
         self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
         self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
 
-    def look(self) -> None:
+    def after_tick(self) -> None:
         """Once a tick, after everything has moved."""
         match, released = self._match, self._releases.update()
         if not match.timer.is_enabled or match.timer.is_over:

@@ -13,9 +13,8 @@ from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
-from simcore.match.feeder import Feeder
-from simcore.match.game import PlayedMatch
-from simcore.match.human_actions import HumanAction
+from simcore.match.human_actions import Feeder, HumanAction
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
@@ -54,7 +53,7 @@ class HumanPlayers:
         match: With pieces staged and robots in their places.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         state, kinds = match.pieces.state, [kind.name for kind in match.pieces.types]
         waiting = np.nonzero((state.status == PieceStatus.STAGED) & (state.kind == kinds.index(CORAL.name)))[0].tolist()

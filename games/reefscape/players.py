@@ -37,9 +37,7 @@ from games.reefscape.staging import reef_algae_places
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
 from simcore.match.scripted import Steps
-from simcore.players.player import SKILLS, Player
-from simcore.players.roles import Defense, idle, make_role
-from simcore.players.routes import Place
+from simcore.players.player import SKILLS, Defense, Place, Player, idle, make_role
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["ROLES"]

@@ -13,11 +13,10 @@ from simcore.geometry.rotation import from_rpy
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction
-from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig

@@ -13,12 +13,13 @@ from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import PlayedMatch, Rules
+from simcore.match.game import Rules
 from simcore.match.human_actions import HumanAction
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
+from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
-from simcore.robot.wheel_ground import ground_clearance
 
 __all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 
@@ -49,7 +50,7 @@ class ReefscapeRules(Rules):
     Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         super().__init__(match)
         self._forget()
 
@@ -108,7 +109,7 @@ class ReefscapeRules(Rules):
 
     def after_tick(self) -> None:
         """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
-        self.fouls.look()
+        self.fouls.after_tick()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
             self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}

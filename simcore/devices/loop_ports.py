@@ -11,9 +11,9 @@ from typing import ClassVar
 
 from simcore.devices.makers import Maker, Mounting
 from simcore.devices.motor_sim import LoopMotorSim, LoopPace, LoopPort
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot.motor_ports import AnglePort, MotorPort
-from simcore.robot.shaft import ShaftSim
 
 __all__ = ["LoopDrivePort", "LoopMaker", "WiredEncoder"]
 

@@ -26,10 +26,9 @@ from simcore.devices.recorder import BuiltDevices, watch_program
 from simcore.errors import ConfigError
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.guessed_mechanism import GuessedMechanism
+from simcore.robot.mechanisms import GuessedMechanism, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.typing import IntArray

@@ -10,8 +10,7 @@ from simcore import season
 from simcore.devices.makers import known_device
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
-from simcore.robot.gearbox import SimMotor
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 RobotController = season.wpilib.RobotController
 
@@ -36,7 +35,7 @@ class MotorSim:
     """
 
     def __init__(
-        self, name: str, mechanism: SimMotor, followers: int, opposed: Sequence[int], *, zero_at: float
+        self, name: str, mechanism: ShaftSim, followers: int, opposed: Sequence[int], *, zero_at: float
     ) -> None:
         require(name, "zero_at", zero_at, ANGLE)
         motors, devices = getattr(mechanism, "motors", None), 1 + followers
@@ -167,7 +166,7 @@ class LoopMotorSim(MotorSim):
     ) -> None:
         name = str(known_device(controller))
         if not isinstance(mechanism, ShaftSim):
-            raise ConfigError(f"{name}: mechanism must be a ShaftSim such as RollerSim, got {mechanism!r}")
+            raise ConfigError(f"{name}: mechanism must be a mechanism such as RollerSim, got {mechanism!r}")
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
         require(name, "encoder_gearing", encoder_gearing, GEARING)
         self._shaft = mechanism

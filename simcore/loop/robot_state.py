@@ -57,7 +57,7 @@ _f, _i, _b = np.float64, np.int64, np.uint8
 
 SHAFT = np.dtype(
     [
-        # --- motors behind their controller and gear, all of them equal; see `simcore.robot.limited_motor` ---
+        # --- motors behind their controller and gear, all of them equal; see `simcore.robot.wheel_config` ---
         ("kind", _i),
         ("inertia", _f),  # of everything that turns with it, about it [kg m^2]
         ("emf", _f),  # back-EMF per speed [V s/rad]

@@ -6,15 +6,15 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Quaternion, Vector, rotate
-from simcore.match.scatter import ScatterDraws
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.season import NetworkTables
 from simcore.typing import FloatArray
@@ -26,6 +26,9 @@ from simcore.vision.limelight import LimelightSim
 from simcore.vision.network_clock import NetworkClock
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
+
+if TYPE_CHECKING:
+    from simcore.match.match import Match
 
 __all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
 
@@ -52,27 +55,16 @@ class CameraRig:
     """All cameras of a match.
 
     Args:
-        world: For lines of sight.
-        pieces: What they may see.
-        robots: With their cameras.
-        layout: Gives where the tags are; asked for with the first camera.
-        field_size: Length and width [m].
+        match: What they may see, with the robots that they are on; its pieces and robots stand already.
+        tags: Layout of the field's AprilTags, see `tag_layout`; read with the first camera.
         rng: For all noise.
-        draws: By how much the noise of single cameras differs.
         network: Where cameras publish; None: nowhere, their frames can be read all the same.
     """
 
     def __init__(
-        self,
-        world: PhysicsWorld,
-        pieces: GamePieceManager,
-        robots: Sequence[Robot],
-        layout: Callable[[], TagLayout],
-        field_size: tuple[float, float],
-        rng: np.random.Generator,
-        draws: ScatterDraws,
-        network: NetworkTables | None = None,
+        self, match: Match, tags: str | Path, rng: np.random.Generator, network: NetworkTables | None = None
     ) -> None:
+        field_size, pieces = match.game.field.size, match.pieces
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
         """By name, in the order in which they were added."""
@@ -85,12 +77,12 @@ class CameraRig:
         """From simulated time to that of NetworkTables."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
-        self._robots = list(robots)
-        self._load_layout: Callable[[], TagLayout] | None = layout
+        self._robots = match.robots
+        self._load_layout: Callable[[], TagLayout] | None = partial(tag_layout, tags, field_size)
         self._network = network
-        self._draws = draws
+        self._draws = match.draws
         self._carriers: list[Robot] = []
-        self._sight = _WorldSight(world, [robot.chassis.row for robot in self._robots])
+        self._sight = _WorldSight(match.world, [robot.chassis.row for robot in self._robots])
         for robot in self._robots:
             for config in robot.config.cameras:
                 self.mount_camera(config, robot=robot.number)
@@ -180,7 +172,7 @@ class CameraRig:
             if to_start and headset.robot == robot:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
-    def look(self, time: float) -> None:
+    def expose(self, time: float) -> None:
         """One tick, at its end [s]: note where robots are, expose what is due, publish what is ready."""
         if not self._carriers:
             return

@@ -14,10 +14,85 @@ from typing import Any
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.human_topics import HumanTopics
+from simcore.match.human_actions import ALLIANCES
 from simcore.match.match import Match
+from simcore.quantities import shown
 
-__all__ = ["TABLE", "ControlTopics"]
+__all__ = [
+    "TABLE",
+    "ControlTopics",
+]
+
+_HUMAN_TABLE = "/Sim/HumanPlayer/"
+
+
+class HumanTopics:
+    """Listens to the whole table, so that a misspelled topic is told, too.
+
+    Args:
+        match: Its `control` gets the commands and says what became of them.
+        instance: On which dashboards are; stays the caller's.
+        since: What was written before is no command [us of the clock of NetworkTables].
+    """
+
+    def __init__(self, match: Match, instance: season.NetworkTables, since: int) -> None:
+        self._match, self._instance, self._since = match, instance, since
+        self._publishers: dict[str, Any] = {}
+        self._values: dict[str, Any] = {}  # by topic, as everybody knows them
+        self._poller = season.ntcore.NetworkTableListenerPoller(instance)
+        self._poller.add_listener([_HUMAN_TABLE], season.ntcore.EventFlags.VALUE_ALL)
+        names = [action.name for action in match.rules.human_actions()]
+        if names:
+            self._publish("string_array", "Actions", names)
+        self._buttons = {f"{alliance.capitalize()}/{name}" for alliance in ALLIANCES for name in names}
+        for button in sorted(self._buttons):
+            self._publish("boolean", button, False)
+        self._publish_all()
+
+    def read(self) -> None:
+        """Give the commands that have arrived, and tell how things stand."""
+        self._publish_all()
+        for event in self._poller.read_queue():
+            topic, value = event.data.topic.get_name().removeprefix(_HUMAN_TABLE), event.data.value
+            if value.time() > self._since and topic != "Actions" and "/Ready/" not in topic:
+                self._carry_out(topic, value.value())
+
+    def close(self) -> None:
+        """Withdraw the topics and listen no more; may be called twice."""
+        for one in (self._poller, *self._publishers.values()):
+            one.close()
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _carry_out(self, topic: str, value: object) -> None:
+        alliance, _, name = topic.partition("/")
+        if not isinstance(value, bool):
+            why = f"a button is a boolean that is set to true, got {shown(value)}"
+            self._match.control.refuse(f"hear {_HUMAN_TABLE}{topic}", why)
+        elif name == "Manual":
+            if value != self._values.get(topic):  # otherwise it is what was told here
+                self._values[topic] = value
+                self._match.control.take_over(alliance.lower(), value)
+        elif value:
+            if topic in self._buttons:
+                self._publishers[topic].set(False)
+            self._match.control.human_action(alliance.lower(), name)
+
+    def _publish_all(self) -> None:
+        for action in self._match.rules.human_actions():
+            for name, alliance in ALLIANCES.items():
+                folder = name.capitalize()
+                self._publish("boolean", f"{folder}/Manual", alliance in self._match.persons)
+                self._publish("integer", f"{folder}/Ready/{action.name}", action.feeders[alliance].stock)
+
+    def _publish(self, kind: str, topic: str, value: Any) -> None:
+        if topic not in self._publishers:
+            full = getattr(self._instance, f"get_{kind}_topic")(f"{_HUMAN_TABLE}{topic}")
+            self._publishers[topic] = full.publish(season.pub_sub_options(keep_duplicates=True))
+        if value != self._values.get(topic):
+            self._values[topic] = value
+            self._publishers[topic].set(value)
+
 
 TABLE = "/Sim/Control"
 
@@ -67,15 +142,15 @@ class ControlTopics:
         self._places = [(kind, self._listen(f"Spawn/{kind}")) for kind in kinds]
         self._status = self._keep(instance.get_string_topic(f"{TABLE}/Status").publish(_OPTIONS))
         self._count = self._keep(instance.get_integer_topic(f"{TABLE}/Count").get_entry(0, _OPTIONS))
-        self._told = -1
-        self._tell()
+        self._published = -1
+        self._publish_status()
         self._since = self._count.get_atomic().time  # what a dashboard has kept from a run before is no command
         self._people = self._keep(HumanTopics(match, instance, self._since))
         self._control.sources.append(self.read)
 
     def read(self) -> None:
         """Give the commands that have arrived, in the order of their time stamps, and tell of those carried out."""
-        self._tell()
+        self._publish_status()
         self._people.read()
         found: list[tuple[int, str, Callable[[], object]]] = []
         for name, button, act in self._buttons:
@@ -123,10 +198,10 @@ class ControlTopics:
             raise ConfigError(f"places are pairs x, y [m]; got {len(numbers)} numbers, {numbers}")
         self._control.spawn(kind, [numbers[k : k + 2] for k in range(0, len(numbers), 2)])
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         control = self._control
-        if control.count != self._told:
-            self._told = control.count
+        if control.count != self._published:
+            self._published = control.count
             self._status.set(str(control.results[-1]) if control.results else "0 ready")
             self._count.set(control.count)
 

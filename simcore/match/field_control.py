@@ -12,17 +12,17 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
-from simcore.match.clock import Mode
-from simcore.match.human_control import ask, carry_out, take_over
-from simcore.match.match_state import MatchState
+from simcore.match.human_actions import ask, carry_out, take_over
 from simcore.match.scripted import ScriptedRobot
-from simcore.robot.robot import Controller
+
+if TYPE_CHECKING:
+    from simcore.match.match import Match
 
 __all__ = ["CommandResult", "FieldControl"]
 
@@ -50,26 +50,6 @@ class CommandResult:
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
-class MatchActions(Protocol):
-    """What commands do to a match; see the methods of `Match`."""
-
-    def carry_to(self, number: int, pose: Pose) -> None:
-        """Put a robot somewhere, at rest [m, m, rad]."""
-        ...
-
-    def start_mode(self, mode: Mode) -> None:
-        """Begin `auto` or `teleop`."""
-        ...
-
-    def reset_field(self) -> None:
-        """Stage the pieces anew, with no points."""
-        ...
-
-    def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Let another controller command a robot."""
-        ...
-
-
 class FieldControl:
     """The commands to one match; `Match.control`.
 
@@ -78,7 +58,6 @@ class FieldControl:
 
     Args:
         match: Which they are for.
-        actions: What they do to it.
 
     Example:
         >>> from simcore.match.match import Match
@@ -90,8 +69,8 @@ class FieldControl:
         1 done: robot 0 stands at (5.00, 3.00) m, 0 deg
     """
 
-    def __init__(self, match: MatchState, actions: MatchActions) -> None:
-        self._match, self._actions = match, actions
+    def __init__(self, match: Match) -> None:
+        self._match = match
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
         self._given = 0
@@ -113,7 +92,7 @@ class FieldControl:
         """
 
         def act() -> str:
-            self._actions.reset_field()
+            self._match.reset_field()
             return f"the field is reset: {self._match.count.staged} pieces staged, no points"
 
         return self._enqueue("reset the field", act)
@@ -169,7 +148,7 @@ class FieldControl:
         goal = (x, y, math.remainder(yaw, math.tau))
 
         def act() -> str:
-            self._actions.carry_to(robot, goal)
+            self._match.carry_to(robot, goal)
             self._notify(robot, goal)
             return f"robot {robot} stands at {_words(goal)}"
 
@@ -180,7 +159,7 @@ class FieldControl:
 
         def act() -> str:
             goal = self._match.start_pose(robot)
-            self._actions.carry_to(robot, goal)
+            self._match.carry_to(robot, goal)
             self._notify(robot, None)
             return f"robot {robot} stands at its start, {_words(goal)}"
 
@@ -209,13 +188,13 @@ class FieldControl:
             entry = replace(before[robot], start=auto.start, preload=auto.preload)
             match.entries = (*before[:robot], entry, *before[robot + 1 :])
             try:
-                self._actions.carry_to(robot, match.start_pose(robot))
+                self._match.carry_to(robot, match.start_pose(robot))
             except SimcoreError:
                 match.entries = before
                 raise
-            self._actions.reset_field()
-            self._actions.start_mode("auto")
-            self._actions.set_controller(robot, controller)
+            self._match.reset_field()
+            self._match.start_mode("auto")
+            self._match.set_controller(robot, controller)
             return f"auto {name!r} begins"
 
         return self._enqueue(f"start auto {name!r}", act)

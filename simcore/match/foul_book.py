@@ -1,16 +1,39 @@
-"""Fouls of a match: what is broken for several ticks on end is broken once; and which pieces robots let go."""
+"""What referees keep: fouls, pieces that robots let go, who pins whom, and outlines of robots as they look at them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, TypeAlias
 
-from simcore.match.game import PlayedMatch
+import numpy as np
+
+from simcore.geometry.footprints import corners, overlaps
+from simcore.geometry.rotation import rotate
 from simcore.match.scoring import Alliance, FoulEvent
 from simcore.pieces.pool import ON_FIELD
+from simcore.robot.chassis import ground_clearance
+from simcore.robot.robot import Robot
+from simcore.typing import FloatArray
+from simcore.units import inches
 
-__all__ = ["FoulBook", "PieceRelease", "Releases"]
+if TYPE_CHECKING:
+    from simcore.match.match import Match
+
+__all__ = [
+    "FoulBook",
+    "PieceRelease",
+    "PinCounts",
+    "Releases",
+    "is_airborne",
+    "is_carried",
+    "lowest_bumper",
+    "pins_of",
+    "reaches_into",
+    "robot_near",
+]
 
 _APART = 1.0  # [s]; ours: what is so again after a shorter pause is the same foul
 
@@ -25,13 +48,13 @@ class _Stretch:
 
 
 class FoulBook:
-    """Calls fouls.
+    """Calls fouls: what is broken for several ticks on end is broken once.
 
     Args:
         match: Its tracker gets the events.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self._broken: dict[Hashable, _Stretch] = {}
 
@@ -95,7 +118,7 @@ class Releases:
         match: Of which.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self._holders: dict[int, int] = {}
 
@@ -111,3 +134,153 @@ class Releases:
                 found.append(PieceRelease(slot, number, speed))
         self._holders = now
         return found
+
+
+_PIN_APART = inches(72.0)
+_PIN_AWAY = 3.0  # [s] for which they have to be that far apart
+_HELD_SPEED = 0.25  # [m/s]; ours: a robot that is faster is not prevented from moving
+_BESIDE = 0.1  # [m]; ours: a robot this near to what stands is held between that and its opponent
+_TRYING = 15.0  # [A] of a drive motor; ours: one that holds its heading takes less
+
+Pin: TypeAlias = tuple[int, int]
+"""Number of the robot that pins, and of the one that is pinned."""
+
+
+@dataclass(slots=True)
+class _PinCount:
+    where: Mapping[int, tuple[float, float]]
+    """Of both robots as it began [m]."""
+    seconds: float = 0.0
+    ended: float = 0.0
+    """For how long they have been apart or away [s]."""
+    fouls: int = 0
+
+
+class PinCounts:
+    """Counts of pins in one match, as FIRST's manuals have worded them for years; pure rules, told who pins whom.
+
+    A robot pins an opponent while it prevents, by contact, the movement of one that tries to move. A count goes on
+    until the two have been apart, or one of them has been away from where it began, by six feet for three seconds, or
+    until the pinned robot pins the other one.
+
+    Args:
+        limit: For how long a pin may last, and how long each further one is [s].
+    """
+
+    def __init__(self, limit: float = 3.0) -> None:
+        self._limit = limit
+        self._counts: dict[Pin, _PinCount] = {}
+
+    def seconds(self, pin: Pin) -> float:
+        """How long a pin lasts [s], 0 if there is none."""
+        return self._counts[pin].seconds if pin in self._counts else 0.0
+
+    def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:
+        """Let a time pass.
+
+        Args:
+            dt: [s]
+            pins: Who pins whom now.
+            places: Of all robots, by number [m].
+
+        Returns:
+            Each pin that has just become a foul, and how many times it was one before.
+        """
+        found = []
+        for pin in sorted(pins):
+            self._counts.pop(pin[::-1], None)
+            self._counts.setdefault(pin, _PinCount({number: places[number] for number in pin}))
+        for pin, count in list(self._counts.items()):
+            apart = math.dist(places[pin[0]], places[pin[1]])
+            moved = max(math.dist(places[number], count.where[number]) for number in pin)
+            count.ended = count.ended + dt if max(apart, moved) >= _PIN_APART else 0.0
+            if count.ended >= _PIN_AWAY:
+                del self._counts[pin]
+                continue
+            if pin in pins:
+                count.seconds += dt
+            if count.seconds > self._limit * (count.fouls + 1) + 1e-9:
+                found.append((pin, count.fouls))
+                count.fouls += 1
+        return found
+
+
+def pins_of(match: Match) -> set[Pin]:
+    """Who pins whom in this tick: the one that pins touches an opponent that tries to move and hardly does.
+
+    The pinned one is held between the other and something that stands, or between two opponents; of two that push each
+    other in the open field nobody is pinned.
+    """
+    sides = match.alliances
+    touches = [(a, b) for a, b in sorted(match.contacts.robots) if sides[a] != sides[b]]
+    pins: set[Pin] = set()
+    for number, other in touches:
+        held = match.robots[other]
+        currents = chain(*(amps for group, amps in held.drive.motor_currents().items() if group != "steer"))
+        if held.chassis.speed > _HELD_SPEED or max(map(abs, currents)) < _TRYING:
+            continue
+        if len([1 for a, b in touches if b == other]) > 1 or _is_at_something(match, held):
+            pins.add((number, other))
+    return pins
+
+
+def _is_at_something(match: Match, robot: Robot) -> bool:
+    """Whether what stands on the field leaves a robot no room on one side."""
+    body, chassis = robot.chassis.config, robot.chassis
+    half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
+    height = chassis.pos[2]
+    return match.world.is_in_solid(*chassis.pose, *half, height + body.clearance, height + body.bumper_top)
+
+
+def is_airborne(robot: Robot) -> bool:
+    """Whether no wheel of a robot touches what is under it."""
+    return ground_clearance(*robot.chassis.wheel_ground()).is_airborne
+
+
+def lowest_bumper(robot: Robot) -> float:
+    """Height of the lowest point of a robot's bumpers [m]."""
+    body, chassis = robot.chassis.config, robot.chassis
+    x, y = 0.5 * body.bumper_length, 0.5 * body.bumper_width
+    return chassis.pos[2] + min(rotate(chassis.quat, (a, b, body.clearance))[2] for a in (-x, x) for b in (-y, y))
+
+
+def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
+    """Number of the first robot whose bumpers are within so much of a place, field frame [m], shape (2,); -1: none."""
+    for robot in robots:
+        body = robot.chassis.config
+        size = body.bumper_length + 2.0 * reach, body.bumper_width + 2.0 * reach
+        if overlaps(corners(*robot.chassis.pose, *size), place[None]):
+            return robot.number
+    return -1
+
+
+def is_carried(match: Match, number: int, by: int) -> bool:
+    """Whether a robot that touches another one is fully carried by it: it is above it, and touches nothing else."""
+    above, below = match.robots[number], match.robots[by]
+    is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance
+    return is_higher and is_airborne(above) and not match.contacts.elements(number)
+
+
+def reaches_into(robot: Robot, other: Robot) -> bool:
+    """Whether an intake that is out of a robot's bumpers is inside of another robot's frame perimeter."""
+    body, frame = other.chassis.config, 2.0 * other.chassis.config.bumper_thickness
+    perimeter = corners(*other.chassis.pose, body.bumper_length - frame, body.bumper_width - frame)
+    return any(overlaps(perimeter, outline) for outline in _reaching_out(robot))
+
+
+def _reaching_out(robot: Robot) -> list[FloatArray]:
+    """Outlines of the intakes that are out of the bumpers, as far as they are, field frame [m], shape (n, 2) each."""
+    (px, py, yaw), outlines = robot.chassis.pose, []
+    c, s, half = math.cos(yaw), math.sin(yaw), 0.5 * robot.chassis.config.bumper_length
+    for intake in robot.intakes:
+        if not intake.is_active:
+            continue
+        ends = np.array([intake.around[1][:2]])
+        if not intake.config.joints:
+            zone = intake.zone
+            ends = np.array([(x, y) for x in (zone.x_min, zone.x_max) for y in (zone.y_min, zone.y_max)])[[0, 1, 3, 2]]
+        if np.abs(ends[:, 0]).max() > half:
+            ends[:, 0] = np.where(np.abs(ends[:, 0]) < half, np.copysign(half, ends[:, 0]), ends[:, 0])
+            x, y = ends.T
+            outlines.append(np.column_stack((px + c * x - s * y, py + s * x + c * y)))
+    return outlines

@@ -7,25 +7,21 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
-from simcore.match.clock import MatchClock, MatchTimer, Phase
+from simcore.match.clock import MatchClock, Phase
 from simcore.match.human_actions import HumanAction
-from simcore.match.robot_contacts import RobotContacts
-from simcore.match.scatter import ScatterDraws
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingBody, HangingConfig
+from simcore.physics.hanging import HangingConfig
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Cylinder, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
     COUNT,
@@ -42,12 +38,13 @@ from simcore.quantities import (
     shown,
 )
 from simcore.robot.climber import Rung
-from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
+    from simcore.match.match import Match
     from simcore.match.scripted import DriverControls
 
 __all__ = [
@@ -56,7 +53,6 @@ __all__ = [
     "Game",
     "GameOption",
     "PieceSupply",
-    "PlayedMatch",
     "RobotEntry",
     "Rules",
     "StagedPieces",
@@ -223,40 +219,13 @@ class GameOption:
     """Whether it is on in whole matches without being asked for."""
 
 
-class PlayedMatch(Protocol):
-    """What rules and autos see of a match, which is a `MatchState`."""
-
-    game: Game
-    entries: tuple[RobotEntry, ...]
-    options: frozenset[str]
-    practice: bool
-    time: float
-    timer: MatchTimer
-    world: PhysicsWorld
-    field: FieldGeometry
-    pieces: GamePieceManager
-    hanging: list[HangingBody]
-    contacts: RobotContacts
-    robots: list[Robot]
-    alliances: list[Alliance]
-    tracker: ScoringTracker
-    rules: Rules
-    rules_rng: np.random.Generator
-    draws: ScatterDraws
-    persons: dict[Alliance, dict[str, float]]
-
-    def outline(self, number: int) -> FloatArray:
-        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
     """A robot that plays by itself: what it does, and where it starts."""
 
     name: str
     summary: str
-    controller: Callable[[PlayedMatch, Alliance], Controller]
+    controller: Callable[[Match, Alliance], Controller]
     """Makes what commands the robot, of a match and its alliance."""
     start: Pose
     """As a blue robot, field frame [m, m, rad]."""
@@ -273,7 +242,7 @@ class Role:
 
     name: str
     summary: str
-    controller: Callable[[PlayedMatch, Alliance, int], Controller]
+    controller: Callable[[Match, Alliance, int], Controller]
     """Makes what commands the robot, of a match, its alliance and a level of skill."""
     config: Callable[[], RobotConfig] | None = None
     """Its robot; None: the game's own."""
@@ -288,7 +257,7 @@ class Rules:
         match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
     """
 
-    def __init__(self, match: PlayedMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self.match = match
 
     def start(self) -> None:
@@ -362,7 +331,7 @@ class Game:
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
     """Where pieces stay and count as placed."""
-    rules: Callable[[PlayedMatch], Rules] = Rules
+    rules: Callable[[Match], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Its default robot."""
     starts: tuple[Pose, ...]

@@ -1,4 +1,4 @@
-"""What human players can do with the pieces they have, by a game's own policy or because a person asks for it.
+"""Human players: the pieces in their hands, and what they do with them, by a game's policy or because a person asks.
 
 A game lists its actions. Its policy decides when to `take` one; where a person has taken over, `carry_out` does what
 the person has asked for. Both go through the same action, so the same limits, times and errors hold.
@@ -6,29 +6,123 @@ the person has asked for. Both go through the same action, so the same limits, t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.scoring import Alliance
-from simcore.quantities import DELAY, DURATION, require_fields
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.shot_solver import solve_shot
+from simcore.quantities import DELAY, DURATION, require_fields, shown
+from simcore.typing import FloatArray
+from simcore.units import TICK
 
-__all__ = ["Hands", "HumanAction"]
+if TYPE_CHECKING:
+    from simcore.geometry.rotation import Vector
+    from simcore.match.match import Match
+
+__all__ = ["ALLIANCES", "Feeder", "HumanAction", "ask", "carry_out", "take_over"]
+
+_STAGED = int(PieceStatus.STAGED)
 
 
-class Hands(Protocol):
-    """Who has the pieces of a human player: a `simcore.match.feeder.Feeder`."""
+class Feeder:
+    """The pieces of one human player, oldest first, and when each hand put the last one on the field.
+
+    Args:
+        match: In which.
+        slots: Pieces that they have at the start; they wait off the field.
+        clumsiness: Factor of times and errors [-].
+        rng: For what they leave to chance; None: that of the match's rules.
+    """
+
+    def __init__(
+        self,
+        match: Match,
+        slots: Iterable[int] = (),
+        *,
+        clumsiness: float = 1.0,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        self._match = match
+        self._rng = rng or match.rules_rng
+        self._slots = list(slots)
+        self.clumsiness = clumsiness
+        self._last: dict[str, float] = {}
 
     @property
     def stock(self) -> int:
-        """How many pieces stand ready."""
+        """How many pieces they have; those that somebody else has put on the field meanwhile are not theirs."""
+        status = self._match.pieces.state.status
+        self._slots[:] = [slot for slot in self._slots if status[slot] == _STAGED]
+        return len(self._slots)
+
+    def keep(self, slot: int) -> None:
+        """Take a piece that has scored."""
+        self._match.pieces.set_aside(np.array([slot]))
+        self._slots.append(slot)
+
+    def take_off(self, slots: Iterable[int]) -> None:
+        """Take pieces off the field that have come within reach."""
+        for slot in slots:
+            self._match.pieces.score(np.array([slot]))
+            self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Whether a hand's last piece is at least a period [s] ago."""
+        """Whether a hand has had as long as it needs from one piece to the next [s]."""
+        since = self._match.time - self._last.get(hand, -math.inf)
+        return since >= self.clumsiness * period - 0.5 * TICK
+
+    def errors(self, count: int) -> FloatArray:
+        """Standard normal numbers times the clumsiness, shape (count,)."""
+        drawn: FloatArray = self.clumsiness * self._rng.standard_normal(count)
+        return drawn
 
     def note(self, hand: str) -> None:
         """A hand has put a piece on the field now."""
+        self._last[hand] = self._match.time
+
+    def put(self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None) -> int:
+        """Put the next piece on the field; returns its slot.
+
+        Args:
+            place: Of its center, field frame [m], shape (3,).
+            attitude: Unit quaternion x, y, z, w; None: upright.
+            velocity: Of one that is thrown, field frame [m/s], shape (3,); None: it is at rest.
+        """
+        slot = np.array([self._slots.pop(0)])
+        self._match.pieces.release(slot, place[None], None if attitude is None else attitude[None])
+        if velocity is not None:
+            self._match.pieces.push(slot, velocity[None], flying=True)
+        self.note("")
+        return int(slot[0])
+
+    def throw(self, start: Vector, target: Vector, *, elevation: float, error: float, flipped: bool) -> int:
+        """Throw the next piece, as well as people do; returns its slot.
+
+        Args:
+            start: Where it leaves the hand, field frame [m].
+            target: To fall through [m].
+            elevation: Over the horizontal [rad].
+            error: Standard deviation of the direction [rad], and of the speed as a share of it.
+            flipped: Whether places are those of the other alliance.
+        """
+        air = self._match.pieces.air_of(self._slots[0])
+        shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
+        turn, more = (error * self.errors(2)).tolist()
+        yaw, speed = shot.yaw + turn, shot.speed * (1.0 + more)
+        level = speed * math.cos(elevation)
+        pos = np.array([start])
+        vel = np.array([[level * math.cos(yaw), level * math.sin(yaw), speed * math.sin(elevation)]])
+        if flipped:
+            symmetry = self._match.game.field.symmetry
+            pos, vel = symmetry.flip_points(pos), symmetry.flip_vectors(vel)
+        return self.put(pos[0], velocity=vel[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +133,7 @@ class HumanAction:
     """As its topic has it, e.g. `OpenDoor`."""
     summary: str
     """As a button has it."""
-    feeders: Mapping[Alliance, Hands]
+    feeders: Mapping[Alliance, Feeder]
     """Who has the pieces."""
     act: Callable[[Alliance], object]
     """Puts the next piece on the field."""
@@ -74,3 +168,59 @@ class HumanAction:
         self.act(alliance)
         self.feeders[alliance].note(self.name)
         return True
+
+
+ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
+
+
+def ask(match: Match, alliance: str, name: str) -> str:
+    """Let a person, who plays that human player from now on, have something done; returns it in words.
+
+    Raises:
+        UnknownNameError: There is no such alliance or action.
+        ConfigError: It cannot be done now; nothing has changed.
+    """
+    actions, whose = _actions(match, alliance)
+    if name not in [*actions]:
+        raise UnknownNameError("action of a human player", name, actions)
+    action = actions[name]
+    why = action.refusal(match.timer, whose)
+    if not action.lasts and name in match.persons.get(whose, ()):
+        why = why or f"the one before is still to come, one takes {action.period:g} s"
+    if why:
+        raise ConfigError(f"{whose}'s human player cannot {action.summary}: {why}")
+    match.persons.setdefault(whose, {})[name] = match.time + action.lasts
+    return f"{whose}'s human player: {action.summary}, {action.feeders[whose].stock} stood ready"
+
+
+def take_over(match: Match, alliance: str, by_person: bool) -> str:
+    """Have a person or the game's policy play a human player; returns that in words, or raises as `ask` does."""
+    _, whose = _actions(match, alliance)
+    if not isinstance(by_person, bool):
+        raise ConfigError(f"by_person must be True or False, got {shown(by_person)}")
+    if by_person:
+        match.persons.setdefault(whose, {})
+    else:
+        match.persons.pop(whose, None)
+    return f"{'a person plays' if by_person else 'the game itself plays'} {whose}'s human player"
+
+
+def carry_out(match: Match) -> None:
+    """Do what persons have asked for, as far as the hands are ready; once a tick."""
+    for alliance, wanted in match.persons.items():
+        actions, _ = _actions(match, alliance)
+        for name, until in list(wanted.items()):
+            is_done = actions[name].take(match.timer, alliance)
+            if actions[name].lasts:
+                is_done = match.time > until - 0.5 * TICK
+            if is_done or actions[name].refusal(match.timer, alliance):
+                del wanted[name]
+
+
+def _actions(match: Match, alliance: str) -> tuple[dict[str, HumanAction], Alliance]:
+    actions = {action.name: action for action in match.rules.human_actions()}
+    if not actions:
+        raise ConfigError(f"this run of {match.game.name} has no human players; whole matches may have")
+    if alliance not in [*ALLIANCES]:
+        raise UnknownNameError("alliance", alliance, ALLIANCES)
+    return actions, ALLIANCES[alliance]

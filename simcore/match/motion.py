@@ -1,4 +1,4 @@
-"""The loop of a tick, written once: for a match, for tests, and for whoever has a world without a match.
+"""The loop of a tick, written once, and who looks at contacts in it: for a match, and for a world without one.
 
 `Motion.advance` is the loop. In steps of 5 ms devices look and answer, and motors, tires and bumpers of all robots move
 on. In each the engine takes one step, or several where pieces need that: what hangs, the balls, the engine itself, and
@@ -20,49 +20,185 @@ True
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from itertools import combinations
 
+import numpy as np
+
+from simcore.geometry.rotation import IDENTITY
+from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
+from simcore.physics.nearness import StaticBoxes
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
+from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.robot import Robot
+from simcore.typing import FloatArray
 from simcore.units import TICK
 
-__all__ = ["STEP", "BareRobot", "ContactWatcher", "Motion", "MovingRobot"]
+__all__ = ["STEP", "BareRobot", "Motion", "RobotContacts", "StructureRecoil"]
+
+_AHEAD = 0.2  # [m]; the engine is asked about what is so much farther apart than what touches, and nearer
+_HIT = 0.5  # [m/s] in a tick; tires change a robot's velocity by 0.25, so one that leans on something pushes nothing
+_BESIDE = 0.02  # [m]; what is within this of a structure may rest on it
+_NEAR = 0.1  # [m]; robots that cannot come as near to a structure in a tick are not asked whether they touch it
+_AT_REST = (int(PieceStatus.ASLEEP), int(PieceStatus.PLACED))
+
+
+class RobotContacts:
+    """The contacts of a tick.
+
+    Args:
+        world: Where they are.
+        robots: All of them.
+        pieces: All of them.
+        hanging: What hangs from the field.
+        elements: Of the field.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        robots: Sequence[Robot],
+        pieces: GamePieceManager,
+        hanging: Sequence[HangingBody],
+        elements: Iterable[FieldElement] = (),
+    ) -> None:
+        self._world, self._engine = world, world.engine
+        self._robots, self._pieces, self._hanging = robots, pieces, hanging
+        self._elements = frozenset(element.name for element in elements)
+        self._number_of = {robot.chassis.row: robot.number for robot in robots}
+        self._near_robots: list[tuple[Robot, Robot]] = []
+        self.near_hanging: list[HangingBody] = []
+        """Hanging bodies that a robot could touch in this tick."""
+        self.robots: set[tuple[int, int]] = set()
+        """Pairs of robots that touched in this tick, each in both orders."""
+        self.hanging: set[tuple[int, str]] = set()
+        """Robots, and the names of the hanging bodies that they touched in this tick."""
+
+    def begin_tick(self) -> None:
+        """Forget the last tick, and see who could touch in this one."""
+        self.robots.clear()
+        self.hanging.clear()
+        spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
+        self._near_robots = [
+            (a, b)
+            for (a, pos_a, reach_a), (b, pos_b, reach_b) in combinations(spots, 2)
+            if math.dist(pos_a, pos_b) < reach_a + reach_b
+        ]
+        self.near_hanging = [
+            body
+            for body in self._hanging
+            if any(math.dist(pos[:2], body.pos[:2]) < reach + body.radius for _, pos, reach in spots)
+        ]
+
+    def note(self) -> None:
+        """Take in the contacts of the last sub-step."""
+        for a, b in self._near_robots:
+            if b.chassis.row in self._world.touching(a.chassis.row):
+                self.robots |= {(a.number, b.number), (b.number, a.number)}
+        for body in self.near_hanging:
+            self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
+
+    def touching_piece(self, slot: int) -> list[int]:
+        """Numbers of the robots that a piece touched: a ball in this tick, others in the last step of the engine."""
+        return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
+
+    def touching(self, row: int) -> list[int]:
+        """Numbers of the robots that a body of the world touched in the last sub-step."""
+        return [self._number_of[other] for other in self._engine.touching(row) if other in self._number_of]
+
+    def elements(self, number: int) -> set[str]:
+        """Names of the field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
+        robot = self._robots[number]
+        touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
+        return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
+
+
+class StructureRecoil:
+    """What hits of robots on structures of the field do to the pieces that rest on these.
+
+    The engine takes such a structure as fixed. When a robot that touches it loses velocity faster than its tires could
+    take it, the structure gets that momentum, and what rests on it is moved by its recoil: momentum over mass, the
+    velocity at which it starts to sway. It sways by millimeters, so a piece gets this once; then the engine decides
+    whether it stays.
+
+    Args:
+        world: With the field.
+        elements: Of the field.
+        masses: Of each structure, by name pattern of its elements [kg].
+        pieces: That may rest on it.
+        robots: That may hit it.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        elements: Iterable[FieldElement],
+        masses: Mapping[str, float],
+        pieces: GamePieceManager,
+        robots: Sequence[Robot],
+    ) -> None:
+        self._world, self._pieces, self._robots = world, pieces, robots
+        self._boxes: dict[str, StaticBoxes] = {}
+        for element in elements:
+            for pattern in masses:
+                if fnmatchcase(element.name, pattern):
+                    x, y, z = element.position.tolist()
+                    self._boxes.setdefault(pattern, StaticBoxes()).add(element.shape, (x, y, z), IDENTITY)
+        self._masses = masses
+        self._before: dict[int, FloatArray] = {}
+        self._near: list[tuple[Robot, str]] = []
+        self._hits: dict[tuple[int, str], None] = {}
+
+    def begin_tick(self) -> None:
+        """See who could hit what in this tick, and how fast."""
+        self._hits.clear()
+        self._near.clear()
+        fast = [robot for robot in self._robots if robot.chassis.speed > 0.5 * _HIT] if self._boxes else []
+        if not fast:
+            return
+        self._before = {robot.number: np.array(robot.chassis.vel) for robot in fast}
+        for robot in fast:
+            (x, y, _), reach = robot.chassis.pos, robot.chassis.reach(TICK) + _NEAR
+            self._near += [
+                (robot, pattern) for pattern, boxes in self._boxes.items() if not boxes.is_clear(x, y, reach)
+            ]
+
+    def note(self) -> None:
+        """Take in the contacts of the last sub-step."""
+        for robot, pattern in self._near:
+            if (robot.number, pattern) in self._hits:
+                continue
+            names = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)}
+            if any(fnmatchcase(name, pattern) for name in names):
+                self._hits[robot.number, pattern] = None
+
+    def apply(self) -> None:
+        """Move what rests on the structures that were hit, at the end of the tick."""
+        for number, pattern in self._hits:
+            chassis = self._robots[number].chassis
+            lost = self._before[number] - np.array(chassis.vel)
+            lost[2] = 0.0
+            if np.linalg.norm(lost) > _HIT:
+                self._push(pattern, chassis.distribution.mass / self._masses[pattern] * lost)
+
+    def _push(self, pattern: str, recoil: FloatArray) -> None:
+        """Give the pieces that rest on a structure a velocity [m/s]; those on the floor beside it do not rest on it."""
+        pieces = self._pieces
+        slots = pieces.on_field()
+        pos, reach = pieces.state.pos[slots], pieces.radius[slots] + _BESIDE
+        is_on_it = self._boxes[pattern].are_near(pos, reach) & (pos[:, 2] > reach)
+        slots = slots[is_on_it & np.isin(pieces.state.status[slots], _AT_REST)]
+        if len(slots):
+            pieces.push(slots, np.tile(recoil, (len(slots), 1)))
+
 
 STEP = 0.005
 """Step of devices and robots' bodies [s]: coasting up a bump at 1.5 m/s a robot comes back with 1.37 m/s, in steps of
 20 ms with 1.13 m/s."""
-
-
-class MovingRobot(Protocol):
-    """What the loop needs of a robot."""
-
-    @property
-    def chassis(self) -> ChassisSimulation:
-        """Its body."""
-        ...
-
-    def before_step(self, h: float) -> None:
-        """Let climbers push and the controllers of robot code look and answer for the next h [s]."""
-        ...
-
-    def sense(self, dt: float) -> None:
-        """Let its sensors follow what happened in the last dt [s]."""
-        ...
-
-
-class ContactWatcher(Protocol):
-    """Who looks at contacts after each step of the engine."""
-
-    def begin_tick(self) -> None:
-        """Forget the last tick."""
-        ...
-
-    def note(self) -> None:
-        """Take in the contacts of the last step."""
-        ...
 
 
 class BareRobot:
@@ -94,10 +230,10 @@ class Motion:
         self,
         world: PhysicsWorld,
         *,
-        robots: Sequence[MovingRobot] = (),
+        robots: Sequence[Robot | BareRobot] = (),
         pieces: GamePieceManager | None = None,
         hanging: Sequence[HangingBody] = (),
-        watchers: Sequence[ContactWatcher] = (),
+        watchers: Sequence[RobotContacts | StructureRecoil] = (),
     ) -> None:
         self._world, self._robots, self._pieces = world, robots, pieces
         self._hanging, self._watchers = hanging, watchers

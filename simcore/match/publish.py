@@ -13,17 +13,16 @@ from simcore.match.run_record import RobotRecord
 from simcore.match.scoring import Alliance
 from simcore.match.starts import pose_text
 from simcore.pieces.pool import PieceStatus
-from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
-from simcore.robot.positioned_mechanisms import PistonSim
+from simcore.robot.chassis import ground_clearance
+from simcore.robot.mechanisms import ArmSim, ElevatorSim, PistonSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
-from simcore.robot.wheel_ground import ground_clearance
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
 
 if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
+    from simcore.match.match import Match
 
 __all__ = ["build_snapshot"]
 
@@ -34,7 +33,7 @@ _VOLT_DECIMALS = 3
 """Of the battery's voltage [mV], which comes back after a load for minutes."""
 
 
-@dataclass(slots=True)
+@dataclass
 class _Rows:
     """What a snapshot is made of."""
 
@@ -58,7 +57,7 @@ class _Rows:
             self.strings[key] = value
 
 
-def build_snapshot(match: MatchState) -> Snapshot:
+def build_snapshot(match: Match) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     rows = _Rows()
     _add_pieces(rows, match)
@@ -71,20 +70,10 @@ def build_snapshot(match: MatchState) -> Snapshot:
         _add_robot(rows, robot, match.alliances[robot.number], match.record.robots[robot.number])
     for key, value in match.rules.telemetry().items():
         rows.add(key, value)
-    return Snapshot(
-        time=match.time,
-        tick=match.ticks - 1,
-        poses=rows.poses,
-        pose_arrays=rows.pose_arrays,
-        doubles=rows.doubles,
-        integers=rows.integers,
-        booleans=rows.booleans,
-        integer_arrays=rows.integer_arrays,
-        strings=rows.strings,
-    )
+    return Snapshot(time=match.time, tick=match.ticks - 1, **vars(rows))
 
 
-def _add_pieces(rows: _Rows, match: MatchState) -> None:
+def _add_pieces(rows: _Rows, match: Match) -> None:
     pieces = match.pieces
     flying = match.record.flying
     held = [(slot, robot) for robot in match.robots for slot in robot.held]
@@ -140,7 +129,7 @@ def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     return ids
 
 
-def _add_match(rows: _Rows, match: MatchState) -> None:
+def _add_match(rows: _Rows, match: Match) -> None:
     timer, score, record = match.timer, match.score, match.record
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
     rows.strings["Sim/Match/Game"] = match.game.name

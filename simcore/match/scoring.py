@@ -14,7 +14,7 @@ from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import Alliance, BoolArray, FloatArray, IntArray
 
-__all__ = ["Alliance", "FoulEvent", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
+__all__ = ["Alliance", "FoulEvent", "Score", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
 
 
 def other_alliance(alliance: Alliance) -> Alliance:
@@ -83,6 +83,15 @@ class FoulEvent:
 
     def __str__(self) -> str:
         return f"{self.rule}, {self.alliance} robot {self.robot} {self.text}: {self.gains} {self.points:+d}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """Points by alliance."""
+
+    red: int
+    blue: int
+    total: int
 
 
 class ScoringTracker:

@@ -11,14 +11,13 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
@@ -29,6 +28,9 @@ from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
+
+if TYPE_CHECKING:
+    from simcore.match.match import Match
 
 __all__ = ["DriverControls", "Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
@@ -71,7 +73,7 @@ class ScriptSettings:
         for name, volts in self.feed_volts.items():
             require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
-    def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
+    def controller(self, script: Script) -> Callable[[Match, Alliance], ScriptedRobot]:
         """What makes a robot that follows a script so, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
 
@@ -103,7 +105,7 @@ class ScriptedRobot:
     """
 
     def __init__(
-        self, script: Script, match: PlayedMatch, alliance: Alliance, settings: ScriptSettings | None = None
+        self, script: Script, match: Match, alliance: Alliance, settings: ScriptSettings | None = None
     ) -> None:
         self._script = script
         self._match = match
@@ -127,7 +129,7 @@ class ScriptedRobot:
         """By how much it aims beside the shot that hits: to the left [rad], and too fast, as a share of the speed."""
 
     @property
-    def match(self) -> PlayedMatch:
+    def match(self) -> Match:
         """The match in which it plays."""
         return self._match
 

@@ -19,7 +19,7 @@ from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim
 from simcore.phoenix5.talon_srx_port import TalonSRXPort, answer_for_talons
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
+from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import GyroPort
 

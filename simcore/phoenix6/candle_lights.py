@@ -14,7 +14,7 @@ from phoenix6.hardware import CANdle
 from simcore.devices.recorder import after_call
 from simcore.typing import IntArray
 
-__all__ = ["CHANGING_COLORS", "CANdleLights", "candle_lights"]
+__all__ = ["candle_lights"]
 
 CHANGING_COLORS = -1
 """In place of a color, of LEDs that an animation without a color of its own runs through: rainbow, RGB fade, fire."""

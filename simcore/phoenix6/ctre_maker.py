@@ -19,19 +19,24 @@ from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measur
 from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
 from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import DEVICES, clashes, key_of, watch_simulations
+from simcore.phoenix6.built_devices import (
+    DEVICES,
+    Feedback,
+    clashes,
+    feedback_of,
+    key_of,
+    talon_configuration,
+    watch_simulations,
+)
 from simcore.phoenix6.candle_lights import candle_lights
-from simcore.phoenix6.configuration import Feedback, feedback_of, talon_configuration
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
-from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
-from simcore.phoenix6.talon_port import TalonPort, is_configured_clockwise
-from simcore.robot.ctre_constants import arranged_motor
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort, is_configured_clockwise
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
+from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import arranged_motor
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
 __all__ = ["MAKER", "CtreDrivetrain"]

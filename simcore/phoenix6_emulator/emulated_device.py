@@ -1,17 +1,310 @@
-"""What all emulated devices share: a configuration, a periodic status frame, fault flags, and inputs from physics."""
+"""What all emulated devices share: time, the enable signal, configuration, status frame, faults, requests."""
 
 from __future__ import annotations
 
+import enum
+import re
+import struct
 from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, TypeAlias
 
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.config_text import Setting
-from simcore.phoenix6_emulator.control_requests import RequestKind
-from simcore.phoenix6_emulator.device_clock import SimulatedClock
+from simcore.errors import ConfigError
 
-__all__ = ["COMPLIANCY", "DEFAULT_HZ", "FAULTS", "VERSION", "Devices", "EmulatedDevice", "FaultFlags", "period_of"]
+__all__ = [
+    "COMPLIANCY",
+    "DEFAULT_HZ",
+    "FAULTS",
+    "LOOP",
+    "LOOP_NS",
+    "REQUESTS",
+    "VERSION",
+    "Axis",
+    "Devices",
+    "EmulatedDevice",
+    "EnableDelays",
+    "EnableState",
+    "FaultFlags",
+    "RequestKind",
+    "Setting",
+    "SimulatedClock",
+    "Unit",
+    "config_answer",
+    "config_line",
+    "number_of",
+    "parse_config",
+    "period_of",
+    "single",
+]
+
+
+class Unit(enum.Enum):
+    """What the number that a control law ends with means."""
+
+    VOLTS = "V"
+    DUTY = "DC"
+    AMPERES = "A"
+
+    __hash__ = object.__hash__  # members are one of a kind; hashing their names took 0.06 ms of a tick
+
+
+class Axis(enum.Enum):
+    """What a control law works on."""
+
+    OPEN = "open loop"
+    VELOCITY = "velocity"
+    POSITION = "position"
+    MOTION_MAGIC = "Motion Magic"
+    MOTION_MAGIC_VELOCITY = "Motion Magic Velocity"
+    MOTION_MAGIC_EXPO = "Motion Magic Expo"
+    NEUTRAL = "neutral"
+    BRAKE = "brake"
+    COAST = "coast"
+    FOLLOW = "follow"
+    MUSIC = "music"
+
+    __hash__ = object.__hash__
+
+
+_MODES = {
+    Axis.NEUTRAL: "NEUTRAL_OUT",
+    Axis.BRAKE: "STATIC_BRAKE",
+    Axis.COAST: "COAST_OUT",
+    Axis.FOLLOW: "FOLLOWER",
+    Axis.MUSIC: "MUSIC_TONE",
+}
+_VOLT_TAIL = (
+    "override_brake_dur_neutral",
+    "limit_forward_motion",
+    "limit_reverse_motion",
+    "ignore_hardware_limits",
+    "ignore_software_limits",
+    "use_timesync",
+)
+_AMPERE_TAIL = ("override_coast_dur_neutral", *_VOLT_TAIL[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class RequestKind:
+    """One kind of request."""
+
+    name: str
+    """As Phoenix 6 calls the class, `VoltageOut`."""
+    axis: Axis
+    """What it controls."""
+    unit: Unit
+    """What it drives with."""
+    fields: tuple[str, ...]
+    """The arguments of the native function after network and device, by their Python names."""
+
+    def mode(self, foc: bool) -> str:
+        """Name of the `ControlModeValue` that a device reports while it does this."""
+        if self.axis in _MODES:
+            return _MODES[self.axis]
+        words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", self.name.removeprefix("Dynamic")).upper()
+        if self.unit is Unit.AMPERES or not foc:
+            return words
+        return words.removesuffix("_OUT") + "_FOC"
+
+    @cached_property
+    def slots(self) -> dict[str, int]:
+        """Place of each field."""
+        return {name: k for k, name in enumerate(self.fields)}
+
+
+def _kinds() -> list[RequestKind]:
+    kinds = [
+        RequestKind("NeutralOut", Axis.NEUTRAL, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("StaticBrake", Axis.BRAKE, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("CoastOut", Axis.COAST, Unit.VOLTS, ("update_freq_hz", "use_timesync")),
+        RequestKind("MusicTone", Axis.MUSIC, Unit.VOLTS, ("update_freq_hz", "audio_frequency")),
+        RequestKind("Empty", Axis.NEUTRAL, Unit.VOLTS, ("update_freq_hz",)),
+        RequestKind("Follower", Axis.FOLLOW, Unit.VOLTS, ("update_freq_hz", "leader_id", "motor_alignment")),
+        RequestKind("StrictFollower", Axis.FOLLOW, Unit.VOLTS, ("update_freq_hz", "leader_id")),
+    ]
+    closed: list[tuple[str, Axis, tuple[str, ...]]] = [
+        ("Position", Axis.POSITION, ("position", "velocity")),
+        ("Velocity", Axis.VELOCITY, ("velocity", "acceleration")),
+        ("MotionMagic", Axis.MOTION_MAGIC, ("position",)),
+        ("MotionMagicVelocity", Axis.MOTION_MAGIC_VELOCITY, ("velocity", "acceleration")),
+        ("MotionMagicExpo", Axis.MOTION_MAGIC_EXPO, ("position",)),
+        ("DynamicMotionMagic", Axis.MOTION_MAGIC, ("position", "velocity", "acceleration", "jerk")),
+        ("DynamicMotionMagicExpo", Axis.MOTION_MAGIC_EXPO, ("position", "k_v", "k_a", "velocity")),
+    ]
+    for suffix, unit in (("DutyCycle", Unit.DUTY), ("Voltage", Unit.VOLTS), ("TorqueCurrentFOC", Unit.AMPERES)):
+        for prefix, axis, goals in closed:
+            foc = () if unit is Unit.AMPERES else ("enable_foc",)
+            tail = _AMPERE_TAIL if unit is Unit.AMPERES else _VOLT_TAIL
+            fields = ("update_freq_hz", *goals, *foc, "feed_forward", "slot", *tail)
+            kinds.append(RequestKind(prefix + suffix, axis, unit, fields))
+    open_loop = ("update_freq_hz", "output")
+    kinds.append(RequestKind("DutyCycleOut", Axis.OPEN, Unit.DUTY, (*open_loop, "enable_foc", *_VOLT_TAIL)))
+    kinds.append(RequestKind("VoltageOut", Axis.OPEN, Unit.VOLTS, (*open_loop, "enable_foc", *_VOLT_TAIL)))
+    torque = (*open_loop, "max_abs_duty_cycle", "deadband", *_AMPERE_TAIL)
+    kinds.append(RequestKind("TorqueCurrentFOC", Axis.OPEN, Unit.AMPERES, torque))
+    return kinds
+
+
+REQUESTS: dict[str, RequestKind] = {kind.name: kind for kind in _kinds()}
+"""Every request that is modelled, by name."""
+
+
+Setting = float | int
+"""A number (kind f) or an integer, enum or boolean (kinds s and b)."""
+
+_FLOAT = struct.Struct("<f")
+_INT = struct.Struct("<i")
+
+
+def single(value: float) -> float:
+    """The value as a device keeps it, in single precision."""
+    return float(_FLOAT.unpack(_FLOAT.pack(value))[0])
+
+
+def bits_of(value: float) -> int:
+    """The 32 bits of a single-precision number, as a signed integer."""
+    return int(_INT.unpack(_FLOAT.pack(value))[0])
+
+
+def number_of(bits: int) -> float:
+    """The single-precision number with these 32 bits."""
+    return float(_FLOAT.unpack(_INT.pack(bits))[0])
+
+
+def config_line(spn: int, kind: str, value: float | int) -> str:
+    """One line of a configuration as the library sends it: `1877,f_0.5` (f: number, s: integer or enum, b: boolean)."""
+    return f"{spn},{kind}_{value:.9g}\n" if kind == "f" else f"{spn},{kind}_{int(value)}\n"
+
+
+def parse_config(text: str) -> dict[int, Setting]:
+    """Settings by number; a number is a float, everything else an int.
+
+    Raises:
+        ValueError: A line does not have the form `number,kind_value`.
+    """
+    settings: dict[int, Setting] = {}
+    for line in text.split():
+        try:
+            spn, value = line.split(",", 1)
+            kind, _, digits = value.partition("_")
+            if kind == "f":
+                settings[int(spn)] = single(float(digits))
+            elif kind in ("s", "b"):
+                settings[int(spn)] = int(digits)
+            else:
+                raise ValueError(kind)
+        except ValueError as error:
+            raise ValueError(f"config line {line!r} is not of the form 'number,f_1.5' (kinds f, s, b)") from error
+    return settings
+
+
+def config_answer(settings: Mapping[int, Setting]) -> str:
+    """What a device sends when its configuration is read: each kind as `s_` and the 32 bits of the value."""
+    return "".join(
+        f"{spn},s_{bits_of(value) if isinstance(value, float) else value}\n" for spn, value in settings.items()
+    )
+
+
+LOOP_NS = 1_000_000
+"""Period of a device's control loop [ns]."""
+LOOP = 1e-3
+"""Period of a device's control loop [s]."""
+
+
+class SimulatedClock:
+    """Time since the devices were switched on; `phoenix6.utils.get_current_time_seconds()` reads it.
+
+    It is whole nanoseconds, so that it never drifts, with a control loop each millisecond.
+    """
+
+    __slots__ = ("loop_ns", "next_frame_ns", "ns")
+
+    def __init__(self) -> None:
+        self.ns = 0
+        """Time [ns]."""
+        self.loop_ns = 0
+        """Time of the last control loop [ns]."""
+        self.next_frame_ns = 0
+        """Before this no device has a status frame to send [ns]; 0 where devices or rates have changed."""
+
+    def reset(self, start: float = 0.0) -> None:
+        """Begin again, at `start` [s]."""
+        self.ns = self.loop_ns = round(start * 1e9)
+        self.next_frame_ns = 0
+
+    @property
+    def now(self) -> float:
+        """Time [s]."""
+        return self.ns * 1e-9
+
+
+_PERIOD_NS = 10_000_000
+"""Period of the feed [ns]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnableDelays:
+    """Delays from the enable feed to the devices."""
+
+    enable: float = 0.045
+    """From the first feed to the first volts [s]; measured 49 ms from the driver station, of which 4 are the feed."""
+    disable: float = 0.080
+    """From a feed of zero to none [s]; measured 86 ms from the driver station."""
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.enable < 1.0 and 0.0 <= self.disable < 1.0):
+            raise ConfigError(f"enable delays must be 0..1 s, got enable={self.enable}, disable={self.disable}")
+
+
+class EnableState:
+    """The enable signal of all devices, which reaches them a little later than it is fed.
+
+    On the wall clock a device of CTRE's simulation drives 49 ms after the driver station enables, and stops 86 ms after
+    it disables; most of that is the period of the enable frame.
+
+    Args:
+        clock: Simulated time.
+        delays: From feed to effect.
+    """
+
+    __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
+
+    def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
+        self._clock = clock
+        self.delays = delays
+        """From feed to effect."""
+        self._fed_until = -1
+        self._since = 0
+        self._until = -1
+
+    def feed(self, milliseconds: int) -> None:
+        """Enable for this long from now [ms]; 0 disables."""
+        # The feed runs on a thread of its own. Where it meets a step of the physics either may come first; rounded up
+        # to the feed's period both orders give the same time.
+        now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
+        if milliseconds <= 0:
+            if self.is_fed:
+                self._fed_until = now
+                self._until = now + round(self.delays.disable * 1e9)
+            return
+        if not self.is_fed:
+            # A device that still drives from before goes on.
+            self._since = now if self.is_enabled else now + round(self.delays.enable * 1e9)
+        self._fed_until = self._until = now + milliseconds * 1_000_000
+
+    @property
+    def is_fed(self) -> bool:
+        """Whether the feed of the library is in force."""
+        return self._fed_until > self._clock.ns
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether devices drive."""
+        return self._since <= self._clock.ns < self._until
+
 
 _CLEAR_ALL = SpnValue.SPN_CLEAR_STICKY_FAULTS.value
 """The setting that clears every sticky fault."""
@@ -39,7 +332,7 @@ class FaultFlags:
         self._active: Set[int] = frozenset()
         self._sticky: set[int] = set()
 
-    def show(self, active: Set[int]) -> None:
+    def set_active(self, active: Set[int]) -> None:
         """These faults are active now; they become sticky."""
         self._active = active
         if active:

@@ -1,37 +1,344 @@
-"""The native functions of devices, signals, configurations and simulation, by name, on emulated devices.
+"""The native functions of Phoenix 6, by name, on emulated devices.
 
-All of the Python library goes through `Native.instance()` (devices) and `Native.api_instance()` (swerve, see
-`swerve_native`). A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
-real library.
+All of the Python library goes through `Native.instance()` (devices, signals, configurations, simulation) and
+`Native.api_instance()` (swerve). The emulator is written in the names of 26.70 (2027); those of 26.3 (2026) are found
+by tables here. A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
+real library. Those that belong to no device, the hoot log, hoot replay and the orchestra, answer as CTRE's simulation
+library does (status codes read from Phoenix 6 26.3.0); nothing is written to disk: a hoot log is stamped with the time
+of the wall clock, and simulated time would make no sense in it.
 """
 
 from __future__ import annotations
 
 import ctypes
+import gc
+import itertools
 import logging
 import struct
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeAlias
 
+from phoenix6 import phoenix_native
 from phoenix6.phoenix_native import ReturnValues, SignalValues
 from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6_emulator import config_text
-from simcore.phoenix6_emulator.control_requests import REQUESTS, RequestKind
-from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
+from simcore.phoenix6_emulator.emulated_device import (
+    COMPLIANCY,
+    REQUESTS,
+    VERSION,
+    RequestKind,
+    config_answer,
+    config_line,
+    number_of,
+    parse_config,
+)
+from simcore.phoenix6_emulator.emulated_drivetrain import (
+    Brake,
+    Centric,
+    DrivetrainRequest,
+    DrivetrainState,
+    EmulatedDrivetrain,
+    Idle,
+    ModuleConstants,
+    ModuleDevices,
+    Point,
+    Speeds,
+    wrap,
+)
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
-from simcore.phoenix6_emulator.library_services import LibraryServices
-from simcore.phoenix6_emulator.native_library import always, target_of
-from simcore.phoenix6_emulator.signal_units import UNITS
-from simcore.phoenix6_emulator.versions import PREFIX
 
-__all__ = ["EmulatedNative"]
+__all__ = ["ADDED", "GONE", "IS_2027", "PREFIX", "RENAMED", "EmulatedNative", "SwerveNative"]
+
+IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
+"""Whether the installed phoenix6 is of 2027."""
+
+PREFIX = "c_ctre_phoenix6_"
+"""First part of the names of nearly all native functions."""
+
+_SWERVE = PREFIX + "swerve_"
+RENAMED = {
+    # 26.3: 26.70
+    PREFIX + "get_system_time_seconds": PREFIX + "get_monotonic_time_seconds",
+    _SWERVE + "drivetrain_set_operator_perspective_forward": _SWERVE + "drivetrain_set_operator_forward_direction",
+    _SWERVE + "module_get_current_state": _SWERVE + "module_get_current_velocity",
+    _SWERVE + "module_get_target_state": _SWERVE + "module_get_target_velocity",
+    **{
+        f"{_SWERVE}{what}_apply_{frame}_speeds": f"{_SWERVE}{what}_apply_{frame}_velocity"
+        for what in ("drivetrain_set_control", "request_apply")
+        for frame in ("robot", "field")
+    },
+}
+"""Functions with another name and the same arguments."""
+GONE = frozenset({"c_ctre_phoenix_report_error"})
+"""Functions of 26.3 alone."""
+ADDED = frozenset(
+    PREFIX + name
+    for name in (
+        "report_error",
+        "report_status_code",
+        "unmanaged_set_transmit_enable",
+        "unmanaged_get_transmit_enable",
+        *(f"{kind}_{what}" for kind in ("alert", "multi_alert") for what in ("create", "set_debounce")),
+        *(f"{kind}_{what}" for kind in ("alert", "multi_alert") for what in ("set_active", "set_inactive")),
+        "swerve_module_reset_target_velocity",
+    )
+)
+"""Functions of 26.70 alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """Names of the fields of swerve's structures."""
+
+    chassis: str
+    """Of a drivetrain's state: velocity of the robot."""
+    modules: str
+    """Of a drivetrain's state: velocities of the modules."""
+    module: str
+    """Of a module's velocity: meters per second along its wheel."""
+    wanted: str
+    """Of a module's request: its velocity."""
+    current: str
+    """Of a request's parameters: velocity of the robot."""
+
+
+FIELDS = (
+    Fields("velocity", "moduleVelocities", "velocity", "velocity", "currentChassisVelocity")
+    if IS_2027
+    else Fields("speeds", "moduleStates", "speed", "state", "currentChassisSpeed")
+)
+"""Of the installed phoenix6."""
+
+
+def record(named: dict[str, Any], **same: Any) -> SimpleNamespace:
+    """A structure for callbacks of the Python library: fields by the names of `FIELDS`, and others."""
+    return SimpleNamespace(**named, **same)
+
+
+_C_FUNCTION = type(ctypes.CFUNCTYPE(None))
+
+
+class NativeLibrary:
+    """An object with functions, as phoenix6 expects a native library; functions that are not modelled raise."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if name in RENAMED:
+            return getattr(self, RENAMED[name])
+        plain = name.removeprefix(PREFIX).removeprefix("RequestControl")
+        raise NotImplementedError(
+            f"Phoenix 6 function {plain} is not modelled in simulated time; --phoenix=real runs the test on CTRE's own "
+            "simulation, on the wall clock"
+        )
+
+
+def always(answer: Any) -> Callable[..., Any]:
+    """A function of such an object whose answer is the same for whatever arguments."""
+
+    def function(self: NativeLibrary, *values: Any) -> Any:
+        return answer
+
+    return function
+
+
+class Held:
+    """A pointer argument of a callback, with its `contents`."""
+
+    __slots__ = ("contents",)
+
+    def __init__(self, contents: Any) -> None:
+        self.contents = contents
+
+
+def target_of(reference: Any) -> Any:
+    """The target of a ctypes argument: of `byref(x)` x, and an array itself."""
+    return getattr(reference, "_obj", reference)
+
+
+def python_function(callback: Any) -> Callable[..., Any]:
+    """The function that a ctypes callback was made of.
+
+    A ctypes callback prints an exception and goes on. In a test the exception of a request or of a telemetry function
+    shall reach whoever runs the test, so the function itself is called, not the C function that ctypes made of it.
+
+    Args:
+        callback: Made by `ctypes.CFUNCTYPE(...)(function)`; anything else is returned as it is.
+
+    Raises:
+        TypeError: A C function that no Python function stands behind.
+    """
+    if not isinstance(type(callback), _C_FUNCTION):
+        return callback  # type: ignore[no-any-return]
+    # callback -> its keep-alive table -> ctypes' thunk -> the function
+    for thunk in (callback._objects or {}).values():
+        for found in gc.get_referents(thunk):
+            if callable(found) and not isinstance(found, type):
+                return found  # type: ignore[no-any-return]
+    raise TypeError(f"{callback!r} is not made of a Python function; the simulated drivetrain cannot call it")
+
+
+_OK = StatusCode.OK.value
+_NOT_SUPPORTED = StatusCode.NOT_SUPPORTED.value
+_NOT_RUNNING = StatusCode.LOGGER_NOT_RUNNING.value
+_NO_ACTION = StatusCode.INVALID_ORCHESTRA_ACTION.value
+
+_WRITTEN = (
+    *(f"write_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
+    "write_raw",
+)
+_REPLAYED = (
+    *(f"get_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
+    *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
+)
+"""Functions of `HootReplay` that CTRE's simulation library, which replays nothing, answers with NOT_SUPPORTED."""
+
+
+@dataclass(slots=True)
+class _Orchestra:
+    """Music that is played; no sound is made and no motor turns, but time runs in it."""
+
+    instruments: list[int] = field(default_factory=list)
+    file: str | None = None
+    played: float = 0.0
+    """Until the last pause [s]."""
+    since: float | None = None
+    """When it went on to play [s]; None: it does not."""
+
+
+def _plain_number(number: Any) -> int:
+    """Of a ctypes number or a plain one."""
+    return int(getattr(number, "value", number))
+
+
+_NAMES = {
+    "deg": (
+        "PIGEON2_MOUNT_POSE_YAW PIGEON2_MOUNT_POSE_PITCH PIGEON2_MOUNT_POSE_ROLL PIGEON2_YAW PIGEON2_PITCH "
+        "PIGEON2_ROLL PIGEON2_ACCUM_GYRO_X PIGEON2_ACCUM_GYRO_Y PIGEON2_ACCUM_GYRO_Z PIGEON2_SET_YAW "
+        "CANRANGE_REAL_FOV_CENTER_X CANRANGE_REAL_FOV_CENTER_Y CANRANGE_REAL_FOV_RANGE_X "
+        "CANRANGE_REAL_FOV_RANGE_Y CANRANGE_FOV_CENTER_X CANRANGE_FOV_CENTER_Y CANRANGE_FOV_RANGE_X "
+        "CANRANGE_FOV_RANGE_Y"
+    ),
+    "deg per rotation": ("PIGEON2_GYRO_SCALAR_X PIGEON2_GYRO_SCALAR_Y PIGEON2_GYRO_SCALAR_Z"),
+    "℃": (
+        "PIGEON2_TEMPERATURE PRO_SUPPLY_AND_TEMP_DEVICE_TEMP PRO_SUPPLY_AND_TEMP_PROCESSOR_TEMP "
+        "EXTERNAL_MOTOR_TEMP PRO_SUPPLY_AND_TEMP_DEVICE_TEMP2 CANDLE_GENERAL_DEVICE_TEMP "
+        "CONFIG_CUSTOM_MOT_THERMISTOR_MAX_TEMP"
+    ),
+    "s": ("PIGEON2_UP_TIME CANRANGE_MEAS_TIME"),
+    "dps": (
+        "PIGEON2_ANGULAR_VELOCITY_X_WORLD PIGEON2_ANGULAR_VELOCITY_Y_WORLD PIGEON2_ANGULAR_VELOCITY_Z_WORLD "
+        "PIGEON2_ANGULAR_VELOCITY_X PIGEON2_ANGULAR_VELOCITY_Y PIGEON2_ANGULAR_VELOCITY_Z"
+    ),
+    "g": ("PIGEON2_ACCELERATION_X PIGEON2_ACCELERATION_Y PIGEON2_ACCELERATION_Z"),
+    "V": (
+        "PIGEON2_SUPPLY_VOLTAGE PRO_MOTOR_OUTPUT_MOTOR_VOLTAGE PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE "
+        "PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_V PRO_PID_STATE_ENABLES_FEED_FORWARD_V "
+        "PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_V PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_V PRO_PID_OUTPUT_OUTPUT_V "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_VOLTAGE PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_V "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_V PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_V "
+        "PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_V PRO_DIFF_PID_OUTPUT_OUTPUT_V CONFIG_PEAK_FORWARD_V "
+        "CONFIG_PEAK_REVERSE_V CONFIG_PEAK_DIFF_V CAN_CODER_SUPPLY_VOLTAGE CANRANGE_SUPPLY_VOLTAGE CANDI_V_SENSE "
+        "CANDLE_GENERAL_SUPPLY_VOLTAGE CANDLE_GENERAL_FIVE_V_RAIL_VOLTAGE"
+    ),
+    "uT": (
+        "PIGEON2_MAGNETIC_FIELD_X PIGEON2_MAGNETIC_FIELD_Y PIGEON2_MAGNETIC_FIELD_Z PIGEON2_RAW_MAGNETIC_FIELD_X "
+        "PIGEON2_RAW_MAGNETIC_FIELD_Y PIGEON2_RAW_MAGNETIC_FIELD_Z"
+    ),
+    "rotations": (
+        "CAN_CODER_MAGNET_OFFSET TALON_FX_SET_SENSOR_POSITION CANCODER_SET_SENSOR_POSITION "
+        "PRO_ROTOR_POS_AND_VEL_POSITION PRO_POS_AND_VEL_POSITION PRO_PID_REF_PID_ERR_PID_REF_POSITION "
+        "PRO_PID_REF_PID_ERR_PID_ERR_POSITION PRO_AVG_POS_AND_VEL_POSITION PRO_DIFF_POS_AND_VEL_POSITION "
+        "PRO_DIFF_PID_REF_PID_ERR_PID_REF_POSITION PRO_DIFF_PID_REF_PID_ERR_PID_ERR_POSITION "
+        "CONFIG_FEEDBACK_ROTOR_OFFSET CONFIG_FORWARD_LIMIT_AUTOSET_POS_VALUE "
+        "CONFIG_REVERSE_LIMIT_AUTOSET_POS_VALUE CONFIG_FORWARD_SOFT_LIMIT_THRESHOLD "
+        "CONFIG_REVERSE_SOFT_LIMIT_THRESHOLD CANCODER_POSITION CANCODER_ABS_POSITION CAN_CODER_RAW_POS "
+        "CANDI_QUAD_POSITION CANDI_PWM1_POSITION CANDI_PWM2_POSITION CONFIG_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CONFIG_PWM1_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_PWM1_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CONFIG_PWM2_ABSOLUTE_SENSOR_OFFSET "
+        "CONFIG_PWM2_ABSOLUTE_SENSOR_DISCONTINUITY_POINT CANDI_SET_QUAD_POSITION "
+        "PRO_GADGETEER_QUAD_RAW_QUADRATURE_POSITION PRO_GADGETEER_PWM_RAW_PWM_POSITION SLOT0_K_G_POS_OFFSET "
+        "SLOT1_K_G_POS_OFFSET SLOT2_K_G_POS_OFFSET CONFIG_GAIN_SCHED_ERROR_THRESHOLD"
+    ),
+    "fractional": (
+        "PRO_MOTOR_OUTPUT_DUTY_CYCLE PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_DC "
+        "PRO_PID_STATE_ENABLES_FEED_FORWARD_DC PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC "
+        "PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC PRO_PID_OUTPUT_OUTPUT_DC PRO_MOTOR_OUTPUT_PID_STATE_DIFF_DUTY_CYCLE "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_DC PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_DC "
+        "PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_DC "
+        "PRO_DIFF_PID_OUTPUT_OUTPUT_DC CONFIG_DUTY_CYCLE_NEUTRAL_DB CONFIG_PEAK_FORWARD_DC CONFIG_PEAK_REVERSE_DC "
+        "CONFIG_PEAK_DIFF_DC"
+    ),
+    "A": (
+        "PRO_MOTOR_OUTPUT_TORQUE_CURRENT PRO_SUPPLY_AND_TEMP_STATOR_CURRENT PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT "
+        "PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_A PRO_PID_STATE_ENABLES_FEED_FORWARD_A "
+        "PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_A PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_A PRO_PID_OUTPUT_OUTPUT_A "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_TORQUE_CURRENT PRO_MOTOR_OUTPUT_PID_STATE_DIFF_INTEGRATED_ACCUM_A "
+        "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_FEED_FORWARD_A PRO_DIFF_PID_OUTPUT_PROPORTIONAL_OUTPUT_A "
+        "PRO_DIFF_PID_OUTPUT_DERIVATIVE_OUTPUT_A PRO_DIFF_PID_OUTPUT_OUTPUT_A "
+        "TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT CONFIG_STATOR_CURRENT_LIMIT CONFIG_SUPPLY_CURRENT_LIMIT "
+        "CONFIG_PEAK_FOR_TORQ_CURR CONFIG_PEAK_REV_TORQ_CURR CONFIG_TORQUE_NEUTRAL_DB CONFIG_PEAK_DIFF_TORQ_CURR "
+        "CONFIG_SUPPLY_CURRENT_LOWER_LIMIT CANDI_OUTPUT_CURRENT CANDLE_GENERAL_OUTPUT_CURRENT"
+    ),
+    "rotations per second": (
+        "PRO_ROTOR_POS_AND_VEL_VELOCITY PRO_POS_AND_VEL_VELOCITY PRO_PID_REF_PID_ERR_PID_REF_VELOCITY "
+        "PRO_PID_REF_PID_ERR_PID_ERR_VELOCITY PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION "
+        "PRO_AVG_POS_AND_VEL_VELOCITY PRO_DIFF_POS_AND_VEL_VELOCITY PRO_DIFF_PID_REF_PID_ERR_PID_REF_VELOCITY "
+        "PRO_DIFF_PID_REF_PID_ERR_PID_ERR_VELOCITY PRO_DIFF_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION "
+        "CANCODER_VELOCITY CAN_CODER_RAW_VEL CANDI_PWM1_VELOCITY CANDI_PWM2_VELOCITY CANDI_QUAD_VELOCITY "
+        "PRO_GADGETEER_QUAD_RAW_QUADRATURE_VELOCITY PRO_GADGETEER_PWM_RAW_PWM_VELOCITY"
+    ),
+    "rotations per second²": (
+        "PRO_POS_AND_VEL_ACCELERATION PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_VELOCITY "
+        "PRO_DIFF_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_VELOCITY"
+    ),
+    "Nm/A": ("TALON_FX_MOTOR_CONSTANTS_K_T"),
+    "RPM/V": ("TALON_FX_MOTOR_CONSTANTS_K_V CONFIG_CUSTOM_MOT_KV"),
+    "seconds": (
+        "CONFIG_SUPPLY_V_LOWPASS_TAU CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD "
+        "CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD CONFIG_TORQUE_OPEN_LOOP_RAMP_PERIOD "
+        "CONFIG_DUTY_CYCLE_CLOSED_LOOP_RAMP_PERIOD CONFIG_VOLTAGE_CLOSED_LOOP_RAMP_PERIOD "
+        "CONFIG_TORQUE_CLOSED_LOOP_RAMP_PERIOD CONFIG_SUPPLY_CURRENT_LOWER_TIME "
+        "CONFIG_VELOCITY_FILTER_TIME_CONSTANT"
+    ),
+    "scalar": (
+        "CONFIG_SENSOR_TO_MECHANISM_RATIO CONFIG_ROTOR_TO_SENSOR_RATIO CONFIG_SENSOR_TO_DIFFERENTIAL_RATIO "
+        "CONFIG_LED_BRIGHTNESS_SCALAR"
+    ),
+    "rot per sec": ("CONFIG_MOTION_MAGIC_CRUISE_VELOCITY"),
+    "rot per sec²": ("CONFIG_MOTION_MAGIC_ACCELERATION"),
+    "rot per sec³": ("CONFIG_MOTION_MAGIC_JERK"),
+    "V/rps": ("CONFIG_MOTION_MAGIC_EXPO_K_V"),
+    "V/rps²": ("CONFIG_MOTION_MAGIC_EXPO_K_A"),
+    "m": (
+        "CANRANGE_DISTANCE_METERS CANRANGE_DISTANCE_STD_DEV CANRANGE_PROXIMITY_THRESHOLD CANRANGE_PROXIMITY_HYSTERESIS"
+    ),
+    "Hz": ("CANRANGE_UPDATE_FREQ CONFIG_CONTROL_TIMESYNC_FREQ"),
+    "us": ("CANDI_PWM1_RISE_TO_RISE CANDI_PWM2_RISE_TO_RISE"),
+    "Volts": ("TALON_FXS_5_V_RAIL_VOLTAGE TALON_FXS_GADGETEER_G3"),
+    "frac": ("CANDLE_GENERAL_V_BAT_MODULATION"),
+    "K": ("CONFIG_CUSTOM_MOT_THERMISTOR_BETA"),
+    "kOhm": ("CONFIG_CUSTOM_MOT_THERMISTOR_R0"),
+}
+
+
+def _table() -> dict[int, str]:
+    known = SpnValue.__members__
+    return {known[name].value: unit for unit, names in _NAMES.items() for name in names.split() if name in known}
+
+
+UNITS: dict[int, str] = _table()
+"""Unit of each signal and setting that has one, by its number."""
+
 
 _log = logging.getLogger(__name__)
-_OK = StatusCode.OK.value
 _WANTED = struct.Struct("@II")
 """`SignalValues`: device and number of a signal; in 26.70 the network is before them."""
 _WANTED_AT = SignalValues.devicehash.offset
@@ -45,7 +352,7 @@ def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
     """Writes a setting of a kind into text."""
 
     def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
-        target_of(out).value = config_text.write(spn, letter, kind(value)).encode()
+        target_of(out).value = config_line(spn, letter, kind(value)).encode()
         return _OK
 
     return serialize
@@ -65,7 +372,7 @@ def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
     return deserialize
 
 
-class EmulatedNative(LibraryServices):
+class EmulatedNative(NativeLibrary):
     """In place of the library that holds devices, signals, configurations and simulation.
 
     Args:
@@ -73,13 +380,24 @@ class EmulatedNative(LibraryServices):
     """
 
     def __init__(self, emulator: Emulator) -> None:
-        super().__init__(lambda: emulator.clock.now)
         self.emulator = emulator
         """The devices; with this attribute adapters recognise simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
             setattr(self, f"{PREFIX}RequestControl{name}", self._light(name))
+        self._is_logging = False
+        self._schemas: set[tuple[bytes, int]] = set()
+        self._orchestras: dict[int, _Orchestra] = {}
+        self._numbers = itertools.count(1)
+        for name in _WRITTEN:
+            setattr(self, f"{PREFIX}platform_{name}", self._written)
+        for name in _REPLAYED:
+            setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
+        for alert in ("alert", "multi_alert"):
+            setattr(self, f"{PREFIX}{alert}_create", lambda *values: next(self._numbers))
+            for what in ("set_debounce", "set_active", "set_inactive"):
+                setattr(self, f"{PREFIX}{alert}_{what}", lambda *values: None)
 
     def _request(self, kind: RequestKind) -> Callable[..., int]:
         by_hash = self.emulator.by_hash
@@ -98,7 +416,7 @@ class EmulatedNative(LibraryServices):
         def send(network: Any, device_hash: int, *args: Any) -> int:
             candle = by_hash.get(device_hash)
             if isinstance(candle, EmulatedCANdle):
-                candle.show(name, args)
+                candle.record(name, args)
             return _OK
 
         return send
@@ -186,13 +504,13 @@ class EmulatedNative(LibraryServices):
     ) -> int:  # fmt: skip
         device = self.emulator.by_hash.get(device_hash)
         if device is not None:
-            device.configure(config_text.parse(text.value.decode()), reset_others=future_proof)
+            device.configure(parse_config(text.value.decode()), reset_others=future_proof)
         return _OK
 
     def c_ctre_phoenix6_get_configs(
         self, context: int, network: Any, device_hash: int, timeout: float, out: Any, extra: bool
     ) -> int:
-        target_of(out).value = config_text.answer(self.emulator.by_hash[device_hash].config).encode()
+        target_of(out).value = config_answer(self.emulator.by_hash[device_hash].config).encode()
         return _OK
 
     def c_ctre_phoenix6_free_memory(self, out: Any) -> int:
@@ -202,7 +520,7 @@ class EmulatedNative(LibraryServices):
     c_ctre_phoenix6_serialize_double = _serializer("f", float)
     c_ctre_phoenix6_serialize_int = _serializer("s", int)
     c_ctre_phoenix6_serialize_bool = _serializer("b", bool)
-    c_ctre_phoenix6_deserialize_double = _deserializer(config_text.number_of)
+    c_ctre_phoenix6_deserialize_double = _deserializer(number_of)
     c_ctre_phoenix6_deserialize_int = _deserializer(int)
     c_ctre_phoenix6_deserialize_bool = _deserializer(bool)
 
@@ -283,3 +601,417 @@ class EmulatedNative(LibraryServices):
 
     def c_ctre_phoenix6_report_status_code(self, code: int, location: Any, context: Any, trace: Any) -> None:
         _log.warning("%s: %s", location.value.decode(), StatusCode(code).description)
+
+    # ---- signal logger
+
+    def _written(self, *values: Any) -> int:
+        return _OK if self._is_logging else _NOT_RUNNING
+
+    def c_ctre_phoenix6_platform_set_logger_path(self, path: Any) -> int:
+        folder = path.value.decode()
+        return _OK if not folder or Path(folder).is_dir() else StatusCode.DIRECTORY_MISSING.value
+
+    def c_ctre_phoenix6_platform_start_logger(self) -> int:
+        self._is_logging = True
+        return _OK
+
+    def c_ctre_phoenix6_platform_stop_logger(self) -> int:
+        self._is_logging = False
+        self._schemas.clear()  # the next log is another file
+        return _OK
+
+    def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        self._schemas.add((name.value, int(kind)))
+        return _OK
+
+    c_ctre_phoenix6_platform_add_schema_string = c_ctre_phoenix6_platform_add_schema
+
+    def c_ctre_phoenix6_platform_has_schema(self, name: Any, kind: int) -> bool:
+        return (name.value, int(kind)) in self._schemas
+
+    def c_ctre_phoenix6_platform_write_schema_value(
+        self, name: Any, schema: Any, kind: int, data: Any, size: int, latency: float
+    ) -> int:
+        if not self._is_logging:
+            return _NOT_RUNNING
+        known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
+        return _OK if known else StatusCode.MISSING_SCHEMA.value
+
+    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
+
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
+
+    c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
+    c_ctre_phoenix6_platform_replay_is_finished = always(True)
+    c_ctre_phoenix6_platform_replay_close_file = always(None)
+    c_ctre_phoenix6_platform_replay_set_speed = always(None)
+
+    # ---- orchestra
+
+    def c_ctre_phoenix6_orchestra_Create(self, out: Any) -> int:
+        number = next(self._numbers)
+        self._orchestras[number] = _Orchestra()
+        target_of(out).value = number
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Close(self, number: Any) -> int:
+        self._orchestras.pop(_plain_number(number), None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDevice(self, number: Any, network: Any, device_hash: int) -> int:
+        self._orchestras[_plain_number(number)].instruments.append(device_hash)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_AddDeviceWithTrack(
+        self, number: Any, network: Any, device_hash: int, track: int
+    ) -> int:
+        return self.c_ctre_phoenix6_orchestra_AddDevice(number, network, device_hash)
+
+    def c_ctre_phoenix6_orchestra_ClearDevices(self, number: Any) -> int:
+        self._orchestras[_plain_number(number)].instruments.clear()
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_LoadMusic(self, number: Any, path: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        name = path.value.decode()
+        orchestra.file, orchestra.played, orchestra.since = None, 0.0, None
+        if not Path(name).is_file():
+            return StatusCode.MUSIC_FILE_NOT_FOUND.value
+        orchestra.file = name
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Play(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        if orchestra.since is None:
+            orchestra.since = self.emulator.clock.now
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Pause(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.since is None:
+            return _NO_ACTION
+        orchestra.played += self.emulator.clock.now - orchestra.since
+        orchestra.since = None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_Stop(self, number: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        if orchestra.file is None:
+            return _NO_ACTION
+        orchestra.played, orchestra.since = 0.0, None
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_IsPlaying(self, number: Any, out: Any) -> int:
+        target_of(out).value = int(self._orchestras[_plain_number(number)].since is not None)
+        return _OK
+
+    def c_ctre_phoenix6_orchestra_GetCurrentTime(self, number: Any, out: Any) -> int:
+        orchestra = self._orchestras[_plain_number(number)]
+        running = 0.0 if orchestra.since is None else self.emulator.clock.now - orchestra.since
+        target_of(out).value = orchestra.played + running
+        return _OK
+
+
+_PREFIX = PREFIX + "swerve_"
+_INVALID = -11100  # any error code: the drivetrain is closed
+
+
+class _Custom:
+    """A request written in Python, by the team or in phoenix6 itself."""
+
+    def __init__(self, callback: Any) -> None:
+        self._function = python_function(callback)
+
+    def apply(self, drivetrain: EmulatedDrivetrain) -> None:
+        vx, vy, omega = drivetrain.chassis_speeds
+        x, y, theta = drivetrain.estimator.pose
+        parameters = record(
+            {FIELDS.current: SimpleNamespace(vx=vx, vy=vy, omega=omega)},
+            kMaxSpeedMps=drivetrain.max_speed,
+            operatorForwardDirection=drivetrain.operator_forward,
+            currentPose=SimpleNamespace(x=x, y=y, theta=theta),
+            timestamp=drivetrain.now,
+            updatePeriod=drivetrain.period,
+        )
+        self._function(None, Held(parameters))
+
+
+class SwerveNative(NativeLibrary):
+    """In place of the library that holds swerve: all drivetrains, and the functions by which phoenix6 reaches them.
+
+    Args:
+        emulator: The devices; its steps drive odometry.
+    """
+
+    def __init__(self, emulator: Emulator) -> None:
+        self._emulator = emulator
+        self._drivetrains: dict[int, EmulatedDrivetrain] = {}
+        self._constants: dict[int, Any] = {}
+        self._handles = itertools.count(1)
+        self._ids = itertools.count(1)
+        self._cancel: dict[int, Callable[[], None]] = {}
+        for name in dir(type(self)):
+            if name.startswith(_FAMILIES):
+                setattr(self, _PREFIX + name, getattr(self, name))
+        for name, make in _REQUESTS.items():
+            setattr(self, f"{_PREFIX}drivetrain_set_control_{name}", partial(self._set, make))
+            setattr(self, f"{_PREFIX}request_apply_{name}", partial(self._apply, make))
+
+    def reset(self) -> None:
+        """Remove all drivetrains, as for a fresh test."""
+        self._drivetrains.clear()
+        self._constants.clear()
+        self._cancel.clear()
+
+    # ---- building
+
+    def create_drivetrain_constants(self, can_bus: Any, pigeon_id: int) -> int:
+        handle = next(self._handles)
+        self._constants[handle] = pigeon_id
+        return handle
+
+    def create_module_constants_arr(self, count: int) -> int:
+        handle = next(self._handles)
+        self._constants[handle] = [None] * count
+        return handle
+
+    def set_module_constants(self, handle: int, index: int, *values: Any) -> None:
+        self._constants[handle][index] = ModuleConstants(*values)
+
+    def create_drivetrain(self, constants: int, modules: int, count: int) -> int:
+        return self._create(constants, modules, 0.0)
+
+    def create_drivetrain_with_freq(self, constants: int, hz: float, modules: int, count: int) -> int:
+        return self._create(constants, modules, hz)
+
+    def create_drivetrain_with_stddev(
+        self, constants: int, hz: float, state: Any, vision: Any, modules: int, count: int
+    ) -> int:
+        number = self._create(constants, modules, hz)
+        self._drivetrains[number].estimator.set_state_std_devs(target_of(state)[:3])
+        self._drivetrains[number].estimator.set_vision_std_devs(target_of(vision)[:3])
+        return number
+
+    def _create(self, constants: int, modules: int, hz: float) -> int:
+        number = next(self._ids)
+        self._drivetrains[number] = EmulatedDrivetrain(self._constants.pop(constants), self._constants.pop(modules), hz)
+        return number
+
+    def destroy_drivetrain(self, number: int) -> None:
+        self.drivetrain_odom_stop(number)
+        self._drivetrains.pop(number, None)
+
+    # ---- odometry
+
+    def drivetrain_odom_start(self, number: int) -> None:
+        drivetrain = self._drivetrains[number]
+        modules = [ModuleDevices(self._emulator, c) for c in drivetrain.module_constants]
+        drivetrain.start(modules, self._emulator.pigeon(drivetrain.pigeon_id))
+        if number not in self._cancel:
+            clock = self._emulator.clock
+            self._cancel[number] = self._emulator.every(drivetrain.period, lambda: drivetrain.update(clock.now))
+
+    def drivetrain_odom_stop(self, number: int) -> None:
+        if number in self._cancel:
+            self._cancel.pop(number)()
+            self._drivetrains[number].stop()
+
+    def drivetrain_odom_set_thread_priority(self, number: int, priority: int) -> None:
+        """There is no thread."""
+
+    def drivetrain_is_on_can_fd(self, number: int) -> bool:
+        return True
+
+    def drivetrain_get_odometry_frequency(self, number: int) -> float:
+        return self._drivetrains[number].hz
+
+    def drivetrain_is_odometry_valid(self, number: int) -> bool:
+        return self._drivetrains[number].is_running
+
+    def drivetrain_get_state(self, number: int, out: Any) -> None:
+        _fill(target_of(out), self._drivetrains[number].state)
+
+    def drivetrain_register_telemetry(self, number: int, context: Any, callback: Any = None) -> None:
+        drivetrain = self._drivetrains[number]
+        if callback is None:
+            drivetrain.on_state = None
+            return
+        function = python_function(callback)
+        drivetrain.on_state = lambda state: function(None, Held(_native_state(state)))
+
+    # ---- resets and vision
+
+    def drivetrain_tare_everything(self, number: int) -> None:
+        self._drivetrains[number].tare_everything()
+
+    def drivetrain_seed_field_centric(self, number: int, heading: float) -> None:
+        self._drivetrains[number].seed_field_centric(heading)
+
+    def drivetrain_reset_pose(self, number: int, x: float, y: float, heading: float) -> None:
+        self._drivetrains[number].reset_pose((x, y, heading))
+
+    def drivetrain_reset_translation(self, number: int, x: float, y: float) -> None:
+        self._drivetrains[number].reset_translation(x, y)
+
+    def drivetrain_reset_rotation(self, number: int, heading: float) -> None:
+        self._drivetrains[number].reset_rotation(heading)
+
+    def drivetrain_set_operator_forward_direction(self, number: int, direction: float) -> None:
+        self._drivetrains[number].operator_forward = direction
+
+    def drivetrain_get_operator_forward_direction(self, number: int) -> float:
+        return self._drivetrains[number].operator_forward
+
+    def drivetrain_add_vision_measurement(self, number: int, x: float, y: float, heading: float, time: float) -> None:
+        self._drivetrains[number].estimator.add_vision((x, y, heading), time)
+
+    def drivetrain_add_vision_measurement_with_stddev(
+        self, number: int, x: float, y: float, heading: float, time: float, std_devs: Any
+    ) -> None:
+        self._drivetrains[number].estimator.add_vision((x, y, heading), time, target_of(std_devs)[:3])
+
+    def drivetrain_set_vision_measurement_stddevs(self, number: int, std_devs: Any) -> None:
+        self._drivetrains[number].estimator.set_vision_std_devs(target_of(std_devs)[:3])
+
+    def drivetrain_set_state_stddevs(self, number: int, std_devs: Any) -> None:
+        self._drivetrains[number].estimator.set_state_std_devs(target_of(std_devs)[:3])
+
+    def drivetrain_sample_pose_at(self, number: int, time: float, out: Any) -> bool:
+        pose = self._drivetrains[number].estimator.sample(time)
+        if pose is None:
+            return False
+        target = target_of(out)
+        target.x, target.y, target.theta = pose[0], pose[1], wrap(pose[2])
+        return True
+
+    # ---- modules
+
+    def drivetrain_config_neutral_mode(self, number: int, mode: int) -> int:
+        return max((m.devices.set_neutral(mode == 1) for m in self._drivetrains[number].modules), default=_OK)
+
+    def drivetrain_config_neutral_mode_with_timeout(self, number: int, mode: int, timeout: float) -> int:
+        return self.drivetrain_config_neutral_mode(number, mode)
+
+    def module_apply(self, number: int, index: int, request: Any) -> None:
+        r = target_of(request)
+        wanted = getattr(r, FIELDS.wanted)
+        self._drivetrains[number].modules[index].apply(
+            getattr(wanted, FIELDS.module),
+            wanted.angle,
+            closed_loop=r.driveRequest == 1,
+            profiled=r.steerRequest == 0,
+            period=r.updatePeriod,
+            force_x=r.wheelForceFeedforwardX,
+            force_y=r.wheelForceFeedforwardY,
+            foc=r.enableFOC,
+        )
+
+    def module_get_position(self, number: int, index: int, refresh: bool) -> Any:
+        """The present position; reading it does not disturb odometry."""
+        module = self._drivetrains[number].modules[index]
+        if not refresh:
+            return self.module_get_cached_position(number, index)
+        distance, angle = module.present_position()
+        return SimpleNamespace(distance=distance, angle=angle)
+
+    def module_get_cached_position(self, number: int, index: int) -> Any:
+        module = self._drivetrains[number].modules[index]
+        return SimpleNamespace(distance=module.distance, angle=module.angle)
+
+    def module_get_current_velocity(self, number: int, index: int) -> Any:
+        module = self._drivetrains[number].modules[index]
+        return _velocity(module.speed, module.angle)
+
+    def module_get_target_velocity(self, number: int, index: int) -> Any:
+        return _velocity(*self._drivetrains[number].modules[index].target)
+
+    def module_reset_target_velocity(self, number: int, index: int) -> None:
+        self._drivetrains[number].modules[index].target = (0.0, 0.0)
+
+    def module_reset_position(self, number: int, index: int) -> None:
+        self._drivetrains[number].modules[index].zero()
+
+    # ---- requests
+
+    def drivetrain_set_control(self, number: int, context: Any, callback: Any = None) -> None:
+        self._drivetrains[number].request = Idle() if callback is None else _Custom(callback)
+
+    def _set(self, make: _MakeRequest, number: int, *values: Any) -> None:
+        self._drivetrains[number].request = make(*values)
+
+    def _apply(self, make: _MakeRequest, number: int, *values: Any) -> int:
+        drivetrain = self._drivetrains.get(number)
+        if drivetrain is None:
+            return _INVALID
+        make(*values).apply(drivetrain)
+        return _OK
+
+
+_FAMILIES = ("create_", "set_module", "destroy_", "drivetrain_", "module_")
+
+
+def _speeds(values: tuple[Any, ...], *, is_field: bool) -> Speeds:
+    vx, vy, omega, forces_x, count_x, forces_y, count_y, *rest = values
+    return Speeds(vx, vy, omega, tuple(forces_x[:count_x]), tuple(forces_y[:count_y]), *rest, is_field=is_field)
+
+
+_MakeRequest: TypeAlias = Callable[..., DrivetrainRequest]
+_REQUESTS: dict[str, _MakeRequest] = {
+    "idle": Idle,
+    "swerve_drive_brake": Brake,
+    "field_centric": partial(Centric, is_field=True),
+    "robot_centric": Centric,
+    "point_wheels_at": Point,
+    "apply_robot_velocity": lambda *values: _speeds(values, is_field=False),
+    "apply_field_velocity": lambda *values: _speeds(values, is_field=True),
+}
+"""What the native functions make of a request's numbers, by their last words."""
+
+
+def _velocity(speed: float, angle: float) -> SimpleNamespace:
+    return record({FIELDS.module: speed}, angle=angle)
+
+
+def _native_state(state: DrivetrainState) -> SimpleNamespace:
+    """The state with the names of the native struct."""
+    vx, vy, omega = state.speeds
+    return record(
+        {
+            FIELDS.chassis: SimpleNamespace(vx=vx, vy=vy, omega=omega),
+            FIELDS.modules: [_velocity(s, a) for s, a in state.states],
+        },
+        pose=SimpleNamespace(x=state.pose[0], y=state.pose[1], theta=state.pose[2]),
+        moduleTargets=[_velocity(s, a) for s, a in state.targets],
+        modulePositions=[SimpleNamespace(distance=d, angle=a) for d, a in state.positions],
+        rawHeading=state.raw_heading,
+        timestamp=state.timestamp,
+        odometryPeriod=state.period,
+        successfulDaqs=state.samples,
+        failedDaqs=0,
+    )
+
+
+def _fill(out: Any, state: DrivetrainState) -> None:
+    """Write the state into a `SwerveDriveState_t`."""
+    pose, speeds = out.pose, getattr(out, FIELDS.chassis)
+    pose.x, pose.y, pose.theta = state.pose
+    speeds.vx, speeds.vy, speeds.omega = state.speeds
+    states, targets, positions = getattr(out, FIELDS.modules), out.moduleTargets, out.modulePositions
+    for items, values in ((states, state.states), (targets, state.targets)):
+        for k, (speed, angle) in enumerate(values):
+            item = items[k]
+            setattr(item, FIELDS.module, speed)
+            item.angle = angle
+    for k, (distance, angle) in enumerate(state.positions):
+        item = positions[k]
+        item.distance, item.angle = distance, angle
+    out.rawHeading = state.raw_heading
+    out.timestamp = state.timestamp
+    out.odometryPeriod = state.period
+    out.successfulDaqs = state.samples
+    out.failedDaqs = 0

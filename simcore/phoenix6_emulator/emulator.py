@@ -5,17 +5,29 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
 from phoenix6 import configs
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator import config_text
-from simcore.phoenix6_emulator.device_clock import LOOP_NS, EnableDelays, EnableState, SimulatedClock
-from simcore.phoenix6_emulator.emulated_device import EmulatedDevice
-from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder, EmulatedCANdi
-from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdle, EmulatedCANrange, EmulatedPigeon2
+from simcore.phoenix6_emulator.emulated_device import (
+    LOOP_NS,
+    EmulatedDevice,
+    EnableDelays,
+    EnableState,
+    Setting,
+    SimulatedClock,
+    parse_config,
+)
+from simcore.phoenix6_emulator.emulated_peripherals import (
+    EmulatedCANcoder,
+    EmulatedCANdi,
+    EmulatedCANdle,
+    EmulatedCANrange,
+    EmulatedPigeon2,
+)
 from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
 
 __all__ = ["MODELS", "Emulator", "hash_of"]
@@ -47,21 +59,19 @@ def hash_of(type_number: int, device_id: int) -> int:
 
 
 @cache
-def _defaults(type_number: int) -> dict[int, config_text.Setting]:
+def _defaults(type_number: int) -> dict[int, Setting]:
     """Factory configuration of a type of device."""
     make: Any = _CONFIGS[type_number]
-    return config_text.parse(make().serialize())
+    return parse_config(make().serialize())
 
 
+@dataclass(slots=True)
 class _FrameGroup:
     """Devices that send at the same times."""
 
-    __slots__ = ("devices", "due_ns", "period_ns")
-
-    def __init__(self, due_ns: int, period_ns: int) -> None:
-        self.due_ns = due_ns
-        self.period_ns = period_ns
-        self.devices: list[EmulatedDevice] = []
+    due_ns: int
+    period_ns: int
+    devices: list[EmulatedDevice] = field(default_factory=list)
 
 
 class _FrameSchedule:

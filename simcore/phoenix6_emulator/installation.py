@@ -17,12 +17,17 @@ from phoenix6.phoenix_native import Native, ReturnValues, SignalValues
 from phoenix6.wpiutils import auto_feed_enable
 
 from simcore.errors import SimcoreError
-from simcore.phoenix6_emulator.control_requests import REQUESTS
-from simcore.phoenix6_emulator.device_clock import EnableDelays
-from simcore.phoenix6_emulator.emulated_native import EmulatedNative
+from simcore.phoenix6_emulator.emulated_device import REQUESTS, EnableDelays
+from simcore.phoenix6_emulator.emulated_native import (
+    ADDED,
+    GONE,
+    IS_2027,
+    PREFIX,
+    RENAMED,
+    EmulatedNative,
+    SwerveNative,
+)
 from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.swerve_native import SwerveNative
-from simcore.phoenix6_emulator.versions import ADDED, GONE, IS_2027, PREFIX, RENAMED
 
 __all__ = ["SeamError", "check_seam", "install", "installed", "load_beside", "uninstall"]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from simcore.match.game import PlayedMatch
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import DriverControls, ScriptedRobot, Steps
 from simcore.players.lineup import WhileEnabled
@@ -59,7 +59,7 @@ class DrivenRobot(ScriptedRobot):
         driver: The person.
     """
 
-    def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
+    def __init__(self, controls: DriverControls, match: Match, alliance: Alliance, driver: Driver) -> None:
         super().__init__(lambda _: self._follow(), match, alliance, controls.settings)
         self._controls = controls
         self._driver = driver
@@ -133,7 +133,7 @@ class HandedOver:
     """
 
     def __init__(
-        self, match: PlayedMatch, alliance: Alliance, auto: Controller, driver: Driver, *, from_teleop: bool = False
+        self, match: Match, alliance: Alliance, auto: Controller, driver: Driver, *, from_teleop: bool = False
     ) -> None:
         controls = match.game.driving or DriverControls()
         self._driven = WhileEnabled(match, lambda: DrivenRobot(controls, match, alliance, driver))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.game import Auto, Game, PlayedMatch, RobotEntry, Role
+from simcore.match.game import Auto, Game, RobotEntry, Role
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_robots
 from simcore.match.scoring import Alliance
@@ -193,7 +193,7 @@ class WhileEnabled:
         make: Makes the controller.
     """
 
-    def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:
+    def __init__(self, match: Match, make: Callable[[], Controller]) -> None:
         self._match = match
         self._make = make
         self._controller: Controller | None = None

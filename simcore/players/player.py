@@ -1,29 +1,193 @@
-"""A scripted robot that plays a match with others: it looks at reaction's pace, finds its way, collects and aims.
+"""Scripted robots that play a match with others: they look at reaction's pace, find their way, collect and aim.
 
-What it knows is what a driver sees: where robots and pieces were when it last looked, the clock, the game data, and
-what its own robot holds.
+What one knows is what a driver sees: where robots and pieces were when it last looked, the clock, the game data, and
+what its own robot holds. Routes are on a grid of the carpet; defense keeps to the pinning rule.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from fnmatch import fnmatchcase
+from typing import Any, TypeAlias
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from simcore.geometry.rotation import rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import PlayedMatch
+from simcore.match.foul_book import pins_of
+from simcore.match.game import FieldDefinition, Role
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.players.routes import Place, RouteMap
+from simcore.physics.field import FieldElement
+from simcore.physics.shapes import outline_points
 from simcore.robot.robot import Robot
-from simcore.typing import BoolArray, FloatArray
+from simcore.robot.robot_config import RobotConfig
+from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK, degrees
 
-__all__ = ["SKILLS", "PlayScript", "Player", "SeenRobot", "Skill"]
+__all__ = ["SKILLS", "Defense", "PlayScript", "Player", "RouteMap", "SeenRobot", "Skill", "idle", "make_role"]
+
+Place = tuple[float, float]
+"""On the carpet, blue field frame [m]."""
+
+_CELL = 0.2  # [m]
+_FINE = 4  # points a cell and axis, at which elements are looked for
+_FLAT = 0.05  # [m]; what is no higher does not slow a robot down
+_HALF = 0.42  # [m]; half of a robot, and a little: its center comes no nearer to a wall
+_CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
+_BLOCKED, _TIGHT = 60.0, 1.5  # cost of a meter; high and not infinite, so that who is inside gets out
+_RAMP = 8.0  # the same; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
+_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the cost added there
+_DETOUR = 1.03  # a straight line may cost this much more than the cells of a route, which go in steps of 45 degrees
+
+
+class RouteMap:
+    """Costs of a field, and routes over it.
+
+    Args:
+        field: Which; its symmetry and what robots drive over.
+        elements: What stands on it, as loaded.
+        height: Of a robot [m]; what is higher up does not stop it.
+        flipped: Whether red plans.
+    """
+
+    def __init__(
+        self, field: FieldDefinition, elements: Iterable[FieldElement], *, height: float, flipped: bool
+    ) -> None:
+        from scipy.ndimage import distance_transform_edt
+
+        self._size = np.array(field.size)
+        self.shape = (round(field.size[0] / _CELL), round(field.size[1] / _CELL))
+        self._step = self._size / self.shape
+        solid, ramp = self._rasters(elements, field.drivable, height)
+        fine = self._step / _FINE
+        away = distance_transform_edt(np.pad(~solid, 1), sampling=fine)[1:-1, 1:-1]
+        cost = np.where(away < _HALF, _BLOCKED, np.where(away < _CORNER, _TIGHT, 1.0)) + (_RAMP - 1.0) * ramp
+        cells = cost.reshape(self.shape[0], _FINE, self.shape[1], _FINE)
+        ramps = np.any(ramp.reshape(cells.shape), axis=(1, 3))
+        self._to_ramp: FloatArray = (
+            distance_transform_edt(~ramps, sampling=self._step) if ramps.any() else np.full(self.shape, np.inf)
+        )
+        # the middle of a cell stands for it: a passage that is narrower than two cells would close otherwise
+        self._cost = cells[:, _FINE // 2 - 1 : _FINE // 2 + 1, :, _FINE // 2 - 1 : _FINE // 2 + 1].mean(axis=(1, 3))
+        if flipped:
+            turn = (slice(None, None, -1), slice(None, None, -1 if field.symmetry.keeps_hands else None))
+            self._cost, self._to_ramp = self._cost[turn].copy(), self._to_ramp[turn].copy()
+        x, y = ((np.arange(n) + 0.5) * s for n, s in zip(self.shape, self._step, strict=True))
+        self._centers = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        self._edges = _neighbors(self.shape)
+        self._lengths = np.linalg.norm(
+            self._centers.reshape(-1, 2)[self._edges[0]] - self._centers.reshape(-1, 2)[self._edges[1]], axis=1
+        )
+
+    def _rasters(
+        self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
+    ) -> tuple[BoolArray, BoolArray]:
+        """What stops a robot and what it climbs over, at the fine points."""
+        fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
+        solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
+        step = self._step / _FINE
+        for element in elements:
+            z = outline_points(element.shape)[:, 2] + element.position[2]
+            is_ramp = any(fnmatchcase(element.name, pattern) for pattern in drivable)
+            if z.max() < _FLAT or z.min() > height:
+                continue
+            outline = element.outline()
+            first = np.maximum(0, np.ceil(outline.min(axis=0) / step - 0.5)).astype(int)
+            last = np.minimum(fine, np.floor(outline.max(axis=0) / step + 0.5)).astype(int)
+            if (last <= first).any():
+                continue
+            x, y = ((np.arange(a, b) + 0.5) * s for a, b, s in zip(first, last, step, strict=True))
+            edges = np.roll(outline, -1, axis=0) - outline
+            inside = np.ones((len(x), len(y)), dtype=bool)
+            for (ex, ey), (cx, cy) in zip(edges.tolist(), outline.tolist(), strict=True):
+                inside &= ex * (y[None, :] - cy) - ey * (x[:, None] - cx) >= 0.0
+            (ramp if is_ramp else solid)[first[0] : last[0], first[1] : last[1]] |= inside
+        return solid, ramp
+
+    # --- questions ------------------------------------------------------------------------------------------------
+
+    def is_ramp(self, place: Place, within: float = 0.0) -> bool:
+        """Whether a place is on something that robots climb over, or that near to it [m]."""
+        return bool(self._to_ramp[self._cell(place)] <= within)
+
+    def is_free(self, place: Place) -> bool:
+        """Whether a robot's center can be there."""
+        inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
+        return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
+
+    def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
+        """Corners of the cheapest way from a place to another, without the first.
+
+        Args:
+            start: Where the robot is [m].
+            goal: Where it wants to be [m].
+            others: Centers of other robots [m]; one that stands on the goal is no obstacle.
+        """
+        cost = self._cost
+        for x, y in others:
+            if math.dist((x, y), goal) < _ROBOT[0]:
+                continue
+            if cost is self._cost:
+                cost = cost.copy()
+            away = np.hypot(self._centers[..., 0] - x, self._centers[..., 1] - y)
+            for reach, more in (_ROBOT, _NEAR_ROBOT):
+                cost[away < reach] += more
+        length = math.dist(start, goal)
+        if self._line_cost(cost, start, goal) <= _DETOUR * length:
+            return [goal]
+        flat = cost.ravel()
+        a, b = self._edges
+        weights = self._lengths * 0.5 * (flat[a] + flat[b])
+        graph: Any = csr_array((weights, (a, b)), shape=(flat.size, flat.size))
+        width = self.shape[1]
+        first, last = (i * width + j for i, j in (self._cell(start), self._cell(goal)))
+        costs, before = (row[0] for row in dijkstra(graph, indices=[last], return_predecessors=True))
+        way, node = [], int(before[first])
+        while node >= 0 and node != last:
+            way.append(node)
+            node = int(before[node])
+        middles = [(float(x), float(y)) for x, y in self._centers.reshape(-1, 2)[way]] + [goal]
+        left = [*costs[way].tolist(), 0.0]
+        total = float(costs[first])
+        # go straight to the farthest cell that costs no more so than cell by cell
+        for n in range(len(middles) - 1, 0, -1):
+            if self._line_cost(cost, start, middles[n]) <= _DETOUR * (total - left[n]):
+                return middles[n:]
+        return middles
+
+    def _cell(self, place: Place) -> tuple[int, int]:
+        i, j = (int(p / s) for p, s in zip(place, self._step, strict=True))
+        return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
+
+    def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
+        """Cost of the straight way between two places."""
+        length = math.dist(a, b)
+        points = max(2, math.ceil(length / (0.5 * _CELL)) + 1)
+        places = np.linspace(a, b, points) / self._step
+        cells = np.clip(places.astype(int), 0, np.array(self.shape) - 1)
+        return length * float(cost[cells[:, 0], cells[:, 1]].mean())
+
+
+def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
+    """Pairs of cells that lie beside each other, straight or across a corner, each in both orders."""
+    number = np.arange(shape[0] * shape[1]).reshape(shape)
+    pairs = [
+        (number[:-1, :], number[1:, :]),
+        (number[:, :-1], number[:, 1:]),
+        (number[:-1, :-1], number[1:, 1:]),
+        (number[:-1, 1:], number[1:, :-1]),
+    ]
+    a = np.concatenate([one.ravel() for one, _ in pairs])
+    b = np.concatenate([other.ravel() for _, other in pairs])
+    return np.concatenate((a, b)), np.concatenate((b, a))
+
 
 _RAMP_SPEED = 1.4  # [m/s]; faster, a robot jumps off what it climbs over
 _AHEAD = 0.6  # [m] that a robot looks ahead for ramps
@@ -118,7 +282,7 @@ class Player(ScriptedRobot):
     """
 
     def __init__(
-        self, script: PlayScript, match: PlayedMatch, alliance: Alliance, skill: Skill, settings: ScriptSettings
+        self, script: PlayScript, match: Match, alliance: Alliance, skill: Skill, settings: ScriptSettings
     ) -> None:
         super().__init__(lambda _: script(self), match, alliance, settings)
         self.skill = skill
@@ -374,3 +538,86 @@ class Player(ScriptedRobot):
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
 """What to do, from the first tick to the last."""
+
+
+_INTO = 0.3  # [m]; a robot that wants to be this far before another one's middle pushes it
+_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
+
+
+def make_role(
+    script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
+) -> Role:
+    """A role that is named as its script.
+
+    Args:
+        script: What it does.
+        summary: The same in a few words, for people.
+        settings: How it handles the robot.
+        config: Its robot; None: the game's own.
+    """
+
+    def controller(match: Match, alliance: Alliance, level: int) -> Player:
+        return Player(script, match, alliance, SKILLS[level - 1], settings)
+
+    return Role(name=script.__name__, summary=summary, controller=controller, config=config)
+
+
+def idle(player: Player) -> Steps:
+    """Stand still."""
+    while True:
+        player.stop()
+        yield
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Defense:
+    """How a game is defended: robots push opponents away from a place that these want to reach."""
+
+    goal: Place
+    """Where opponents bring pieces, seen from the defender's alliance as blue [m]."""
+    retreat: Place
+    """Where a defender goes that leaves an opponent alone, or has none [m]."""
+    is_left_alone: Callable[[Player, Place], bool]
+    """Whether an opponent at a place must not be touched."""
+
+    def play(self, player: Player) -> Steps:
+        """Defend until the match ends, and let an opponent go before a pin of it is a foul."""
+        pinned: dict[int, float] = defaultdict(float)  # since an opponent was left alone [s], by its number
+        while True:
+            wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
+            nearest = min(wanted, key=lambda other: player.away(other.place), default=None)
+            yield from self._block(player, None if nearest is None else nearest.number, pinned)
+            yield
+
+    def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
+        """Push an opponent away from its goal for some seconds; leave it alone before that is a foul."""
+        since = 0.0
+
+        def place() -> Place | None:
+            other = next((one.place for one in player.opponents if one.number == number), None)
+            return None if other is None or self.is_left_alone(player, other) else other
+
+        def between() -> Pose | None:
+            other = place()
+            if number is None or other is None or pinned[number] > _LONGEST_PIN:
+                return None
+            if (player.robot.number, number) in pins_of(player.match):
+                pinned[number] += player.skill.reaction
+            toward = math.atan2(self.goal[1] - other[1], self.goal[0] - other[0])
+            return other[0] + _INTO * math.cos(toward), other[1] + _INTO * math.sin(toward), toward + math.pi
+
+        def away() -> Pose | None:
+            nonlocal since
+            other = place()
+            if other is None or player.away(other) < _SIX_FEET:
+                since = player.match.time
+            return None if player.match.time > since + _LET_GO else (*self.retreat, player.pose[2])
+
+        yield from player.pursue(between, near=0.0, timeout=4.0, ignored=() if number is None else (number,))
+        since = player.match.time
+        if number is None:
+            yield from player.pursue(away, timeout=_LET_GO)
+        elif pinned[number] > _LONGEST_PIN:
+            yield from player.pursue(away, near=0.0, timeout=8.0)
+            pinned[number] = 0.0
+        player.stop()

@@ -16,7 +16,7 @@ from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.revlib.spark_port import ANALOG_SPAN, SparkPort
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_shaft
+from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 
 rev = season.rev

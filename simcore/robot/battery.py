@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, NonFiniteError
-from simcore.loop.battery import begin_battery, draw, open_voltage
+from simcore.errors import ConfigError
+from simcore.loop.battery import begin_battery, open_voltage
 from simcore.loop.robot_state import BATTERY, records
 from simcore.quantities import DELAY, DURATION, FRACTION, RESISTANCE, VOLTAGE_OR_NONE, Quantity, require_fields
 
@@ -229,11 +229,6 @@ class Battery:
         return self._get("charge")
 
     @property
-    def drawn_ah(self) -> float:
-        """Net charge drawn since the last reset [A h]."""
-        return self._get("drawn") / 3600.0
-
-    @property
     def energy(self) -> float:
         """Given at the terminals since the last reset [J]."""
         return self._get("energy")
@@ -242,25 +237,6 @@ class Battery:
     def open_voltage(self) -> float:
         """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
         return float(open_voltage(self.records, 0))
-
-    def step(self, h: float, current: float, at_voltage: float | None = None) -> float:
-        """Draw a current for a while and return the terminal voltage [V].
-
-        Args:
-            h: Time step [s].
-            current: Net current drawn [A], constant over the step; negative charges.
-            at_voltage: What the current was worked out with, if that may be another than the result [V]. Motors draw
-                at most in proportion to it, so a load that would pull the terminals below draws less; None: it does
-                not depend on the voltage.
-
-        Raises:
-            NonFiniteError: When time or current is not a finite number; nothing has changed then.
-        """
-        if not (math.isfinite(h) and math.isfinite(current)):
-            raise NonFiniteError(f"battery: step needs finite numbers, got h={h} s, current={current} A")
-        draw(self.records, 0, h, current, math.nan if at_voltage is None else at_voltage)
-        self.tell()
-        return self.voltage
 
 
 class BrownoutLog:
@@ -311,7 +287,7 @@ class BrownoutLog:
             )
         self._first, self._last = "", time
 
-    def tell_total(self) -> None:
+    def log_total(self) -> None:
         """At the end of a run: how many there were, if any."""
         battery = self._battery
         if battery.brownouts:

@@ -17,7 +17,7 @@ from simcore.geometry.rotation import Vector, minus, rotate, rotate_back
 from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 from simcore.typing import Alliance
 
 __all__ = ["Climber", "ClimberConfig", "Rung"]

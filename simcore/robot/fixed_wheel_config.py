@@ -19,8 +19,7 @@ from simcore.quantities import (
     shown,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
-from simcore.robot.limited_motor import LimitedMotor
-from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig
+from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, WheelConfig
 
 __all__ = ["FixedWheelConfig", "MecanumConfig", "TankConfig"]
 

@@ -25,9 +25,9 @@ from typing import TypeVar
 from simcore.errors import ConfigError
 from simcore.loop.robot_state import NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
-from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
-from simcore.robot.wheeled_drive import WheeledDrive, checked_number
+from simcore.robot.wheel_config import WheelConfig
+from simcore.robot.wheeled_drive import DriveShaft, WheeledDrive, checked_number, launch_accel
 
 __all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
 
@@ -57,7 +57,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         config: FixedT,
         *,
         battery: Battery | None,
-        wheels: Sequence[WheelContact],
+        wheels: Sequence[WheelConfig],
         shafts: Sequence[DriveShaft],
         groups: Sequence[str],
         directions: Sequence[tuple[float, float]],
@@ -153,7 +153,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
         arms = [self._share] * self._driven
-        return launch_accel(self._shafts, self._contacts, self._static_loads, arms, self.robot.mass)
+        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, arms, self.robot.mass)
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
@@ -185,7 +185,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(sides[k // n], place) for k, place in enumerate(config.positions)],
+            wheels=[sides[k // n] for k in range(2 * n)],
             shafts=[
                 DriveShaft.of(c, inertia=c.shaft_inertia(n, motors), motor=c.shaft_motor(motors), wheels=wheels)
                 for c, wheels in zip(sides, (tuple(range(n)), tuple(range(n, 2 * n))), strict=True)
@@ -210,11 +210,6 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
     def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
         return [vx - omega * self.robot.positions[row][1] for row in (0, -1)]
-
-    def side_speeds(self) -> tuple[float, float]:
-        """Speed of the treads against the robot, left and right [m/s]."""
-        left, right = self.shaft_speeds.tolist()
-        return left * self.config.wheel_radius, right * self.config.wheel_radius
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
@@ -251,7 +246,7 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(c, place) for c, place in zip(wheels, config.positions, strict=True)],
+            wheels=wheels,
             shafts=[replace(s, radius=_HALF * s.radius, grain=0.0) for s in shafts],
             groups=("drive",) * 4,
             directions=[(_HALF, _HALF * side) for side in _SIDES],

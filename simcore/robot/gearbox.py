@@ -1,13 +1,9 @@
-"""What drives a mechanism: DC motors behind a gear, their friction, and loops that turn a goal into volts.
-
-`SimMotor` is the protocol that every mechanism sim answers.
-"""
+"""What drives a mechanism: DC motors behind a gear, their friction, and loops that turn a goal into volts."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 from simcore.errors import ConfigError
 from simcore.quantities import (
@@ -28,7 +24,6 @@ __all__ = [
     "GEARED_FRICTION_VOLTS",
     "GearboxConfig",
     "PositionController",
-    "SimMotor",
     "VelocityController",
     "default_friction",
     "friction_from_volts",
@@ -36,56 +31,6 @@ __all__ = [
 ]
 
 _LIMIT = replace(CURRENT_LIMIT, is_open=True)
-
-
-@runtime_checkable
-class SimMotor(Protocol):
-    """A mechanism seen from its motor controller: volts go in, motion and current come out.
-
-    Angles and rates are the mechanism's, after the gears; a rotor turns `gearing` times as far.
-    """
-
-    @property
-    def gearing(self) -> float:
-        """Rotor turns per turn of the mechanism [-]."""
-        ...
-
-    @property
-    def position(self) -> float:
-        """Angle of the mechanism [rad]."""
-        ...
-
-    @property
-    def velocity(self) -> float:
-        """Rate of the mechanism [rad/s]."""
-        ...
-
-    @property
-    def volts(self) -> float:
-        """Voltage asked for, before the battery limits it [V]."""
-        ...
-
-    @property
-    def current(self) -> float:
-        """Stator current of all motors together, mean of the last step [A]."""
-        ...
-
-    @property
-    def supply_current(self) -> float:
-        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
-        ...
-
-    def set_volts(self, volts: float) -> None:
-        """Hold this voltage from the next step on; zero volts brake."""
-        ...
-
-    def coast(self) -> None:
-        """Open the circuit: no current flows until volts are set again."""
-        ...
-
-    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Move on by `dt` [s]; the battery can give no more than `battery_voltage` [V] either way."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

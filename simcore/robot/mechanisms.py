@@ -1,23 +1,33 @@
-"""Mechanisms that teams build on a motor-driven shaft: arm, elevator, flywheel, rack and roller."""
+"""Mechanisms that teams build: a motor-driven shaft as arm, elevator, flywheel, rack or roller; cylinders and servos.
+
+A shaft is a record in the arrays of the loop, which moves it with everything else of its robot; alone it is moved by
+`step`. A step of the loop is exact for a motor on constant volts; limits, friction that turns round and hard stops act
+from millisecond to millisecond.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.loop.robot_state import DUTY, MECHANISM, NEUTRAL, PISTON, SERVO, SHAFT, TARGET, VOLTS, Records, records
+from simcore.loop.shaft import turn_alone
 from simcore.quantities import (
     ACCELERATION,
     ANGLE,
+    DURATION,
     INERTIA,
     MASS,
     MASS_OR_NONE,
     ROBOT_LENGTH,
     ROBOT_PLACE,
+    TURN_RATE,
+    require,
     require_fields,
 )
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.dc_motor import MotorModel
+from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts
 from simcore.units import GRAVITY
 
 __all__ = [
@@ -27,11 +37,195 @@ __all__ = [
     "ElevatorSim",
     "FlywheelConfig",
     "FlywheelSim",
+    "GuessedMechanism",
+    "PistonConfig",
+    "PistonSim",
     "RackConfig",
     "RackSim",
     "RollerConfig",
     "RollerSim",
+    "ServoConfig",
+    "ServoSim",
+    "ShaftSim",
+    "guessed_shaft",
 ]
+
+
+class ShaftSim:
+    """Motors, a gear and an inertia, with optional load, friction, current limit and hard stops.
+
+    Args:
+        gearbox: Motors and gear.
+        inertia: Of everything that turns, seen at the mechanism [kg m^2].
+        lower_stop: Hard stop [rad]; reaching it takes all the speed away.
+        upper_stop: Hard stop [rad].
+        position: At the start [rad].
+
+    Raises:
+        ConfigError: If the inertia is not positive, or the start is not between the stops.
+    """
+
+    __slots__ = ("gearbox", "gearing", "inertia", "motors", "record")
+
+    def __init__(
+        self,
+        gearbox: GearboxConfig,
+        inertia: float,
+        *,
+        lower_stop: float = -math.inf,
+        upper_stop: float = math.inf,
+        position: float = 0.0,
+    ) -> None:
+        require(type(self).__name__, "inertia", inertia, INERTIA)
+        require(type(self).__name__, "position", position, ANGLE)
+        if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
+            raise ConfigError(
+                f"{type(self).__name__}: want lower stop <= start <= upper stop,"
+                f" got {lower_stop}, {position}, {upper_stop}"
+            )
+        self.gearbox = gearbox
+        self.inertia = inertia
+        self.gearing = gearbox.gearing
+        """Rotor turns per turn of the mechanism [-]."""
+        self.motors = gearbox.motors
+        """Motors that share the current."""
+        self.record: Records = records(SHAFT)
+        """Its record in the arrays of the loop, shape (1,); the loop of a world has those of all its robots."""
+        for name, value in {
+            "kind": MECHANISM,
+            "inertia": inertia,
+            "emf": gearbox.volts_per_speed,
+            "resistance": gearbox.resistance,
+            "winding": gearbox.resistance,
+            "driving": gearbox.torque_per_amp,
+            "driven": gearbox.torque_per_amp,
+            "friction": gearbox.friction_torque,
+            "stator_limit": gearbox.stator_current_limit,
+            "supply_limit": gearbox.supply_current_limit,
+            "count": gearbox.motors,
+            "lower": lower_stop,
+            "upper": upper_stop,
+            "partner": -1,
+            "mode": VOLTS,
+            "brakes": 1,
+            "position": position,
+        }.items():
+            self.record[name] = value
+
+    @property
+    def position(self) -> float:
+        """Angle of the mechanism [rad]."""
+        return float(self.record["position"][0])
+
+    @position.setter
+    def position(self, angle: float) -> None:
+        self.record["position"] = angle
+
+    @property
+    def velocity(self) -> float:
+        """Rate of the mechanism [rad/s]."""
+        return float(self.record["speed"][0])
+
+    @velocity.setter
+    def velocity(self, rate: float) -> None:
+        self.record["speed"] = rate
+
+    @property
+    def volts(self) -> float:
+        """Voltage asked for, before the battery limits it [V]; `set_volts` sets it."""
+        return float(self.record["request"][0])
+
+    @property
+    def current(self) -> float:
+        """Stator current of all motors together, mean of the last step [A]."""
+        return float(self.record["mean_current"][0])
+
+    @property
+    def supply_current(self) -> float:
+        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
+        return float(self.record["mean_supply"][0])
+
+    @property
+    def stops(self) -> tuple[float, float]:
+        """Lower and upper hard stop [rad]; infinite where there is none."""
+        return float(self.record["lower"][0]), float(self.record["upper"][0])
+
+    @property
+    def time_constant(self) -> float:
+        """Time in which the speed comes 63 % closer to its end value [s]."""
+        box = self.gearbox
+        return box.resistance * self.inertia / (box.torque_per_amp * box.volts_per_speed)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Energy in the turning parts [J]."""
+        return 0.5 * self.inertia * self.velocity * self.velocity
+
+    def set_volts(self, volts: float) -> None:
+        """Hold this voltage from the next step on; zero volts brake.
+
+        Raises:
+            NonFiniteError: If `volts` is NaN or infinite.
+        """
+        if not math.isfinite(volts):
+            raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = VOLTS, volts, 1
+
+    def set_duty_cycle(self, share: float) -> None:
+        """Hold this share of the battery's voltage from the next step on, -1 to 1; zero brakes.
+
+        Raises:
+            NonFiniteError: If it is NaN or infinite.
+        """
+        if not math.isfinite(share):
+            raise NonFiniteError(f"{type(self).__name__}: duty cycle must be a finite number, got {share}")
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = DUTY, min(max(share, -1.0), 1.0), 1
+
+    @property
+    def load_torque(self) -> float:
+        """Torque from outside on the mechanism, along positive motion [N m]."""
+        return float(self.record["load"][0])
+
+    def set_load(self, torque: float) -> None:
+        """Let this torque [N m] act from outside, along positive motion, from the next step on."""
+        if not math.isfinite(torque):
+            raise NonFiniteError(f"{type(self).__name__}: load torque must be a finite number, got {torque}")
+        self.record["load"] = torque
+
+    def coast(self) -> None:
+        """Open the circuit: no current flows until volts are set again."""
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = NEUTRAL, 0.0, 0
+
+    def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
+        """Put the shaft somewhere, with zero volts asked for."""
+        if not (math.isfinite(position) and math.isfinite(velocity)):
+            raise NonFiniteError(f"{type(self).__name__}: state must be finite, got {position} rad, {velocity} rad/s")
+        lower, upper = self.stops
+        self.position, self.velocity = min(max(position, lower), upper), velocity
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = VOLTS, 0.0, 1
+        record["mean_current"] = record["mean_supply"] = 0.0
+
+    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
+        """Move on by `dt`, with the volts held; for a mechanism that is in no robot.
+
+        Args:
+            dt: Any length; cut into steps of 1 ms or less [s].
+            battery_voltage: The motors get no more than this, either way [V].
+
+        Raises:
+            ConfigError: If `dt` is not positive or a number is NaN.
+        """
+        if not 0.0 < dt < math.inf:
+            raise ConfigError(f"{type(self).__name__}: dt must be finite and > 0 s, got {dt}")
+        if not 0.0 <= battery_voltage < math.inf:
+            raise ConfigError(
+                f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
+            )
+        turn_alone(self.record, 0, dt, battery_voltage)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -286,7 +480,253 @@ class RollerSim(ShaftSim):
         super().__init__(config.gearbox, config.inertia)
         self.radius = config.radius
 
+
+_VALVE_VOLTS = 12.0
+_SPEED_UP = 0.05  # [-]; share of the stroke time in which a cylinder comes to speed. Estimate: 2 kg on a 3/4 in bore
+_SERVO_VOLTS = 6.0  # of the roboRIO's servo rail
+_SERVO_TORQUE = 1.32  # [N m], and
+_SERVO_AMPS = 2.0  # [A], both at stall. Source: REV Smart Robot Servo (REV-41-1097), 13.5 kg cm and 2 A at 6 V
+_SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that swings a light part. Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PistonConfig:
+    """A pneumatic cylinder on a solenoid valve, and what it pushes."""
+
+    stroke: float
+    """From the retracted to the extended stop [m]."""
+    stroke_time: float
+    """From one stop to the other, as the flow controls are set [s]."""
+    is_double: bool = False
+    """Whether its valve has a coil each way and stays where it was put; one with a single coil returns by a spring."""
+    springs_out: bool = False
+    """Where a spring sends it while a single coil has no power: out instead of in."""
+    starts_extended: bool = False
+    """Where it is at first."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, stroke=ROBOT_LENGTH, stroke_time=DURATION)
+
     @property
-    def surface_speed(self) -> float:
-        """Of the roller's rim [m/s]."""
-        return self.velocity * self.radius
+    def speed(self) -> float:
+        """At which it travels once it is up to speed [m/s].
+
+        The way from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))), and it is the stroke after the
+        stroke time.
+        """
+        tau = _SPEED_UP * self.stroke_time
+        return self.stroke / (self.stroke_time - tau * -math.expm1(-self.stroke_time / tau))
+
+    @property
+    def rack(self) -> RackConfig:
+        """As a slide: the force of a throttled cylinder falls evenly with its speed, as that of a DC motor does."""
+        # Speed and time constant matter, force does not: one kilogram, and as many newtons as bring it to speed.
+        force = self.speed / (_SPEED_UP * self.stroke_time)
+        motor = MotorModel(
+            name="piston",
+            nominal_voltage=_VALVE_VOLTS,
+            stall_torque=force,
+            stall_current=1.0,
+            free_current=0.0,
+            free_speed=self.speed,
+        )
+        return RackConfig(
+            gearbox=GearboxConfig(motor=motor, gearing=1.0),
+            mass=1.0,
+            pinion_radius=1.0,
+            travel=self.stroke,
+            start_extension=self.stroke if self.starts_extended else 0.0,
+        )
+
+
+class PistonSim(RackSim):
+    """A cylinder: `position` and `extension` are its rod's [m], `volts` 12 while it is pushed out and -12 while in.
+
+    There is always air: compressor and tanks are not modelled. The coil's current is not counted (0.3 A).
+
+    >>> piston = PistonSim(PistonConfig(stroke=0.2, stroke_time=0.4))
+    >>> piston.set_volts(12.0)
+    >>> piston.step(0.41)
+    >>> piston.extension
+    0.2
+    """
+
+    __slots__ = ()
+
+    def __init__(self, config: PistonConfig) -> None:
+        super().__init__(config.rack)
+        record = self.record
+        record["kind"], record["rail"] = PISTON, _VALVE_VOLTS
+        record["idle"] = 0.0 if config.is_double else _VALVE_VOLTS if config.springs_out else -_VALVE_VOLTS
+        super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
+
+    def set_volts(self, volts: float) -> None:
+        """Power the valve: above zero the rod goes out, below it goes in.
+
+        Without power it goes where the spring sends it; a valve with two coils stays as it is.
+        """
+        if volts == 0.0:
+            volts = float(self.record["idle"][0])
+        if volts != 0.0:
+            super().set_volts(math.copysign(_VALVE_VOLTS, volts))
+
+    def coast(self) -> None:
+        """Take the power from the valve."""
+        self.set_volts(0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServoConfig:
+    """A servo, and the part that it turns between two angles."""
+
+    min_angle: float
+    """Lower end of its travel [rad]."""
+    max_angle: float
+    """Upper end [rad]."""
+    speed: float
+    """Without load at 6 V [rad/s]; data sheets give the time for 60 degrees."""
+    start_angle: float | None = None
+    """Where it is at first; None is the lower end [rad]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, min_angle=ANGLE, max_angle=ANGLE, speed=TURN_RATE, start_angle=ANGLE)
+        if not self.min_angle < self.max_angle:
+            raise ConfigError(f"ServoConfig: min_angle must be below max_angle, got {self.min_angle}, {self.max_angle}")
+
+    @property
+    def arm(self) -> ArmConfig:
+        """As an arm without weight: the servo's motor and gear, and an inertia that suits its time constant."""
+        motor = MotorModel(
+            name="servo",
+            nominal_voltage=_SERVO_VOLTS,
+            stall_torque=_SERVO_TORQUE,
+            stall_current=_SERVO_AMPS,
+            free_current=0.0,
+            free_speed=self.speed,
+        )
+        return ArmConfig(
+            gearbox=GearboxConfig(motor=motor, gearing=1.0),
+            inertia=_SERVO_SPEED_UP * _SERVO_TORQUE / self.speed,
+            min_angle=self.min_angle,
+            max_angle=self.max_angle,
+            start_angle=self.start_angle,
+        )
+
+
+class ServoSim(ArmSim):
+    """A servo: goes to `goal` with its own controller, at the rate of its motor; holds still without a signal.
+
+    Its controller is proportional, with as much gain as does not overshoot: with a motor's time constant tau that is
+    a quarter of (speed / volts) / tau, and the last 4 tau of the way are slower.
+
+    >>> servo = ServoSim(ServoConfig(min_angle=0.0, max_angle=1.0, speed=8.0))
+    >>> servo.set_goal(0.5)
+    >>> servo.step(0.5)
+    >>> round(servo.position, 3)
+    0.5
+    """
+
+    __slots__ = ()
+
+    def __init__(self, config: ServoConfig) -> None:
+        super().__init__(config.arm)
+        record = self.record
+        record["kind"], record["rail"] = SERVO, _SERVO_VOLTS
+        record["kp"] = self.gearbox.volts_per_speed / (4.0 * _SERVO_SPEED_UP)
+        self.coast()
+
+    @property
+    def goal(self) -> float:
+        """Where it goes [rad]; where it is while it has no signal."""
+        return self.position if self.record["mode"][0] != TARGET else float(self.record["request"][0])
+
+    def set_goal(self, angle: float) -> None:
+        """Go there [rad]; within its travel."""
+        require("ServoSim", "goal", angle, ANGLE)
+        lower, upper = self.stops
+        record = self.record
+        record["mode"], record["request"], record["brakes"] = TARGET, min(max(angle, lower), upper), 1
+
+    def coast(self) -> None:
+        """No signal: its gear holds it where it is."""
+        super().coast()
+        self.velocity = 0.0
+
+
+_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GuessedMechanism:
+    """What a group of motor controllers probably turns, as their configuration tells of what nobody has described.
+
+    It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that
+    they hold. It is no model of anything in particular; `simcore.toml` describes the real mechanism.
+    """
+
+    mechanism: ShaftSim
+    motor: str
+    arm_gain: str = "kG"
+    """Gain whose volts hold an arm."""
+    sensors: tuple[tuple[str, int], ...] = ()
+    """Further devices that show where it is, as (model, id)."""
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether gravity acts on it."""
+        return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
+
+    def __str__(self) -> str:
+        m = self.mechanism
+        text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
+        if isinstance(m, ArmSim):
+            return f"{text}, weight of its {self.arm_gain} as an arm"
+        return text + (", weight of its kG" if self.has_weight else "")
+
+
+def guessed_shaft(
+    gearbox: GearboxConfig,
+    *,
+    static: float = 0.0,
+    kv: float = 0.0,
+    ka: float = 0.0,
+    weight: float = 0.0,
+    arm: tuple[float, float] | None = None,
+) -> ShaftSim:
+    """A free shaft; with a weight, one that rests on a stop where it is at first.
+
+    A weight that pulls up (a negative kG: a spring, or counting down) rests on the upper stop.
+
+    Args:
+        gearbox: Motors and gears.
+        static: kS [V]; 0: it is not tuned, and the friction is the default of its motors.
+        kv: In any unit that `ka` is in as well; their quotient is the time constant, 50 ms where they are not tuned.
+        ka: See `kv`.
+        weight: Volts that hold it: kG, of an arm that is level.
+        arm: Lower stop and start of an arm [rad]; None: the load does not depend on the angle.
+    """
+    friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
+    gearbox = replace(gearbox, friction_torque=friction)
+    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
+    spin_up = ka / kv if ka > 0.0 and kv > 0.0 else _SPIN_UP
+    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
+    torque = weight * torque_per_volt
+    if torque == 0.0:
+        return ShaftSim(gearbox, inertia)
+    if arm is None:
+        shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if torque > 0.0 else "upper_stop": 0.0})
+        shaft.set_load(-torque)
+        return shaft
+    low, start = arm
+    return ArmSim(
+        ArmConfig(
+            gearbox=gearbox,
+            inertia=inertia,
+            mass=torque,
+            center_of_mass=1.0,
+            gravity=1.0,  # mass and lever are not known apart, and need not be
+            min_angle=low,
+            max_angle=start + math.pi,
+            start_angle=start,
+        )
+    )

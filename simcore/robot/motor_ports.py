@@ -13,7 +13,7 @@ from simcore.robot.motor_controllers import CurrentMeter, DutyHolder, OwnLoops
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatSupplier
 
-__all__ = ["AnglePort", "GyroPort", "MotorPort", "ShaftPorts", "SuppliedMotor", "SwervePorts", "TankPorts"]
+__all__ = ["AnglePort", "GyroPort", "MotorPort", "ShaftPorts", "SuppliedMotor", "SwervePorts"]
 
 
 class MotorPort(Protocol):
@@ -322,26 +322,3 @@ class ShaftPorts:
             if encoder is not None:
                 encoder.write(angle, rate)
         self._gyro.write(yaw, pitch, roll, rates)
-
-
-class TankPorts(ShaftPorts):
-    """`ShaftPorts` of a differential drive.
-
-    Args:
-        drive: See `ShaftPorts`.
-        left: Motor controllers of the left side; positive drives forward.
-        right: Of the right side; positive drives forward.
-        encoders: On the left and right wheels, for motors without an encoder.
-        gyro: None if there is none.
-    """
-
-    def __init__(
-        self,
-        drive: TankDrive,
-        left: Sequence[MotorPort],
-        right: Sequence[MotorPort],
-        *,
-        encoders: tuple[AnglePort | None, AnglePort | None] = (None, None),
-        gyro: GyroPort | None = None,
-    ) -> None:
-        super().__init__(drive, (left, right), encoders=encoders, gyro=gyro)

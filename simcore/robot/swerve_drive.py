@@ -4,19 +4,83 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.loop.robot_state import AZIMUTH, CURRENT, DUTY, NEUTRAL, TARGET, VOLTS
 from simcore.robot.battery import Battery
-from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.swerve_module import ModuleState, module_targets
-from simcore.robot.wheeled_drive import MotorReadout, WheeledDrive, checked_number, set_motor
+from simcore.robot.wheeled_drive import (
+    DriveShaft,
+    MotorReadout,
+    WheeledDrive,
+    checked_number,
+    launch_accel,
+    set_motor,
+)
 from simcore.typing import FloatArray
 
-__all__ = ["SwerveDrive"]
+__all__ = ["ModuleState", "SwerveDrive", "desaturate", "module_targets"]
+
+
+@dataclass(slots=True)
+class ModuleState:
+    """Angles and speeds of n modules: views of the loop's arrays, shape (n,) each."""
+
+    wheel_angle: FloatArray
+    """Of the wheel about its axle, any number of turns [rad]."""
+    wheel_speed: FloatArray
+    """[rad/s]"""
+    steer_angle: FloatArray
+    """Of the azimuth as its encoder shows it, counter-clockwise from forward, any number of turns [rad]."""
+    steer_speed: FloatArray
+    """[rad/s]"""
+    cos: FloatArray
+    """Of the angle at which the wheel truly stands."""
+    sin: FloatArray
+    """Of the same."""
+
+
+def desaturate(speeds: list[float], limit: float) -> list[float]:
+    """Scale all speeds by one factor so that none exceeds the limit: the direction of travel stays."""
+    top = max(map(abs, speeds), default=0.0)
+    if top <= limit:
+        return speeds
+    return [s * (limit / top) for s in speeds]
+
+
+def module_targets(
+    positions: Sequence[tuple[float, float]],
+    vx: float,
+    vy: float,
+    omega: float,
+    limit: float,
+    present: Sequence[float],
+) -> tuple[list[float], list[float]]:
+    """Speed and direction of every module for a chassis velocity.
+
+    Args:
+        positions: Of the modules [m].
+        vx: Forward [m/s].
+        vy: To the left [m/s].
+        omega: Counter-clockwise [rad/s].
+        limit: Top speed of a module; faster wishes are scaled down together [m/s].
+        present: Angles that stay where a module has nothing to do [rad].
+
+    Returns:
+        Speeds [m/s] and steer angles [rad].
+    """
+    speeds: list[float] = []
+    angles: list[float] = []
+    for (x, y), held in zip(positions, present, strict=True):
+        wx = vx - omega * y
+        wy = vy + omega * x
+        speed = math.hypot(wx, wy)
+        speeds.append(speed)
+        angles.append(math.atan2(wy, wx) if speed > 1e-6 else held)
+    return desaturate(speeds, limit), angles
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
@@ -45,7 +109,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[WheelContact.of(m, place) for m, place in zip(modules, config.positions, strict=True)],
+            wheels=modules,
             radii=[m.wheel_radius for m in config.modules],
             azimuths=len(modules),
             shafts=[
@@ -199,11 +263,6 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return np.array(self.state.steer_angle)
 
     @property
-    def steer_speeds(self) -> FloatArray:
-        """[rad/s], shape (n,)."""
-        return np.array(self.state.steer_speed)
-
-    @property
     def drive_rotor_angles(self) -> FloatArray:
         """What the drive motors' own encoders show: gearing and azimuth coupling included [rad], shape (n,)."""
         s = self.state
@@ -211,17 +270,6 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             [
                 m.drive_gearing * a + m.coupling_ratio * t
                 for m, a, t in zip(self.config.modules, s.wheel_angle, s.steer_angle, strict=True)
-            ]
-        )
-
-    @property
-    def drive_rotor_speeds(self) -> FloatArray:
-        """[rad/s], shape (n,)."""
-        s = self.state
-        return np.array(
-            [
-                m.drive_gearing * a + m.coupling_ratio * t
-                for m, a, t in zip(self.config.modules, s.wheel_speed, s.steer_speed, strict=True)
             ]
         )
 
@@ -236,7 +284,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def max_angular_accel(self) -> float:
         """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
-        return launch_accel(self._shafts, self._contacts, self._static_loads, self._arms(), self.robot.yaw_inertia)
+        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -16,15 +17,164 @@ from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import Vector
 from simcore.loop.robot_state import NEUTRAL, OUTLINE, PART, ROBOT, SHAFT, SPRING, WHEEL, WHEELS, Records, records
 from simcore.loop.robots import move_robots, prepare
+from simcore.loop.tires import share_loads
+from simcore.quantities import ANGLE, DURATION, require
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robot.drive_shaft import DriveShaft, WheelContact, free_speed, launch_accel
-from simcore.robot.limited_motor import LimitedMotor
-from simcore.robot.wheel_config import DrivetrainConfig, RobotMass
-from simcore.robot.wheel_loads import normal_loads
+from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, RobotMass, WheelConfig
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["MotorReadout", "WheeledDrive", "checked_number", "set_motor"]
+__all__ = [
+    "DriveShaft",
+    "MotorReadout",
+    "PlanarChassis",
+    "WheeledDrive",
+    "checked_number",
+    "free_speed",
+    "launch_accel",
+    "normal_loads",
+    "set_motor",
+]
+
+NOMINAL_VOLTAGE = 12.0
+"""What FRC figures are quoted at [V]."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveShaft:
+    """What turns together: the wheel of a swerve module, or all wheels of one side of a tank, one behind the other."""
+
+    inertia: float
+    """Of wheels, gears and rotors about the axle [kg m^2]."""
+    motor: LimitedMotor
+    radius: float
+    """Of its wheels [m]."""
+    slip_ratio: float
+    """Slip per rolling speed at which the tires begin to slide [-]."""
+    slip_speed: float
+    """The same at standstill [m/s]."""
+    wheels: tuple[int, ...]
+    """Rows of its wheels."""
+    grain: float = 1.0
+    """Friction of its treads across over that along [-]."""
+
+    @staticmethod
+    def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
+        """A shaft with wheels of one kind; see the fields."""
+        return DriveShaft(
+            inertia=inertia,
+            motor=motor,
+            radius=wheel.wheel_radius,
+            slip_ratio=wheel.slip_ratio,
+            slip_speed=wheel.slip_speed,
+            wheels=wheels,
+            grain=wheel.wheel_grain,
+        )
+
+
+def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence[float]) -> float:
+    """Ground speed at which motor torque meets friction and rolling drag [m/s].
+
+    Args:
+        shaft: Motor, gears, wheel radius.
+        wheels: All wheels of the robot.
+        loads: On all wheels [N].
+    """
+    motor = shaft.motor
+    drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
+    current = drag / motor.torque_driving
+    return max(0.0, (NOMINAL_VOLTAGE - current * motor.resistance) / motor.emf * shaft.radius)
+
+
+def launch_accel(
+    shafts: Sequence[DriveShaft],
+    wheels: Sequence[WheelConfig],
+    loads: Sequence[float],
+    arms: Sequence[float],
+    inertia: float,
+) -> float:
+    """Acceleration from rest, straight (arms 1, inertia = mass) or on the spot (arms = radii, inertia = yaw inertia).
+
+    A shaft within its grip drags its own rotor and wheels along; one beyond it pushes with mu N and no more. Which
+    is which depends on the acceleration itself, so shafts change sides until it agrees: at most once each.
+
+    Args:
+        shafts: All drive shafts.
+        wheels: All wheels.
+        loads: On the wheels [N].
+        arms: Per shaft, what a force of 1 N does: 1 [-] or the distance from the center of mass [m].
+        inertia: Mass [kg] or yaw inertia [kg m^2].
+    """
+    slipping = [False] * len(shafts)
+    while True:
+        push, heavy = 0.0, inertia
+        drives = []
+        for shaft, arm, slips in zip(shafts, arms, slipping, strict=True):
+            motor = shaft.motor
+            grip = plain_sum([wheels[k].wheel_cof * loads[k] for k in shaft.wheels])
+            drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels])
+            current = min(motor.stator_limit, NOMINAL_VOLTAGE * motor.conductance)
+            force = max(0.0, motor.torque_driving * current - motor.friction) / shaft.radius
+            own = shaft.inertia / shaft.radius**2
+            drives.append((force, own, grip))
+            if slips:
+                push += (grip - drag) * arm
+            else:
+                push += (force - drag) * arm
+                heavy += own * arm * arm
+        accel = max(0.0, push / heavy)
+        beyond = [
+            slips or force - own * arm * accel > grip
+            for (force, own, grip), arm, slips in zip(drives, arms, slipping, strict=True)
+        ]
+        if beyond == slipping or math.isinf(accel):
+            return accel
+        slipping = beyond
+
+
+def normal_loads(
+    config: RobotMass,
+    touching: Sequence[bool],
+    gravity_robot: Sequence[float],
+    accel_robot: Sequence[float] = (0.0, 0.0, 0.0),
+) -> list[float]:
+    """Normal load of each wheel from gravity, acceleration and which wheels touch.
+
+    The ground acts on the chassis with f = m (a - g). Its vertical part is shared so that the forces at the contact
+    points make no moment about the center of mass (a rigid chassis that is not just tipping):
+
+        sum N_i = f_z,   sum N_i x_i = -height f_x,   sum N_i y_i = -height f_y
+
+    Speeding up puts load on the rear axle, a left turn on the right wheels, and a slope on the lower ones. See
+    `simcore.loop.tires.share_loads` for robots with more than three wheels and those with a dropped center.
+
+    Args:
+        config: Positions of the wheels, mass, center of mass.
+        touching: Per wheel, whether it is on the ground.
+        gravity_robot: Acceleration of gravity, robot axes [m/s^2], shape (3,); level ground: (0, 0, -9.80665).
+        accel_robot: Of the center of mass, robot axes, as seen from the field [m/s^2], shape (3,).
+
+    Returns:
+        Loads [N], each >= 0, 0 where nothing touches; they add up to f_z, or are all 0 in free fall.
+
+    Raises:
+        NonFiniteError: When an acceleration is NaN or infinite.
+    """
+    if not all(map(math.isfinite, (*gravity_robot, *accel_robot))):
+        raise NonFiniteError(f"normal loads need finite numbers, got gravity={gravity_robot}, accel={accel_robot}")
+    wheels = records(WHEEL, len(config.positions))
+    wheels["x"], wheels["y"] = zip(*config.positions, strict=True)
+    wheels["is_down"] = touching
+    wheels["is_lowered"][list(config.lowered)] = 1
+    height = config.center_of_mass[2] * config.mass
+    share_loads(
+        *(wheels, 0, len(wheels), config.mass * (accel_robot[2] - gravity_robot[2])),
+        height * (gravity_robot[0] - accel_robot[0]),
+        height * (gravity_robot[1] - accel_robot[1]),
+    )
+    loads: list[float] = wheels["load"].tolist()
+    return loads
+
 
 ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
@@ -97,11 +247,6 @@ class MotorReadout:
         return list((self._column("volts") * self._column("current") / bus).tolist())
 
     @property
-    def supply_total(self) -> float:
-        """Current from the battery of all motors [A]."""
-        return float(self._column("supply").sum())
-
-    @property
     def heat(self) -> list[float]:
         """Copper loss since the last reset [J]."""
         return list((self._column("winding") * self._column("charge2")).tolist())
@@ -125,7 +270,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         config: ConfigT,
         *,
         battery: Battery | None,
-        wheels: Sequence[WheelContact],
+        wheels: Sequence[WheelConfig],
         shafts: Sequence[DriveShaft],
         azimuths: int = 0,
         radii: Sequence[float],
@@ -150,12 +295,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Drive shafts, then azimuths."""
         self.wheel_records = records(WHEEL, self._wheels)
         """In the order of `config.positions`."""
-        self._shafts, self._contacts = tuple(shafts), tuple(wheels)
+        self._shafts, self._wheel_configs = tuple(shafts), tuple(wheels)
         self._motors_per_shaft = shafts[0].motor.count
         self._wheel_radii = list(radii)
         self._shaft_of_wheel = [0] * self._wheels
         for g, shaft in enumerate(shafts):
-            if len({wheels[k].y for k in shaft.wheels}) > 1:
+            if len({config.positions[k][1] for k in shaft.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
             row = self.shafts[g : g + 1]
             set_motor(row, shaft.motor)
@@ -182,7 +327,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._robot: RobotMass = config
         self._static_loads: list[float] = []
         self._stand(config)
-        self._free_speeds = [free_speed(s, self._contacts, self._static_loads) for s in shafts]
+        self._free_speeds = [free_speed(s, self._wheel_configs, self._static_loads) for s in shafts]
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
         """Of the drive shafts."""
 
@@ -441,4 +586,95 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     @property
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
-        return launch_accel(self._shafts, self._contacts, self._static_loads, [1.0] * self._driven, self._robot.mass)
+        return launch_accel(
+            self._shafts, self._wheel_configs, self._static_loads, [1.0] * self._driven, self._robot.mass
+        )
+
+
+class PlanarChassis:
+    """Pose and velocity of a robot on a plane, level or sloped up along the field's x axis.
+
+    Example:
+        >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+        >>> from simcore.robot.swerve_drive import SwerveDrive
+        >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
+        >>> robot = PlanarChassis(drive)
+        >>> drive.set_volts([12.0] * 4, [0.0] * 4)
+        >>> robot.run(3.0)
+        >>> 4.6 < robot.vx < 4.76
+        True
+    """
+
+    def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
+        """Stand at the origin, facing along x.
+
+        Args:
+            drive: Any drivetrain.
+            slope: Of the ground, up along x [rad].
+        """
+        require("planar chassis", "slope", slope, ANGLE)
+        self.drive = drive
+        self.slope = slope
+        self.reset()
+
+    def reset(
+        self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
+    ) -> None:
+        """Put the robot somewhere, with a velocity in field axes."""
+        self.x, self.y, self.yaw = x, y, yaw
+        """Pose of the center of mass, along the ground [m, m, rad]."""
+        self.vx, self.vy, self.omega = vx, vy, omega
+        """Velocity, field axes along the ground [m/s, m/s, rad/s]."""
+        self.ax, self.ay = 0.0, 0.0
+        """Acceleration in the last step, field axes [m/s^2]."""
+        self.time = 0.0
+        self.loads: list[float] = []
+        """Normal loads in the last step [N]."""
+        for name in ("followed", "tires"):
+            self.drive.robot_record[name] = 0.0
+
+    def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
+        config, record = self.drive.robot, self.drive.robot_record
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        g_along = -GRAVITY * math.sin(self.slope)
+        ex = g_along + force[0] / config.mass
+        ey = force[1] / config.mass
+        spin_up = force[2] / config.yaw_inertia
+        record["gravity"] = (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope))
+        record["felt"] = (c * g_along, -s * g_along, 0.0)  # an outside force acts at the center: it shifts no load
+        record["pull"] = (ex, ey, spin_up)
+        record["yaw"], record["vx"], record["vy"], record["omega"] = self.yaw, self.vx, self.vy, self.omega
+        self.drive.advance_alone(h)
+        dx, dy, dw = self.drive.change
+        self.loads = self.drive.normal_loads
+        self.ax, self.ay = dx / h + ex, dy / h + ey
+        spin = dw + spin_up * h
+        mx, my, mw = self.drive.mean_change
+        share = 1.0 - float(record["early"][0])  # of what outside forces change, in the mean of the loop's steps
+        self.x += (self.vx + mx + share * ex * h) * h
+        self.y += (self.vy + my + share * ey * h) * h
+        self.yaw += (self.omega + mw + share * spin_up * h) * h
+        self.vx += self.ax * h
+        self.vy += self.ay * h
+        self.omega += spin
+        self.time += h
+
+    def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
+        """Advance by a time in steps of `h` [s], calling `each` after every one."""
+        require("planar chassis", "h", h, DURATION)
+        for _ in range(round(seconds / h)):
+            self.step(h)
+            if each is not None:
+                each()
+
+    @property
+    def speed(self) -> float:
+        """Over ground [m/s]."""
+        return math.hypot(self.vx, self.vy)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Of the chassis, without its wheels [J]."""
+        c = self.drive.robot
+        return 0.5 * c.mass * (self.vx**2 + self.vy**2) + 0.5 * c.yaw_inertia * self.omega**2

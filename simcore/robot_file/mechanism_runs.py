@@ -15,9 +15,9 @@ from simcore.robot.mechanisms import (
     RackConfig,
     RackSim,
     RollerConfig,
+    ShaftSim,
 )  # fmt: skip
 from simcore.robot.robot_config import MechanismConfig, build_mechanism
-from simcore.robot.shaft import ShaftSim
 from simcore.units import inches
 
 __all__ = [

@@ -24,11 +24,18 @@ from simcore.quantities import (
     WHEEL_RADIUS,
     Quantity,
 )
+from simcore.robot.chassis_config import MovingMass
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts
-from simcore.robot.mass_distribution import MovingMass
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ElevatorConfig,
+    FlywheelConfig,
+    PistonConfig,
+    RackConfig,
+    RollerConfig,
+    ServoConfig,
+)
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.key_tables import Key, KeyTable, Several
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings

@@ -14,13 +14,13 @@ import numpy as np
 from simcore.errors import ConfigError, LogError, UnknownNameError
 from simcore.geometry.rotation import wrap_angle, yaw_of
 from simcore.geometry.symmetry import FieldSymmetry, Pose
-from simcore.match.game import PlayedMatch
+from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.snapshot import robot_prefix
+from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
@@ -99,7 +99,7 @@ class RecordedRobot:
         alliance: On whose side; the other than the recorded one has it flipped.
     """
 
-    def __init__(self, recorded: Recorded, match: PlayedMatch, alliance: Alliance) -> None:
+    def __init__(self, recorded: Recorded, match: Match, alliance: Alliance) -> None:
         self._recorded, self._symmetry = recorded, match.game.field.symmetry
         self._flips = (alliance == "red") != recorded.is_red
         self._since: float | None = None

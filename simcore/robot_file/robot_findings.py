@@ -17,10 +17,8 @@ from simcore.geometry.zones import BoxZone, CylinderZone, Zone
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig
-from simcore.robot.robot_config import RobotConfig, build_mechanism
-from simcore.robot.shaft import ShaftSim
-from simcore.robot.tipping import stored_kind
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, ShaftSim
+from simcore.robot.robot_config import RobotConfig, build_mechanism, stored_kind
 from simcore.robot_file.known_shot import elevations
 from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, reading_unit, with_limits
 from simcore.typing import FloatArray

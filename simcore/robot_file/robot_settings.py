@@ -18,13 +18,12 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import friction_from_volts
 from simcore.robot.gyro import gyro_config
-from simcore.robot.mass_distribution import MovingMass
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings

@@ -9,8 +9,15 @@ from typing import Any
 
 from simcore.errors import ConfigError
 from simcore.quantities import DEGREES, DELAY, DURATION, GEARING, RATIO, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ElevatorConfig,
+    FlywheelConfig,
+    PistonConfig,
+    RackConfig,
+    RollerConfig,
+    ServoConfig,
+)
 from simcore.robot.robot_config import MechanismConfig, telemetry_name
 from simcore.robot_file.key_tables import Key, KeyTable, Named, Several
 from simcore.robot_file.toml_tables import Table

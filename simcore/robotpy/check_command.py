@@ -16,9 +16,8 @@ from simcore.quantities import text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
-from simcore.robot.robot_config import RobotConfig
+from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tipping import tipping_limit
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.known_shot import KnownShot, exit_efficiency, goal_of, needed_speeds
 from simcore.robot_file.mechanism_runs import (

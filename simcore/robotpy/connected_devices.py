@@ -18,7 +18,7 @@ __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
 
 class DrivetrainDevices(Protocol):
-    """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `TankPorts`."""
+    """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
 
     def read(self, battery_voltage: float) -> None:
         """Supply in, volts out to the model [V]."""

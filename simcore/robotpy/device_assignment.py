@@ -10,11 +10,9 @@ from typing import Protocol
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
 from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
-from simcore.robot.guessed_mechanism import GuessedMechanism
+from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot import Robot
-from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robotpy.port_assignment import PortAssignment
 

@@ -19,11 +19,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
-from simcore.errors import ConfigError, SimcoreError, VendorError
+from simcore.errors import ConfigError, SimcoreError, VendorError, leave, print_error
 from simcore.install_text import install_command
 from simcore.robotpy.console_noise import restore_stderr
 from simcore.robotpy.sim_window import is_for_simcore, prepare_window
-from simcore.start_errors import leave, print_error
 
 __all__ = ["loadExtension", "load_extension"]
 

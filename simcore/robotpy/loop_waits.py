@@ -24,9 +24,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from simcore import season
-from simcore.errors import SimcoreError
+from simcore.errors import SimcoreError, leave
 from simcore.robotpy.console_noise import restore_stderr
-from simcore.start_errors import leave
 
 is_timing_paused = season.hal_simulation.is_timing_paused
 RobotController = season.wpilib.RobotController

@@ -16,12 +16,10 @@ from simcore.devices.makers import find_device, maker_of, makers
 from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
-from simcore.robot.mechanisms import ElevatorSim, RackSim
+from simcore.robot.mechanisms import ElevatorSim, PistonSim, RackSim, ServoSim, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, MotorDevices
 from simcore.robot.motor_ports import AnglePort, MotorPort
-from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
-from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import SensorSettings
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from simcore import season
+from simcore.robot.mechanisms import PistonSim, ServoSim, ShaftSim
 from simcore.robot.motor_ports import AnglePort, MotorPort
-from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
-from simcore.robot.shaft import ShaftSim
 
 RobotState = season.wpilib.RobotState
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim

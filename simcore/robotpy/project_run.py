@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simcore.errors import start_sentence
 from simcore.match.runner import auto_seconds
 from simcore.robotpy.isolation import end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
-from simcore.start_errors import start_sentence
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK

@@ -311,8 +311,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
 @contextlib.contextmanager
 def _start_errors(folder: Path) -> Generator[None, None, None]:
     """Make one sentence of what simcore has to say of a project, without the way there through simcore's own code."""
-    from simcore.errors import SimcoreError
-    from simcore.start_errors import start_sentence
+    from simcore.errors import SimcoreError, start_sentence
 
     global _start_failure
     try:

@@ -148,7 +148,7 @@ def _view(device: BuiltDevice) -> dict[str, Any] | None:
     """
     if device.model not in ("TalonFX", "TalonFXS"):
         return None
-    from simcore.phoenix6.configuration import feedback_of, talon_configuration
+    from simcore.phoenix6.built_devices import feedback_of, talon_configuration
 
     config = talon_configuration(device.hardware, device.model)
     feedback, soft, amps = feedback_of(config), config.software_limit_switch, config.current_limits

@@ -16,8 +16,8 @@ from typing import Any, TextIO
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
-from simcore.match.report import PieceCount, Score
-from simcore.match.run_record import RunRecord
+from simcore.match.run_record import PieceCount, RunRecord
+from simcore.match.scoring import Score
 from simcore.quantities import EFFICIENCY, require
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot

@@ -21,9 +21,9 @@ from simcore.show.picture import draw_summary
 from simcore.show.raster import writable_picture
 from simcore.show.run_outputs import draw_files
 from simcore.show.scene import Scene, bare_scene
-from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
+from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.units import TICK
 
 __all__ = ["add_arguments", "draw_log", "game_of_log", "recording_of", "run", "scene_of_log"]

@@ -14,11 +14,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Auto, Game, PlayedMatch
+from simcore.match.game import Auto, Game
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
-from simcore.match.report import print_report
-from simcore.match.runner import AutoRun, auto_seconds, play_auto
+from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import DriverControls
@@ -183,7 +182,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     if options.view and _can_be_driven(game):
         driving = ViewDriving(tuple((game.driving or DriverControls()).actions))
 
-    def controller(match: PlayedMatch, alliance: Alliance) -> Controller:
+    def controller(match: Match, alliance: Alliance) -> Controller:
         own = auto.controller(match, alliance)
         return own if driving is None else HandedOver(match, alliance, own, driving.input, from_teleop=options.match)
 

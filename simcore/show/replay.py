@@ -14,8 +14,8 @@ from simcore.show.view_charts import LogSignals, ViewCharts
 from simcore.show.view_clip import CLIP_SECONDS, ClipButton
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
-from simcore.telemetry.log_reader import TelemetryLog
 from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
+from simcore.telemetry.wpilog import TelemetryLog
 from simcore.typing import FloatArray
 
 __all__ = ["Replay", "can_draw", "smooth_snapshot"]

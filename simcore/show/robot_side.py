@@ -22,7 +22,7 @@ from simcore.pieces.intake import IntakeZone, is_deployed
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.positioned_mechanisms import PistonConfig
+from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
 from simcore.show.glb import Body, convex_bodies
 from simcore.show.palette import color, tint

@@ -16,8 +16,8 @@ from simcore.physics.shapes import outline
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import launch_direction, muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.robot_config import RobotConfig, build_mechanism
-from simcore.robot.shaft import ShaftSim
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
 

@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from simcore.errors import ConfigError, OutputError
-from simcore.match.report import RunReport
-from simcore.match.runner import AutoRun
+from simcore.match.runner import AutoRun, RunReport
 from simcore.show.animation import animate, check_animation
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary

@@ -15,7 +15,7 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone, Zone
-from simcore.match.report import split_level
+from simcore.match.runner import split_level
 from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields

@@ -23,8 +23,8 @@ from simcore.show.elastic_layout import elastic_layout
 from simcore.show.log_page import game_of_log
 from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import read_log
 from simcore.typing import alliance_in
 
 __all__ = ["add_arguments", "game_snapshot", "run", "scope_layout"]

@@ -12,9 +12,9 @@ import numpy as np
 
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import read_log
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["merged", "write_page_of_two"]

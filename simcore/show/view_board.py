@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from simcore.match.report import NOTHING, split_level
+from simcore.match.runner import NOTHING, split_level
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 
 __all__ = ["board_html", "clock_text", "lights_html"]

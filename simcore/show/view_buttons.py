@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from simcore.match.human_control import ALLIANCES
+from simcore.match.human_actions import ALLIANCES
 from simcore.match.match import Match
 
 if TYPE_CHECKING:

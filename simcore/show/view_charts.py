@@ -15,7 +15,7 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     import viser
 
-    from simcore.telemetry.log_reader import TelemetryLog
+    from simcore.telemetry.wpilog import TelemetryLog
 
 __all__ = ["LogSignals", "RecentSignals", "Signals", "ViewCharts", "unit_of"]
 

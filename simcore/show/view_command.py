@@ -13,7 +13,7 @@ from simcore.show.play_command import InterruptFlag
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
 from simcore.show.view_server import open_browser
-from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.wpilog import read_log
 
 __all__ = ["add_arguments", "run"]
 

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from simcore import cli
-from simcore.match.scatter import Scatter, ScatterDraws
-from simcore.match.scattered_robot import start_error
+from simcore.match.scatter import Scatter, ScatterDraws, start_error
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import parse_factor

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 pytest.importorskip("pyfrc", reason="needs pyfrc: pip install .[robotpy]")
@@ -9,6 +11,7 @@ pytest.importorskip("pyfrc", reason="needs pyfrc: pip install .[robotpy]")
 from wpilib import PowerDistribution, RobotController
 
 from simcore import Match
+from simcore.loop.battery import draw
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robotpy.console_noise import LatenessReport
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
@@ -19,7 +22,7 @@ def test_a_brown_out_switches_the_rails_and_counts():
     power = RoboRioPower(battery)
     before = RobotController.getFaultCount6V()
     for _ in range(2):
-        battery.step(0.02, 400.0)  # one heartbeat later its motors hear of it
+        draw(battery.records, 0, 0.02, 400.0, math.nan)  # one heartbeat later its motors hear of it
         power.show_voltage()
         power.show_rails()
         assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage)
@@ -27,7 +30,7 @@ def test_a_brown_out_switches_the_rails_and_counts():
         assert (
             RobotController.isBrownedOut() and not RobotController.getEnabled6V() and not RobotController.getEnabled5V()
         )
-        battery.step(0.02, 0.0)
+        draw(battery.records, 0, 0.02, 0.0, math.nan)
         power.show_rails()
         assert not RobotController.isBrownedOut() and RobotController.getEnabled6V() and RobotController.getEnabled3V3()
     assert RobotController.getFaultCount6V() == before + 2
@@ -38,7 +41,7 @@ def test_robot_code_sets_the_brown_out_voltage_of_a_roborio_2():
     power = RoboRioPower(battery)
     RobotController.setBrownoutVoltage(9.0)
     power.show_voltage()
-    battery.step(0.02, 200.0)  # 12.9 V - 20 mohm x 200 A = 8.9 V
+    draw(battery.records, 0, 0.02, 200.0, math.nan)  # 12.9 V - 20 mohm x 200 A = 8.9 V
     assert battery.voltage == pytest.approx(8.9, abs=0.01) and RobotController.isBrownedOut()
     RobotController.setBrownoutVoltage(6.75)
 

@@ -18,7 +18,7 @@ ADAPTERS = {
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
-BASE = {"errors", "quantities", "units", "typing", "install_text", "start_errors", "season"}
+BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game

@@ -11,7 +11,7 @@ import pytest
 from simcore import season
 
 ROOT = Path(__file__).resolve().parents[2]
-WHO_MAY = {"simcore/season.py", "simcore/phoenix6_emulator/versions.py"}
+WHO_MAY = {"simcore/season.py", "simcore/phoenix6_emulator/emulated_native.py"}
 KNOWN = {"simcore/robotpy/extension.py": {"pyfrc"}}
 """Modules that wrap pyfrc's own calls where it is installed."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}

@@ -23,7 +23,6 @@ from crates import gearbox
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.feeder import Feeder
 from simcore.match.game import (
     Auto,
     FieldDefinition,
@@ -35,6 +34,7 @@ from simcore.match.game import (
     StagedPieces,
     for_both_alliances,
 )
+from simcore.match.human_actions import Feeder
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldBoundary, FieldElement, box_element

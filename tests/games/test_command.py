@@ -17,7 +17,7 @@ import pytest
 import simcore
 from simcore import cli, season
 from simcore.install_text import install_command
-from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.wpilog import read_log
 
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 

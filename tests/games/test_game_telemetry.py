@@ -14,9 +14,8 @@ from games.rebuilt.robot import rebuilt_robot
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.robot.battery import BatteryConfig
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.sinks import MemorySink
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 def test_a_log_read_back_shows_the_match(game, tmp_path):

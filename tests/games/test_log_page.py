@@ -17,10 +17,9 @@ from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 @pytest.fixture(scope="module")

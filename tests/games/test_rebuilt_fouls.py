@@ -281,7 +281,7 @@ def test_g414_a_partner_that_is_carried_off_the_carpet_loses_its_tower_points():
         show_time(match, 100.0)
         above.chassis.pos = (below.chassis.pos[0], below.chassis.pos[1], 0.5)
         match.contacts.robots |= {(0, 1), (1, 0)}
-        match.rules.fouls.look()
+        match.rules.fouls.after_tick()
         assert match.rules.towers.carried == {1}
 
 

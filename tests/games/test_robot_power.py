@@ -151,7 +151,7 @@ def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
 def test_mechanisms_load_the_battery_and_estimates_do_not(match):
     """Wheels that spin up pull the battery down by current times resistance, in the same tick."""
     from simcore.robot.gearbox import GearboxConfig
-    from simcore.robot.shaft import ShaftSim
+    from simcore.robot.mechanisms import ShaftSim
 
     robot = match.robots[0]
     estimate = ShaftSim(GearboxConfig(motor=robot.mechanisms["shooter"].gearbox.motor, gearing=1.0), 0.01)

@@ -24,8 +24,7 @@ import simcore
 from games.rebuilt import REBUILT
 from simcore.match.game import Auto, RobotEntry
 from simcore.match.match import Match
-from simcore.match.report import print_report
-from simcore.match.runner import play_auto
+from simcore.match.runner import play_auto, print_report
 from simcore.show.charts import charts_of
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
@@ -35,9 +34,8 @@ from simcore.show.scene import scene_of
 from simcore.show.scope_layout import scope_layout
 from simcore.show.view_models import ViewModels
 from simcore.sweep.run_metrics import PlayedRun, measure
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = PACKAGES / "examples" / "rebuilt_robot"

@@ -25,10 +25,9 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
-from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution, MovingMass
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mass_distribution import MassDistribution, MovingMass
 from simcore.robot.mechanisms import ElevatorConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig

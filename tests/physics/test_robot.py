@@ -114,7 +114,7 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         assert x > 2.0
         assert abs(y) < 0.05
         assert abs(yaw) < 0.05
-        assert chassis.vel[0] == pytest.approx(float(np.mean(drive.side_speeds())), rel=0.02)
+        assert chassis.vel[0] == pytest.approx(float(np.mean(drive.wheel_speeds())), rel=0.02)
         drive.set_volts(-8.0, 8.0)
         for _ in range(100):
             motion.tick()

@@ -17,9 +17,9 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
 DT = 0.02

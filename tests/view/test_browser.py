@@ -23,10 +23,9 @@ from simcore.show.replay import Replay
 from simcore.show.view_cameras import BEHIND
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 pytestmark = pytest.mark.slow
 

@@ -23,9 +23,8 @@ from simcore.install_text import install_command
 from simcore.show.replay import Replay
 from simcore.show.view_models import load_models
 from simcore.show.view_server import open_browser
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 def main(words: list[str]) -> int:

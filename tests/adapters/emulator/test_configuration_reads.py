@@ -49,7 +49,7 @@ def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
 
 def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
     from simcore.phoenix6.ctre_maker import MAKER
-    from simcore.phoenix6.talon_port import is_configured_clockwise
+    from simcore.phoenix6.talon_motor import is_configured_clockwise
 
     device = Device(bench.talon(6), 99)
     with pytest.raises(ConfigError, match=r"6: could not read its configuration .RX_TIMEOUT, asked 5 times"):

@@ -66,7 +66,7 @@ def test_what_is_not_modelled_raises_with_its_name(bench):
 def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(bench, cls):
     from phoenix6 import configs
 
-    from simcore.phoenix6_emulator import config_text
+    from simcore.phoenix6_emulator.emulated_device import parse_config
 
     make = getattr(configs, f"{cls}Configuration")
     device = bench.device(cls, 1)
@@ -76,7 +76,7 @@ def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(benc
     if cls.startswith("TalonFX"):
         wanted.current_limits.stator_current_limit_enable = first.current_limits.stator_current_limit_enable
         wanted.current_limits.supply_current_limit_enable = first.current_limits.supply_current_limit_enable
-    assert config_text.parse(first.serialize()) == config_text.parse(wanted.serialize())
+    assert parse_config(first.serialize()) == parse_config(wanted.serialize())
     changed = make()
     changed.custom_params.custom_param0 = 42
     assert device.configurator.apply(changed).is_ok()
@@ -108,7 +108,7 @@ def test_devices_drive_only_while_enabled_and_a_little_late(bench):
     from phoenix6 import controls, unmanaged
 
     from simcore.phoenix6_emulator import EnableDelays
-    from simcore.phoenix6_emulator.device_clock import EnableState
+    from simcore.phoenix6_emulator.emulated_device import EnableState
 
     bench.emulator.enable = EnableState(bench.emulator.clock, EnableDelays())
     talon = bench.talon()

@@ -56,7 +56,7 @@ def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
     """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`, imported at any time."""
     from phoenix6 import CANBus, HootReplay, hardware
 
-    from simcore.phoenix6_emulator.versions import IS_2027
+    from simcore.phoenix6_emulator.emulated_native import IS_2027
 
     if IS_2027:
         pytest.skip("a CANBus of 26.70 takes no hoot file")

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("phoenix6")
 
-from simcore.phoenix6_emulator.device_clock import EnableDelays
+from simcore.phoenix6_emulator.emulated_device import EnableDelays
 from simcore.phoenix6_emulator.emulator import Emulator
 
 REQUESTS = (

@@ -16,7 +16,7 @@ from simcore.devices.makers import device_of, maker_of, watch_makers
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.gyro import Gyro, gyro_config
-from simcore.robot.motor_ports import SuppliedMotor, TankPorts
+from simcore.robot.motor_ports import ShaftPorts, SuppliedMotor
 
 DT, HEADING, PITCH, ROLL = 0.005, 2.5, 0.1, -0.05
 
@@ -71,7 +71,7 @@ def main() -> None:
     assert device is not None, "the constructor was not seen"
     drive = TankDrive(TankConfig())
     motor = SuppliedMotor(lambda: 0.0)
-    ports = TankPorts(drive, [motor], [motor], gyro=maker_of(device).gyro_port(device))
+    ports = ShaftPorts(drive, ([motor], [motor]), gyro=maker_of(device).gyro_port(device))
     model = Gyro(gyro_config("ideal"), np.random.default_rng(1))
     model.reset(yaw=HEADING, true_yaw=HEADING)
     turned = 0.0

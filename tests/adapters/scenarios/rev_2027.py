@@ -15,7 +15,7 @@ from simcore.revlib.rev_maker import MAKER
 from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 CT = rev.SparkLowLevel.ControlType
 DT = 0.005

@@ -11,9 +11,9 @@ from wpilib import RobotController
 from wpilib.simulation import RoboRioSim
 from wpimath.system.plant import DCMotor
 
+from simcore.loop.battery import draw
 from simcore.phoenix6.sensor_ports import CANcoderSim, Pigeon2Sim
-from simcore.phoenix6.talon_motor import TalonFXMotorSim
-from simcore.phoenix6.talon_port import TalonPort
+from simcore.phoenix6.talon_motor import TalonFXMotorSim, TalonPort
 from simcore.robot.battery import Battery
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
@@ -34,7 +34,7 @@ def main() -> None:
     battery = Battery()
 
     def step() -> None:
-        battery.step(DT, sum(row[1].supply_current for row in rows))
+        draw(battery.records, 0, DT, sum(row[1].supply_current for row in rows), math.nan)
         RoboRioSim.setVInVoltage(battery.voltage)
         for _, adapter, *_ in rows:
             adapter.update(DT)

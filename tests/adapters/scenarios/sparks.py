@@ -16,7 +16,7 @@ from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, SparkLoop
 from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 CT = rev.SparkLowLevel.ControlType
 SLOT = rev.ClosedLoopSlot.kSlot0

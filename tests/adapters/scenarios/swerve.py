@@ -15,7 +15,7 @@ from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
 from simcore.match.motion import BareRobot, Motion
-from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
+from simcore.phoenix6.swerve import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld

@@ -31,8 +31,8 @@ from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter
 from simcore.robot.battery import Battery
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import PlanarChassis
 
 DT = 0.005
 INCH = 0.0254

@@ -25,8 +25,8 @@ from simcore.phoenix5.talon_loop import TalonLoop  # noqa: E402
 from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim  # noqa: E402
 from simcore.robot.dc_motor import motor  # noqa: E402
 from simcore.robot.gearbox import GearboxConfig  # noqa: E402
-from simcore.robot.motor_ports import TankPorts  # noqa: E402
-from simcore.robot.shaft import ShaftSim  # noqa: E402
+from simcore.robot.mechanisms import ShaftSim  # noqa: E402
+from simcore.robot.motor_ports import ShaftPorts  # noqa: E402
 from simcore.robotpy.connected_devices import ConnectedDevices  # noqa: E402
 
 DT = 0.005
@@ -202,7 +202,7 @@ def tank():
         devices = [device_of(talon) for talon in (left, follower, right)]
         ports = [maker_of(d).motor_port(d) for d in devices]
         wheels = [maker_of(devices[k]).encoder_port(devices[k], ports[k]) for k in (0, 2)]
-        sides = TankPorts(robot.drive, ports[:2], ports[2:], encoders=tuple(wheels))
+        sides = ShaftPorts(robot.drive, (ports[:2], ports[2:]), encoders=tuple(wheels))
         robot.connect(ConnectedDevices(robot, sides, []))
 
         def play(seconds, speed):
@@ -217,7 +217,7 @@ def tank():
         row["odometry"] = [talon.getSelectedSensorPosition() * per_unit for talon in (left, right)]
         row["follower"] = [follower.getMotorOutputPercent(), left.getMotorOutputPercent()]
         play(3.0, 0.35)
-        row["at the wall"] = [float(robot.chassis.pose[0]), float(robot.drive.side_speeds()[0])]
+        row["at the wall"] = [float(robot.chassis.pose[0]), float(robot.drive.wheel_speeds()[0])]
         row["stall"] = [left.getStatorCurrent(), left.getMotorOutputVoltage(), CIM.R]
         row["currents"] = [left.getSupplyCurrent(), right.getStatorCurrent()]
     return row

@@ -9,8 +9,15 @@ from scipy.integrate import solve_ivp
 from wpimath.system.plant import DCMotor, LinearSystemId
 
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, ArmSim, ElevatorConfig, ElevatorSim, FlywheelConfig, FlywheelSim
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    FlywheelSim,
+    ShaftSim,
+)
 from simcore.units import GRAVITY
 
 simulation = pytest.importorskip("wpilib.simulation", reason="wpilib is not installed: nothing to compare with")

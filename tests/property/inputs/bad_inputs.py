@@ -29,9 +29,8 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.field import FieldGeometry
 from simcore.robot_file.reader import read_settings
 from simcore.show.log_page import recording_of
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 from simcore.vision.tag_layout import load_layout
 
 __all__ = ["COUNT", "Case", "Nonsense", "case", "take_good_inputs"]

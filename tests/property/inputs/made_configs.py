@@ -36,8 +36,15 @@ from simcore.robot.cots import MODULES
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ElevatorConfig,
+    FlywheelConfig,
+    PistonConfig,
+    RackConfig,
+    RollerConfig,
+    ServoConfig,
+)
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 
@@ -47,7 +54,7 @@ MADE_BY_SIMCORE = frozenset(
     "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "
-    "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit WheelContact".split()
+    "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 

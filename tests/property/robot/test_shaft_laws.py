@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 volts = st.floats(-14.0, 14.0)
 

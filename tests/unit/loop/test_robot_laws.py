@@ -19,7 +19,7 @@ from simcore.loop.robots import begin_robots, end_robots, move_robots
 from simcore.physics.contact_law import BUMPER
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import motor
-from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import LimitedMotor
 from simcore.robot.wheeled_drive import set_motor
 from simcore.units import GRAVITY
 

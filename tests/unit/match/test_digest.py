@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.match.digest import TickTimer, TickTimes, TrajectoryDigest
+from simcore.match.run_record import TickTimer, TickTimes, TrajectoryDigest
 
 
 def digest(*ticks: tuple[object, ...]) -> str:

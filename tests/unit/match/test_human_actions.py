@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.feeder import Feeder
 from simcore.match.game import Game, PieceSupply, Rules, StagedPieces
-from simcore.match.human_actions import HumanAction
-from simcore.match.human_control import ask, take_over
+from simcore.match.human_actions import Feeder, HumanAction, ask, take_over
 from simcore.match.match import Match
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig

@@ -9,8 +9,9 @@ import pytest
 from rich.console import Console
 
 from simcore.errors import NonFiniteError
-from simcore.match.digest import TickTimes
-from simcore.match.report import PieceCount, RunReport, Score, Spread, print_report
+from simcore.match.run_record import PieceCount, TickTimes
+from simcore.match.runner import RunReport, Spread, print_report
+from simcore.match.scoring import Score
 
 REPORT = RunReport(
     game="rebuilt",

@@ -12,7 +12,7 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.scripted import ScriptedRobot, ScriptSettings
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.swerve_drive import SwerveDrive
 
 DT = 0.02

@@ -14,7 +14,7 @@ from games.rebuilt.scoring import ALLIANCES, MATCH, UNCOUNTED, EventSettings, Hu
 from games.rebuilt.tower import tower_level
 from simcore.errors import ConfigError
 from simcore.geometry.footprints import corners
-from simcore.match.pinning import PinCounts
+from simcore.match.foul_book import PinCounts
 
 OTHER = {"blue": "red", "red": "blue"}
 

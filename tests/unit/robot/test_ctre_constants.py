@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot.ctre_constants import swerve_config_from_ctre
 from simcore.robot.dc_motor import motor
+from simcore.robot.swerve_config import swerve_config_from_ctre
 
 
 def test_from_ctre_by_attribute_names():

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.loop.motor import line_in_force
 from simcore.robot.dc_motor import MOTOR_NAMES, as_motor, motor
-from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import LimitedMotor
 
 
 def test_the_table_is_all_of_wpilib_to_the_last_bit():

@@ -10,9 +10,9 @@ import pytest
 from simcore.errors import NonFiniteError
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(

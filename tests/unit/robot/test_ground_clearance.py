@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.robot.wheel_ground import ground_clearance
+from simcore.robot.chassis import ground_clearance
 
 WHEELS = np.array([[0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, 0.3, 0.0], [-0.3, -0.3, 0.0]])
 

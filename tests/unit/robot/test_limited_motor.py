@@ -17,7 +17,7 @@ from simcore.loop.motor import (
     within,
 )
 from simcore.robot.dc_motor import motor
-from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import LimitedMotor
 
 
 class TestSolution:

@@ -8,9 +8,9 @@ import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
+from simcore.robot.chassis_config import MassDistribution, MovingMass, with_points
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mass_distribution import MassDistribution, MovingMass, with_points
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig

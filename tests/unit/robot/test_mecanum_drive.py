@@ -10,7 +10,7 @@ import pytest
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive
-from simcore.robot.planar_chassis import PlanarChassis
+from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
 FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0)

@@ -10,7 +10,7 @@ from simcore.errors import ConfigError
 from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts, no_load_friction
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.mechanisms import ShaftSim
 
 KRAKEN = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
 

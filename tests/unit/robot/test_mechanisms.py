@@ -8,18 +8,16 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
-from simcore.robot.gearbox import GearboxConfig, SimMotor
+from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
     ElevatorConfig,
     ElevatorSim,
     FlywheelConfig,
-    FlywheelSim,
     RackConfig,
     RackSim,
     RollerConfig,
-    RollerSim,
 )
 from simcore.units import GRAVITY
 
@@ -38,14 +36,6 @@ def elevator(**changes) -> ElevatorSim:
 
 def rack(**changes) -> RackSim:
     return RackSim(RackConfig(**{**dict(gearbox=BOX, mass=4.0, pinion_radius=0.012, travel=0.3), **changes}))
-
-
-def test_roller_says_how_fast_its_rim_is():
-    roller = RollerSim(RollerConfig(gearbox=BOX, inertia=0.002, radius=0.03))
-    roller.set_volts(6.0)
-    for _ in range(50):
-        roller.step(0.02)
-    assert roller.surface_speed == pytest.approx(BOX.free_speed(6.0) * 0.03)
 
 
 def test_holding_volts_hold_arm_and_elevator():
@@ -120,13 +110,6 @@ def test_rack_goes_out_and_comes_back_between_its_stops():
     for _ in range(80):
         deploy.step(0.02)
     assert deploy.extended_fraction == 0.0
-
-
-def test_all_answer_the_protocol():
-    wheel = FlywheelSim(FlywheelConfig(gearbox=BOX, inertia=0.01))
-    roller = RollerSim(RollerConfig(gearbox=BOX, inertia=0.002, radius=0.03))
-    for sim in (wheel, roller, arm(), elevator(), rack()):
-        assert isinstance(sim, SimMotor)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from simcore.loop.robots import optimize
-from simcore.robot.swerve_module import desaturate, module_targets
+from simcore.robot.swerve_drive import desaturate, module_targets
 
 
 def test_optimize_turns_at_most_a_quarter():

@@ -9,7 +9,7 @@ import pytest
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.robot.motor_ports import SuppliedMotor, SwervePorts, TankPorts
+from simcore.robot.motor_ports import ShaftPorts, SuppliedMotor, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 
@@ -89,7 +89,7 @@ def test_zero_volts_brake_or_coast_as_the_controller_says(coasts, slows):
 def test_tank_sides_are_their_own():
     drive = TankDrive(TankConfig())
     left, right, encoders = Controller(6.0), Controller(-6.0), (Angle(), Angle())
-    ports = TankPorts(drive, [left.port], [right.port], encoders=encoders)
+    ports = ShaftPorts(drive, ([left.port], [right.port]), encoders=encoders)
     for _ in range(40):
         ports.read(12.0)
         drive.step(0.005, (0.0, 0.0, 0.0))
@@ -106,6 +106,6 @@ def test_mistakes_are_named():
     with pytest.raises(ConfigError, match="2 steer encoders for a model of 4 modules"):
         SwervePorts(drive, four, four, steer_encoders=[None] * 2)
     with pytest.raises(ConfigError, match="a motor controller or more for each of 2 shafts, got 1, 0"):
-        TankPorts(TankDrive(TankConfig()), four[:1], [])
+        ShaftPorts(TankDrive(TankConfig()), (four[:1], []))
     with pytest.raises(NonFiniteError, match="volts must be a finite number, got nan"):
         SuppliedMotor(lambda: math.nan).volts()

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot.positioned_mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
+from simcore.robot.mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
 
 STROKE, TIME = 0.3, 0.5
 

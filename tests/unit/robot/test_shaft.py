@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
-from simcore.robot.gearbox import GearboxConfig, SimMotor
-from simcore.robot.shaft import ShaftSim
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ShaftSim
 
 KRAKEN = motor("Kraken X60")
 
@@ -224,10 +224,6 @@ def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():
     sim.step(0.02)
     assert sim.supply_current < 0.0
     assert -sim.supply_current * 12.0 * 0.02 < before - sim.kinetic_energy
-
-
-def test_every_mechanism_is_a_sim_motor():
-    assert isinstance(ShaftSim(gearbox(), 0.05), SimMotor)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

@@ -11,9 +11,9 @@ from simcore.loop.robot_state import STEP
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(x=0, y=0)
@@ -268,7 +268,7 @@ def test_steer_cannot_diverge_at_any_inertia_or_step():
                 drive.set_volts([0.0] * 4, [12.0] * 4)
                 for _ in range(100):
                     drive.step(h, (0.0, 0.0, 0.0))
-                    assert (np.abs(drive.steer_speeds) <= top).all()
+                    assert (np.abs(drive.state.steer_speed) <= top).all()
 
 
 def test_numpy_numbers_in_give_the_same_floats_out():
@@ -316,8 +316,8 @@ class TestTank:
         robot = PlanarChassis(drive)
         drive.set_volts(-volts, volts)
         robot.run(2.0)
-        assert robot.omega == pytest.approx(drive.side_speeds()[1] / 0.28, rel=0.01)
-        assert abs(drive.side_speeds()[1]) > 0.85 * drive.max_speed * abs(volts) / 12.0
+        assert robot.omega == pytest.approx(drive.wheel_speeds()[-1] / 0.28, rel=0.01)
+        assert abs(drive.wheel_speeds()[-1]) > 0.85 * drive.max_speed * abs(volts) / 12.0
         assert robot.speed < 0.05
 
     @pytest.mark.parametrize("turn", [1.0, -1.0])
@@ -338,7 +338,7 @@ class TestTank:
         assert robot.omega > 1.0
         assert robot.speed < 0.05
         # The wheels turn faster than the robot does: they scrub.
-        assert drive.side_speeds()[1] >= robot.omega * 0.28 * 0.95
+        assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
 
     def test_goes_straight_at_its_speed(self):
         drive = TankDrive(TankConfig())
@@ -390,7 +390,7 @@ def test_a_rolling_start_along_given_azimuths_has_the_speed_along_them():
 def test_a_tank_can_start_with_rolling_sides():
     drive = TankDrive(TankConfig(trackwidth=0.6))
     drive.reset(vx=1.0, omega=2.0)
-    assert drive.side_speeds() == pytest.approx((0.4, 1.6))
+    assert (drive.wheel_speeds()[0], drive.wheel_speeds()[-1]) == pytest.approx((0.4, 1.6))
     assert drive.wheel_speeds() == pytest.approx([0.4] * 3 + [1.6] * 3)
     assert drive.wheel_distances() == [0.0] * 6
 

@@ -10,13 +10,12 @@ from simcore.geometry.linkage import Joint
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import MovingMass
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ElevatorConfig
-from simcore.robot.robot_config import RobotConfig
+from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tipping import tipping_limit
 from simcore.units import GRAVITY
 
 LIFT = ElevatorConfig(

@@ -13,9 +13,9 @@ from simcore.errors import ConfigError
 from simcore.loop.robot_state import STEP
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)

@@ -11,10 +11,9 @@ import pytest
 from simcore.errors import NonFiniteError
 from simcore.loop.robot_state import STEP
 from simcore.robot.fixed_wheel_config import TankConfig
-from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheel_loads import normal_loads
+from simcore.robot.wheeled_drive import PlanarChassis, normal_loads
 from simcore.units import GRAVITY
 
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))

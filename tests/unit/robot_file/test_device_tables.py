@@ -8,7 +8,7 @@ import re
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
+from simcore.robot.mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot_file.sensor_tables import PieceView
 from simcore.robot_file.template import FoundPort, template

@@ -13,8 +13,8 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import moved_points
 from simcore.robot.fixed_wheel_config import TankConfig
-from simcore.robot.mass_distribution import moved_points
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig

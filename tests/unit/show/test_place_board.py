@@ -12,7 +12,7 @@ from made_up_run import SCENE
 
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.game import Game
-from simcore.match.report import split_level
+from simcore.match.runner import split_level
 from simcore.pieces.resting_places import RestingPlace
 from simcore.show.page import write_page
 from simcore.show.palette import COLORS

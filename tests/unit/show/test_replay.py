@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from simcore.show.replay import smooth_snapshot
-from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import TelemetryLog, WpilogSink, read_log
 
 KEY, IDS = "Sim/GamePieces/Ball", "Sim/PieceIds/Ball"
 

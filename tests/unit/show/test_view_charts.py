@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from simcore.show.view_charts import LogSignals, RecentSignals, unit_of
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 VOLTS, HELD = "Sim/Debug/BatteryVoltage", "Sim/Debug/HeldCount"
 

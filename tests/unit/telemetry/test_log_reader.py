@@ -10,9 +10,8 @@ import pytest
 from wpiutil.log import DataLogReader
 
 from simcore.errors import LogError, UnknownNameError
-from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ from wpilib import DriverStation
 
 from games.rebuilt import REBUILT
 from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, TankConfig
-from simcore.robot.motor_ports import SuppliedMotor, TankPorts
+from simcore.robot.motor_ports import ShaftPorts, SuppliedMotor
 from simcore.robotpy.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
 
 
@@ -12,10 +12,12 @@ class PhysicsEngine(RobotPhysics):
         build = RobotConfig(drivetrain=TankConfig(wheel_radius=WHEEL_RADIUS), bumper=(0.9, 0.8))
         match = Match(REBUILT, robots=[RobotEntry(config=build, start=(2.0, 1.2, 1.5708), preload=0)])
         right = robot.right
-        devices = TankPorts(
+        devices = ShaftPorts(
             match.robots[0].drive,
-            [PWMMotorPort(robot.left)],
-            [SuppliedMotor(lambda: right.getVoltage() if DriverStation.isEnabled() else 0.0)],  # any maker's
+            (
+                [PWMMotorPort(robot.left)],
+                [SuppliedMotor(lambda: right.getVoltage() if DriverStation.isEnabled() else 0.0)],  # any maker's
+            ),
             encoders=tuple(EncoderPort(e, pulses_per_turn=PULSES) for e in robot.encoders),
             gyro=WPILibGyroPort(robot.gyro),
         )
