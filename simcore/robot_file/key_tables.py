@@ -77,6 +77,8 @@ that is -0.61 m
     field: str = ""
     """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, unless the field
     has `_deg` at its end, too."""
+    is_guess: bool = False
+    """Whether its default is a guess, which runs list as long as the file does not say it."""
 
     def read(self, t: Table, names: Names) -> Any:
         """The value in a table, in the unit of the config.
@@ -117,7 +119,7 @@ that is -0.61 m
         """Of the table in the documentation."""
         default = "needed" if self.default is REQUIRED else ""
         if default == "" and self.default not in (None, (), ""):
-            default = f"`{toml(self.default)}`"
+            default = f"{'a guess: ' if self.is_guess else ''}`{toml(self.default)}`"
         meaning, _, left_out = self.about.partition("left out: ")
         return f"| `{self.name}` | {_form_text(self.form)} | {left_out or default} | {meaning.rstrip('; ')} |"
 
@@ -138,6 +140,10 @@ class KeyTable:
             ConfigError: A value cannot be; keys of other names are refused by `Table.finish`.
         """
         return {key.target: key.read(t, names or {}) for key in self.keys}
+
+    def guesses(self, t: Table) -> dict[str, Any]:
+        """Keys that are left out and whose defaults are guesses, with these."""
+        return {key.name: key.default for key in self.keys if key.is_guess and key.name not in t}
 
     def example(self, *more: KeyTable, only: Sequence[str] = (), without: Sequence[str] = (), **values: Any) -> str:
         """The table in comments.

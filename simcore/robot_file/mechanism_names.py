@@ -52,19 +52,14 @@ def mechanism_name(attribute: str, owner: str = "") -> str:
     return "_".join(words) if set(words) - _SIDES else ""
 
 
-def mechanism_kind(name: str, *, has_gravity: bool) -> str:
-    """A kind of simcore.toml.
+def mechanism_kind(name: str) -> str:
+    """The kind of simcore.toml that a name, as `mechanism_name` has it, probably is of.
 
-    Args:
-        name: As `mechanism_name` has it.
-        has_gravity: Whether it holds a weight, as its configuration says.
-
-    >>> [mechanism_kind(name, has_gravity=False) for name in ("intake_pivot", "shooter_top", "feeder1")]
+    >>> [mechanism_kind(name) for name in ("intake_pivot", "shooter_top", "feeder1")]
     ['arm', 'flywheel', 'roller']
     """
     words = set(re.findall(r"[a-z]+", name))
-    named = next((kind for kind, those in _KINDS.items() if words.intersection(those)), "")
-    return named or ("arm" if has_gravity else "roller")
+    return next((kind for kind, those in _KINDS.items() if words.intersection(those)), "roller")
 
 
 def holder_of(device: Any) -> tuple[str, str]:

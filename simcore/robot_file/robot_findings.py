@@ -34,6 +34,7 @@ __all__ = ["RobotFinding", "ShotReach", "findings", "intake_zone", "run_findings
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-]; share of what the motors can hold
 _LEAST_WAY = math.radians(10.0)  # of an arm or a turret
+_SLOW = 5.0  # [s]
 _NO_PIECE = 0.0  # [m]; radius where the game is not known
 
 
@@ -127,6 +128,14 @@ def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
 def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
     """What the second of each mechanism shows, and how its program is configured."""
     for run in runs:
+        box = run.mechanism.gearbox
+        full_speed = 3.0 * run.mechanism.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
+        if full_speed > _SLOW:
+            yield RobotFinding(
+                f"{run.name} takes {full_speed:.0f} s to its full speed: look at inertia ({run.mechanism.inertia:g} kg "
+                f"m^2) and gearing ({run.mechanism.gearing:g})",
+                is_wrong=False,
+            )
         code = run.code
         if code is None:
             continue

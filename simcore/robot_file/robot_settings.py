@@ -21,9 +21,10 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
-from simcore.robot.gearbox import friction_from_volts
+from simcore.robot.gearbox import default_friction, friction_from_volts
 from simcore.robot.gyro import gyro_config
 from simcore.robot.mass_distribution import MovingMass
+from simcore.robot.mechanisms import FlywheelConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
@@ -54,6 +55,8 @@ class MechanismSettings:
     name: str
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
+    guessed: Mapping[str, Any] = field(default_factory=dict)
+    """Keys that the file leaves out although only a guess is known of them, with the guess."""
     friction_is_given: bool = True
     """Whether the file says its friction; otherwise it is a default, and a kS in the controller is better."""
     motor: str
@@ -92,6 +95,31 @@ class MechanismSettings:
         """Its controllers or ports as (model, number), leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, number) for number in self.devices]
+
+    @property
+    def guesses(self) -> str:
+        """What is guessed, as text; empty: nothing is."""
+        return ", ".join(f"{key} = {value:.3g}" for key, value in self.guessed.items())
+
+    def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
+        """The same with what the program's configuration tells of it, where the file leaves it out.
+
+        Args:
+            gearing: Rotor turns per turn of the mechanism [-].
+            inertia: Of all that turns, at the mechanism [kg m^2].
+        """
+        told = {"gearing": gearing, "inertia": inertia}
+        told = {key: value for key, value in told.items() if key in self.guessed}
+        if not told or isinstance(self.config, (PistonConfig, ServoConfig)):
+            return self
+        config, gearbox = self.config, self.config.gearbox
+        if "gearing" in told:
+            gearbox = replace(gearbox, gearing=gearing)
+            if not self.friction_is_given:
+                friction = default_friction(gearbox, has_gears=not isinstance(config, FlywheelConfig))
+                gearbox = replace(gearbox, friction_torque=friction)
+        own: dict[str, Any] = {"inertia": inertia} if "inertia" in told else {}
+        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **told})
 
     def with_friction(self, volts: float) -> MechanismSettings:
         """The same with the friction of a kS [V], unless the file says its friction."""

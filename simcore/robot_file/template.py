@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simcore.robot_file.camera_table import CAMERAS
-from simcore.robot_file.drivetrain_table import DRIVETRAIN
+from simcore.robot_file.drivetrain_table import DRIVETRAIN, drivetrain_text
 from simcore.robot_file.further_robots import FURTHER_ROBOT
 from simcore.robot_file.key_tables import KeyTable, comment_line, toml
 from simcore.robot_file.manipulator_tables import CLAW, CLIMBER, COMPONENT, INTAKE, SHOOTER, STORAGE
@@ -22,19 +22,25 @@ __all__ = ["FILE_NAME", "FoundCamera", "FoundMotor", "FoundPort", "reference", "
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundMotor:
-    """A motor of the robot program that no table describes yet."""
+    """A motor of the robot program that no table describes yet, and what it is guessed to turn."""
 
     controller: str
     leader: int
     followers: tuple[int, ...] = ()
     opposed: tuple[int, ...] = ()
     gearing: float = 1.0
-    has_gravity: bool = False
-    """Whether it holds a weight (a kG is configured)."""
+    inertia: float = 0.0
+    """At the mechanism [kg m^2]."""
+    friction_volts: float = 0.0
+    """At which it begins to turn [V]."""
+    motor: str = ""
+    """One of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: the one that its controller usually has."""
     name: str = ""
     """As the attribute that holds it suggests; empty: it suggests none."""
-    problem: str = ""
-    """Why its configuration could not be read, so that its gearing is not known."""
+    turns_freely: bool = True
+    """Whether the guess is a shaft without weight, stops and sensors, which a table can say."""
+    remark: str = ""
+    """What it holds or reads besides, or why its configuration could not be read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,29 +79,46 @@ def template(
     motors: Sequence[FoundMotor] | None = None,
     ports: Sequence[FoundPort] = (),
     cameras: Sequence[FoundCamera] = (),
+    drivetrain: Mapping[str, Any] | None = None,
+    *,
+    every: bool = False,
 ) -> str:
-    """The text.
+    """The text: what was found with its guesses, which drives as without a file.
 
     Args:
-        motors: Of the robot program; None if it was not looked at.
+        motors: Of the robot program; None: nobody has looked.
         ports: What else it has.
         cameras: That it builds or asks for.
+        drivetrain: As the survey has it.
+        every: Whether all other keys follow in comments.
     """
+    found = drivetrain or {}
+    live = ("center_of_mass_height",) if found.get("has_mass") else ("mass", "center_of_mass_height")
     parts = [
-        _prose("What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
-               "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
-               "A table [[name]] may come several times; docs/simcore_toml.md has all keys with their ranges."),
-        "".join(key.line() for key in TOP.keys if key.name != "field_size"),
-        _live(ROBOT, "mass", "center_of_mass_height"),
-        _live(START, *(key.name for key in START.keys)),
-        AUTOS.example(),
-        SCATTER.example(only=("scale",)),
-        *(_mechanisms(motors), _kinds()),
-        *(table.example() for table in (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)),
-        FURTHER_ROBOT.example(without=("auto", "script", "log")),  # one of four
-        *_cameras(cameras),
-        *_sensors(ports),
-    ]  # fmt: skip
+        _prose(
+            "What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
+            "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
+            "A table [[name]] may come several times. All keys: docs/simcore_toml.md, or simcore init --all.",
+        ),
+        *(["".join(key.line() for key in TOP.keys if key.name != "field_size")] if every else []),
+        _live(ROBOT, *live, every=every),
+        _live(START, *(key.name for key in START.keys), every=every),
+        _drivetrain(found),
+        _mechanisms(motors or ()),
+    ]
+    if every:
+        parts += [
+            *(AUTOS.example(), SCATTER.example(only=("scale",)), _kinds(), _proposed(motors or ())),
+            *(table.example() for table in (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)),
+            FURTHER_ROBOT.example(without=("auto", "script", "log")),  # one of four
+            *(*_cameras(cameras), *_sensors(ports)),
+        ]
+    else:
+        rest = [f"camera {c.name or c.maker}" + (f": placed by {c.source}" if c.source else "") for c in cameras]
+        rest += [port.title for port in ports]
+        parts.append(
+            _prose("Your program has these too; simcore init --all writes tables for them:", *rest) if rest else ""
+        )
     return "\n".join(part for part in parts if part)
 
 
@@ -127,47 +150,77 @@ def _prose(*lines: str) -> str:
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 
-def _live(table: KeyTable, *names: str) -> str:
-    """A table of which some keys are set."""
+def _live(table: KeyTable, *names: str, every: bool) -> str:
+    """A table of which some keys are set, and the others in comments or left out."""
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
-    return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in table.keys)
+    keys = [key for key in table.keys if every or key.name in names]
+    return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
+
+
+def _drivetrain(found: Mapping[str, Any]) -> str:
+    """What was found of it; where that is a library's or nothing, one line."""
+    if "rows" in found:
+        return drivetrain_text([tuple(row) for row in found["rows"]])
+    about = found.get("lines", [found.get("problem", "")])[0]
+    return _prose(f"[drivetrain]: {about}") if about else ""
 
 
 # --- mechanisms -------------------------------------------------------------------------------------------------------
 
 
-def _mechanisms(motors: Sequence[FoundMotor] | None) -> str:
-    if motors:
-        text = _prose("Mechanisms: your program has these motors besides its drivetrain. Take the # off and say what",
-                      "they turn; until then each gets a guess, made of its configuration.")  # fmt: skip
-        names = [m.name or f"motor{m.leader}" for m in motors]
-        names = [
-            name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)
-        ]
-        text += "".join(_motor(m, name) for m, name in zip(motors, names, strict=True))
-        kinds = [mechanism_kind(m.name, has_gravity=m.has_gravity) for m in motors]
-        tables = proposed_tables(list(zip(names, kinds, strict=True)))
-        about = ("Proposed by these names. Which way it faces, its box, heights and angles are guesses: measure them,",
-                 "and look at the picture of `simcore check`.", "")  # fmt: skip
-        return text + (f"#\n{_prose(*about)}{tables}" if tables else "")
-    keys = ("name", "kind", "leader", "followers", "opposed", "controller", "motor", "gearing", "inertia")
-    return MECHANISM.example(MOTORS, KINDS["flywheel"], only=keys)
+def _mechanisms(motors: Sequence[FoundMotor]) -> str:
+    """A table for each motor whose guess a table can say, and a line for each of the others."""
+    if not motors:
+        return ""
+    text = _prose(
+        "Your program has these motors besides its drivetrain. Each turns freely, as simcore guesses: say what it",
+        "is (kind) and weigh and measure it. A key that is left out stays a guess, which `simcore check` lists.",
+    )
+    for m, name in zip(motors, _names(motors), strict=True):
+        kind = mechanism_kind(m.name)
+        if m.turns_freely:
+            text += "\n".join(_motor(m, name, kind)) + "\n"
+        else:
+            text += _prose(f"{name!r}, {m.controller} {m.leader}, stays a guess: {m.remark}")
+    return text
 
 
-def _motor(m: FoundMotor, name: str) -> str:
+def _names(motors: Sequence[FoundMotor]) -> list[str]:
+    names = [m.name or f"motor{m.leader}" for m in motors]
+    return [name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)]
+
+
+def _motor(m: FoundMotor, name: str, kind: str) -> list[str]:
+    is_wheel = kind == "flywheel"
     values = {
         "name": name,
-        "kind": mechanism_kind(m.name, has_gravity=m.has_gravity),
+        "kind": kind if is_wheel else "roller",
         "leader": m.leader,
         "followers": m.followers,
         "opposed": m.opposed,
         "controller": "" if m.controller == "TalonFX" else m.controller,
+        "motor": m.motor,
         "gearing": float(f"{m.gearing:.6g}"),
+        "inertia": float(f"{m.inertia:.4g}"),
+        "friction_volts": float(f"{m.friction_volts:.4g}") if is_wheel else "",
     }
-    return "#\n" + _prose(*_found("[[mechanism]]", values, {
-        "kind": "it holds a weight: an arm or an elevator" if m.has_gravity else "a guess; or another of those below",
-        "gearing": f"not known: {m.problem}" if m.problem else "",
-    }))  # fmt: skip
+    remarks = {"inertia": "a guess", "kind": "a guess"}
+    if kind not in ("flywheel", "roller"):
+        keys = ", ".join(key.name for key in KINDS[kind].keys if key.is_guess)
+        remarks["kind"] = f'a guess; by its name "{kind}", with {keys}'
+    return _found("[[mechanism]]", values, remarks)
+
+
+def _proposed(motors: Sequence[FoundMotor]) -> str:
+    """Tables of an intake and a shooter, as far as names mean them."""
+    kinds = [mechanism_kind(m.name) for m in motors]
+    tables = proposed_tables(list(zip(_names(motors), kinds, strict=True)))
+    about = _prose(
+        "Proposed by the names of motors. Which way it faces, its box, heights and angles are guesses: measure",
+        "them, and look at the picture of `simcore check`.",
+        "",
+    )
+    return f"{about}{tables}" if tables else ""
 
 
 def _kinds() -> str:

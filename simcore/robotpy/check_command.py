@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,8 +153,14 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer is not None:
+        settings = _with_program(settings, answer["motors"])
         codes = _codes(settings, answer["motors"])
         problems += _of_program(settings, answer["motors"])
+    problems += [
+        RobotFinding(f"{m.name}: guessed, until the file says it: {m.guesses}", is_wrong=False)
+        for m in settings.mechanisms
+        if m.guesses
+    ]
     config = settings.robot_config(drivetrain, storage=None if game is None else game.robot().storage)
     if game is not None:
         try:
@@ -200,6 +206,16 @@ def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumCo
     return TankConfig(**{**fields, "wheel_xs": tuple(fields["wheel_xs"])})
 
 
+def _with_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> RobotSettings:
+    """The same with gearings and inertias that the program's configuration tells, where the file says none."""
+    told = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
+    mechanisms = [
+        m.with_program(*told[m.controller, m.leader]) if (m.controller, m.leader) in told else m
+        for m in settings.mechanisms
+    ]
+    return replace(settings, mechanisms=tuple(mechanisms))
+
+
 def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[str, CodeView]:
     views = {(m["controller"], m["leader"]): m["code"] for m in motors if m["code"] is not None}
     return {
@@ -225,7 +241,7 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue
-        if "problem" in group:
+        if "inertia" not in group:
             text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
             yield RobotFinding(text, is_wrong=False)
         for number in m.followers:

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,8 @@ from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FoundCamera, FoundMotor, template
 
 MOTORS = [
-    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75),
-    FoundMotor(controller="TalonFXS", leader=20, gearing=45.0, has_gravity=True),
+    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75, inertia=0.0015),
+    FoundMotor(controller="TalonFXS", leader=20, turns_freely=False, remark="it holds a weight"),
 ]
 
 
@@ -42,16 +43,26 @@ def uncommented(text: str) -> str:
     return re.sub(r"^# (?=\[|\w+ = [^<])", "", text, flags=re.MULTILINE)
 
 
+@pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [None, MOTORS])
-def test_the_file_as_written_means_the_defaults(tmp_path, motors):
+def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
-    path.write_text(template(motors, cameras=CAMERAS))
-    assert read_settings(path) == RobotSettings()
+    path.write_text(template(motors, cameras=CAMERAS, every=every))
+    settings = read_settings(path)
+    assert [m.name for m in settings.mechanisms] == ([] if motors is None else ["motor20_20"])
+    assert replace(settings, mechanisms=(), given=frozenset()) == RobotSettings()
+
+
+def test_the_file_is_short_and_has_live_keys_alone():
+    rows = [("kind", "swerve", ""), *((f"drive{k}", k, "") for k in range(19))]
+    text = template(NAMED, cameras=CAMERAS, drivetrain={"rows": rows})
+    assert len(text.splitlines()) < 110 and not re.search(r"^# ?(\[|\w+ = )", text, re.MULTILINE)
+    assert len(template(NAMED, cameras=CAMERAS, every=True).splitlines()) > 250
 
 
 def test_a_camera_that_was_found_becomes_one_with_its_place(tmp_path):
     path = tmp_path / "simcore.toml"
-    text = template(cameras=CAMERAS)
+    text = template(cameras=CAMERAS, every=True)
     found = text.index("# Your program has these cameras")
     path.write_text(uncommented(text[found : text.index("# [[sensor]]")]))
     settings = read_settings(path)
@@ -69,6 +80,7 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
         f'[[mechanism]]\nname = "{name}"\nkind = "{kind}"\nleader = {k}\ngearing = 1.0\n{more}\n'
         for k, (name, kind, more) in enumerate(
             (
+                ("shooter", "flywheel", "inertia = 0.01\nfollowers = [21, 22]"),
                 ("intake", "roller", ""),
                 ("feeder", "roller", ""),
                 ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
@@ -81,7 +93,7 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
             )
         )
     )
-    text = uncommented(template())
+    text = uncommented(template(every=True))
     path.write_text(text + named)
     robot = read_settings(path)
     assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
@@ -110,49 +122,75 @@ def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
     assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
-def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
+def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
     path = tmp_path / "simcore.toml"
-    text = template(MOTORS[:1])
-    path.write_text(uncommented(text[: text.index("# What each kind")]))
-    motor = read_settings(path).mechanism("motor20")
+    text = template(MOTORS)
+    path.write_text(text)
+    motor = read_settings(path).mechanism("motor20_20")
     assert motor.devices == (20, 21, 22) and motor.opposed == (22,) and motor.config.gearbox.gearing == 0.75
+    assert motor.config.inertia == 0.0015 and "inertia = 0.0015 " in text and not motor.guessed
+    assert "# 'motor20_20', TalonFXS 20, stays a guess: it holds a weight" in text
 
 
 NAMED = [
-    FoundMotor(controller="TalonFX", leader=3, name="intake_roller", gearing=2.0),
-    FoundMotor(controller="TalonFX", leader=4, name="intake_pivot", has_gravity=True),
-    FoundMotor(controller="SPARK MAX", leader=5, name="feeder1"),
-    FoundMotor(controller="TalonFX", leader=6, name="shooter_top"),
-    FoundMotor(controller="TalonFX", leader=7, name="shooter_bottom"),
-    FoundMotor(controller="TalonFX", leader=8, name="hood"),
-    FoundMotor(controller="TalonFX", leader=9, name="wrist"),
-    FoundMotor(controller="TalonFX", leader=10),
-]
+    FoundMotor(controller=controller, leader=leader, name=name, gearing=2.0, inertia=0.002, friction_volts=0.2)
+    for controller, leader, name in (
+        ("TalonFX", 3, "intake_roller"), ("TalonFX", 4, "intake_pivot"), ("SPARK MAX", 5, "feeder1"),
+        ("TalonFX", 6, "shooter_top"), ("TalonFX", 7, "shooter_bottom"), ("TalonFX", 8, "hood"),
+        ("TalonFX", 9, "wrist"), ("TalonFX", 10, ""),
+    )
+]  # fmt: skip
 
 
 def test_names_of_attributes_name_mechanisms_and_propose_intake_and_shooter(tmp_path):
-    text = template(NAMED)
-    proposed = text[text.index("# Proposed by these names") : text.index("# What each kind")]
-    found = uncommented(text[text.index("# Mechanisms:") : text.index("# Proposed")])
-    measures = {"flywheel": "inertia = 0.01", "arm": "inertia = 0.1\nmin_deg = 0\nmax_deg = 90", "roller": ""}
-    for kind, more in measures.items():
-        found = re.sub(rf'^kind = "{kind}".*$', rf'kind = "{kind}"\n{more}', found, flags=re.MULTILINE)
+    text = template(NAMED, every=True)
+    proposed = text[text.index("# Proposed by the names") : text.index("# [[storage]]")]
     path = tmp_path / "simcore.toml"
-    path.write_text(found + uncommented(proposed))
+    path.write_text(text + uncommented(proposed).replace('"intake_pivot"', '"arm"').replace('"hood"', '"arm"')
+                    + '[[mechanism]]\nname = "arm"\nkind = "arm"\nleader = 40\n')  # fmt: skip
     robot = read_settings(path)
     assert [m.name for m in robot.mechanisms] == [
-        "intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10",
-    ]  # fmt: skip
+        *("intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10"),
+        "arm",
+    ]
+    assert [type(m.config).__name__ for m in robot.mechanisms[2:5]] == ["RollerConfig", *["FlywheelConfig"] * 2]
     (intake,), (shooter,) = robot.intakes, robot.shooters
-    assert (intake.roller, intake.deploy) == ("intake_roller", "intake_pivot")
-    assert (shooter.wheels, shooter.gate, shooter.hood) == (("shooter_top", "shooter_bottom"), ("feeder1",), "hood")
-    assert "guesses" in proposed and "Proposed" not in template(MOTORS)
+    assert (intake.roller, intake.deploy) == ("intake_roller", "arm") and 'deploy = "intake_pivot"' in proposed
+    assert (shooter.wheels, shooter.gate, shooter.hood) == (("shooter_top", "shooter_bottom"), ("feeder1",), "arm")
+    assert 'by its name "arm", with inertia, min_deg, max_deg' in text
+    assert "Proposed" not in template(MOTORS, every=True) + template(NAMED)
+
+
+def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
+    ignored = project / ".gitignore"
+    ignored.write_text("*.pyc\n/out\nctre_sim")
+    assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
+    lines = ignored.read_text().splitlines()
+    assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
+    assert not {"out/", "ctre_sim/"} & {*lines}
+    assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
+    assert ".gitignore" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("code", "is_own"), [("", False), ("self.motor.sim_state.x()", True), ("rev.SparkSim", True)])
+def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, monkeypatch, code, is_own):
+    (project / "robot.py").write_text(code)
+    found = (NAMED[:1], [], [], {"rows": [["kind", "tank", ""], ["left", [1], ""]]}, "")
+    monkeypatch.setattr("simcore.robot_file.init_command.find_devices", lambda _: found)
+    assert main(["init"]) == 0
+    assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
+    text = (project / "simcore.toml").read_text()
+    assert ("stays a guess: your program has a simulation of its own" in text) is is_own
+    said = capsys.readouterr().out
+    assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
 def test_init_writes_the_file(project, capsys):
     assert main(["init", "--no-look"]) == 0
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
-    assert read_settings(project / "simcore.toml") == RobotSettings()
+    short = (project / "simcore.toml").read_text()
+    assert main(["init", "--no-look", "--all", "--force"]) == 0
+    assert len(short.splitlines()) < 20 < 200 < len((project / "simcore.toml").read_text().splitlines())
 
 
 def test_init_overwrites_only_when_told(project, capsys):
@@ -179,11 +217,6 @@ def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
     (project / "other" / "rocky.py").write_text("")
     assert main(["init", "--no-look", str(project / "other" / "rocky.py")]) == 0
     assert (project / "other" / "simcore.toml").exists()
-
-
-def test_a_motor_that_does_not_answer_is_in_the_file_with_the_reason(tmp_path):
-    text = template([FoundMotor(controller="SPARK MAX", leader=9, problem="TalonFX 9: could not read")])
-    assert "# gearing = 1.0                   # not known: TalonFX 9: could not read" in text
 
 
 def test_init_wants_a_robot(tmp_path, capsys):
