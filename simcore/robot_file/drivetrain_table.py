@@ -26,7 +26,7 @@ from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.key_tables import Key, KeyTable, Several, comment_line, toml
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["DRIVETRAIN", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
+__all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
 
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
@@ -138,6 +138,12 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     measures = {key.name: said.pop(key.name) for key in MEASURES}
     left, right, xs, ys = (said.pop(name) for name in ("left", "right", "x", "y"))
     drive = tuple((number,) for number in said.pop("drive"))
+    if not (left or right or drive):
+        for key in DRIVETRAIN.keys:
+            if key.name in t and key.name not in ("kind", "gyro") and key not in MEASURES:
+                raise t.error(
+                    key.name, "needs the motors beside it, drive, or left and right; else they are looked for"
+                )
     if bool(left) != bool(right):
         raise t.error("left", "and right must both name motors")
     if len(xs) != len(ys):
@@ -156,8 +162,6 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
     """With motors the table describes all of the drivetrain."""
     if not s.has_devices:
-        if s.steer:
-            raise t.error("drive", "is missing beside steer; it must be as many ids")
         return
     if not s.kind or not s.controller:
         raise ConfigError(f"{t.where}: kind and controller (of the drive motors, e.g. SPARK MAX) belong to its motors")

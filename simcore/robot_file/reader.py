@@ -114,10 +114,14 @@ def read_settings(path: Path) -> RobotSettings:
         body[pair] = _both(robot, body, pair)
     cameras, headset = read_cameras(file)
     names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
+    drivetrain = read_drivetrain(file.table("drivetrain"))
+    for key in ("drive_motor", "steer_motor"):
+        if key in robot and key in drivetrain.measures:
+            raise robot.error(key, "is in [drivetrain] too; keep one of them")
     settings = RobotSettings(
         **top,
         **body,
-        drivetrain=read_drivetrain(file.table("drivetrain")),
+        drivetrain=drivetrain,
         given=frozenset(key for key in ("mass", "tread") if key in robot),
         scatter=_scatter(file.table("scatter")),
         preload=stand["preload"],

@@ -20,6 +20,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import default_friction, friction_from_volts
 from simcore.robot.gyro import gyro_config
@@ -46,6 +47,13 @@ CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "Talon SRX", "V
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
 PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
 """Controllers of mechanisms that are on ports and not on CAN."""
+
+
+_OF_FIXED_WHEELS = {
+    **{"drive_motor": "motor", "drive_gearing": "gearing"},
+    **{"drive_stator_limit": "stator_limit", "drive_supply_limit": "supply_limit"},
+}
+"""Measures by their names in models of tanks and mecanum drives."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -236,6 +244,31 @@ class RobotSettings:
         for kind in named:
             if kind not in kinds:
                 raise UnknownNameError("kind of piece", kind, kinds)
+
+    def require_effect(self, drivetrain: DrivetrainConfig) -> None:
+        """Make sure that the measures of the file are those of the drivetrain's model.
+
+        Raises:
+            ConfigError: It has no such measure, or takes it from elsewhere.
+        """
+        own: Any = drivetrain
+        kind = type(drivetrain).__name__.removesuffix("Config").lower()
+        names: Mapping[str, str] = _OF_FIXED_WHEELS
+        if isinstance(drivetrain, SwerveConfig):
+            own, names = drivetrain.modules[0], {}
+        for key, value in self.drivetrain.measures.items():
+            where, said = f"{FILE_NAME} [drivetrain]: {key}", value
+            field = names.get(key, key)
+            if key == "wheel_diameter":
+                field, said = "wheel_radius", 0.5 * value
+            has = getattr(drivetrain if key == "yaw_inertia" else own, field, None)
+            if has is None:
+                raise ConfigError(f"{where} is not of a {kind} drive")
+            if said != (has.name if isinstance(has, MotorModel) else has):
+                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+        if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
+            key = "steer_motor" if self.steer_motor else "steer_friction_volts"
+            raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None

@@ -73,6 +73,7 @@ class AttachedPhysics(RobotPhysics):
         self.found = drivetrain.found
         """What was found of the drivetrain."""
         config = drivetrain.config
+        settings.require_effect(config)
         settings = settings.with_bumper_around(config.wheel_positions)
         if drivetrain.found.gyro is not None:
             settings = replace(settings, gyro_errors=maker_of(drivetrain.found.gyro).gyro_errors)

@@ -87,6 +87,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
     try:
         settings = read_settings(folder / FILE_NAME) if is_described else RobotSettings()
         ready = find_drivetrain(_kept[0] if _kept else None, folder, settings)
+        settings.require_effect(ready.config)
         found = ready.found
         taken, on_ports = set(found.keys), found.hardware
         drivetrain = {"lines": drivetrain_lines(found), "has_mass": "mass" in found.measures}

@@ -127,7 +127,7 @@ def test_motors_that_nobody_describes_turn_guessed_mechanisms_and_so_does_what_i
     code, told = run("", "--force", command=("-m", "simcore", "init"))
     text = (run.folder / "simcore.toml").read_text()
     assert code == 0 and "found 5 motors" in told, told
-    assert text.count("\n[[mechanism]]") == 2 and text.count(", stays a guess: ") == 3 and "inertia = 0.0013" in text
+    assert text.count("\n[[mechanism]]") == 2 and text.count(", stays a guess: ") == 3 and "inertia = 0.001296 " in text
     code, again = run(GENERATED, "-rP")
     assert code == 0, again
     one, other = (json.loads(line.split(maxsplit=1)[1]) for line in (said + again).splitlines() if "FACTS" in line)
