@@ -7,7 +7,7 @@ nothing is looked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,10 +23,10 @@ from simcore.quantities import (
     Quantity,
 )
 from simcore.robot.dc_motor import MOTOR_NAMES
-from simcore.robot_file.key_tables import Key, KeyTable, Several, comment_line, toml
+from simcore.robot_file.key_tables import Key, KeyTable, Several
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
+__all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "read_drivetrain"]
 
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
@@ -172,17 +172,3 @@ def _require_whole(t: Table, s: DrivetrainSettings) -> None:
             raise t.error(key, f"must have {n} entries, one for each of drive; got {len(row)}")
     if s.kind == "mecanum" and n != 4:
         raise t.error("drive", f"must name 4 motors: front left, front right, rear left, rear right; got {n}")
-
-
-def drivetrain_text(rows: Sequence[tuple[str, Any, str]]) -> str:
-    """The table as text.
-
-    Args:
-        rows: Keys, values, and what is to be said of each.
-
-    >>> print(drivetrain_text([("kind", "tank", ""), ("left", [1, 2], "found")]), end="")
-    [drivetrain]
-    kind = "tank"
-    left = [1, 2]                   # found
-    """
-    return "[drivetrain]\n" + "".join(comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows)

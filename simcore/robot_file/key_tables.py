@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -13,7 +13,7 @@ from simcore.errors import nearest
 from simcore.quantities import Quantity, Row, require, require_row, row_text, shown
 from simcore.robot_file.toml_tables import REQUIRED, Table
 
-__all__ = ["Form", "Key", "KeyTable", "Named", "Names", "Several", "comment_line", "toml"]
+__all__ = ["Form", "Key", "KeyTable", "Named", "Names", "Several", "table_text", "toml"]
 
 Names: TypeAlias = Mapping[str, Sequence[str]]
 """What a file has, by its kind: the names of its mechanisms, of those that carry something, of its storages."""
@@ -109,9 +109,9 @@ that is -0.61 m
         """Field of the config."""
         return self.field or self.name
 
-    def line(self, value: Any = None, *, prefix: str = "# ") -> str:
+    def line(self, prefix: str = "# ") -> str:
         """Of the template."""
-        values = (value, self.example, self.default, "name")
+        values = (self.example, self.default, "name")
         first = next(one for one in values if one is not None and one is not REQUIRED)
         return comment_line(f"{prefix}{self.name} = {toml(first)}", self.about)
 
@@ -145,23 +145,12 @@ class KeyTable:
         """Keys that are left out and whose defaults are guesses, with these."""
         return {key.name: key.default for key in self.keys if key.is_guess and key.name not in t}
 
-    def example(self, *more: KeyTable, only: Sequence[str] = (), without: Sequence[str] = (), **values: Any) -> str:
-        """The table in comments.
-
-        Args:
-            more: Whose keys it has as well.
-            only: Names of the keys that it shows; none: all.
-            without: Names of those that it leaves out.
-            values: By the names of keys, in place of their examples.
-        """
-        keys = [key for part in (self, *more) for key in part.keys]
-        shown = [key for key in keys if key.name in only or (not only and key.name not in without)]
-        return comment_line(f"# {self.head}", self.about) + "".join(key.line(values.get(key.name)) for key in shown)
-
-    def meanings(self) -> str:
-        """Its keys as prose in comments, with what may be left out in brackets."""
-        names = [key.name if key.default is REQUIRED else f"({key.name})" for key in self.keys]
-        return "".join(comment_line(f"#   {name}", key.about) for name, key in zip(names, self.keys, strict=True))
+    def example(self) -> str:
+        """The table in comments."""
+        head, _, kind = self.head.partition(", ")
+        return comment_line(f"# {head}", f"{kind}: {self.about}" if kind else self.about) + "".join(
+            key.line() for key in self.keys
+        )
 
     def reference(self) -> Iterator[str]:
         """Lines of the documentation."""
@@ -176,6 +165,23 @@ def comment_line(text: str, about: str) -> str:
     first, *more = textwrap.wrap(about, 86) or [""]
     lines = [f"{text:<31} # {first}" if about else text, *(f"{'#':<31} # {line}" for line in more)]
     return "".join(f"{line}\n" for line in lines)
+
+
+def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
+    """A table as text; rows whose values are empty are left out.
+
+    Args:
+        head: As written in the file.
+        rows: Keys, values, and what is to be said of each.
+
+    >>> print(table_text("[drivetrain]", [("kind", "tank", ""), ("left", [1, 2], "found"), ("gyro", "", "")]), end="")
+    [drivetrain]
+    kind = "tank"
+    left = [1, 2]                   # found
+    """
+    return f"{head}\n" + "".join(
+        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", ())
+    )
 
 
 def toml(value: Any) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot_file.drivetrain_table import drivetrain_text, read_drivetrain
+from simcore.robot_file.drivetrain_table import read_drivetrain
+from simcore.robot_file.key_tables import table_text
 from simcore.robot_file.toml_tables import Table, tomllib
 
 SWERVE = {
@@ -38,7 +39,7 @@ def test_measures_alone_describe_no_devices():
 
 
 def test_the_text_means_what_was_written():
-    text = drivetrain_text([(key, value, "found") for key, value in SWERVE.items()])
+    text = table_text("[drivetrain]", [(key, value, "found") for key, value in SWERVE.items()])
     assert read(tomllib.loads(text)["drivetrain"]) == read(SWERVE)
 
 

@@ -14,7 +14,7 @@ import pytest
 from simcore.cli import COMMANDS, main
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robot_file.template import FoundCamera, FoundMotor, template
+from simcore.robot_file.template import FoundCamera, FoundMotor, FoundPort, template
 
 MOTORS = [
     FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75, inertia=0.0015),
@@ -38,11 +38,6 @@ def project(tmp_path, monkeypatch):
     return tmp_path
 
 
-def uncommented(text: str) -> str:
-    """As a team would: the # off every line that is a key or the head of a table."""
-    return re.sub(r"^# (?=\[|\w+ = [^<])", "", text, flags=re.MULTILINE)
-
-
 @pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [None, MOTORS])
 def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(tmp_path, motors, every):
@@ -60,57 +55,10 @@ def test_the_file_is_short_and_has_live_keys_alone():
     assert len(template(NAMED, cameras=CAMERAS, every=True).splitlines()) > 250
 
 
-def test_a_camera_that_was_found_becomes_one_with_its_place(tmp_path):
-    path = tmp_path / "simcore.toml"
-    text = template(cameras=CAMERAS, every=True)
-    found = text.index("# Your program has these cameras")
-    path.write_text(uncommented(text[found : text.index("# [[sensor]]")]))
-    settings = read_settings(path)
-    front, rear = settings.cameras
-    assert (front.name, front.maker, front.mount.z) == ("limelight-front", "limelight", 0.4)
-    assert (rear.name, rear.maker) == ("rear", "photonvision")
-    m = rear.mount
-    assert (m.x, m.y, m.z, m.roll_deg, m.pitch_deg, m.yaw_deg) == (-0.25, 0.1, 0.5, 180.0, -10.0, 175.5)
-    assert settings.headset is not None
-
-
-def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
-    path = tmp_path / "simcore.toml"
-    named = "".join(
-        f'[[mechanism]]\nname = "{name}"\nkind = "{kind}"\nleader = {k}\ngearing = 1.0\n{more}\n'
-        for k, (name, kind, more) in enumerate(
-            (
-                ("shooter", "flywheel", "inertia = 0.01\nfollowers = [21, 22]"),
-                ("intake", "roller", ""),
-                ("feeder", "roller", ""),
-                ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
-                ("hood", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 40"),
-                ("turret", "turret", "inertia = 0.1\nmin_deg = -90\nmax_deg = 90"),
-                ("lift", "elevator", "mass = 5\ndrum_radius = 0.02\nmax_height = 1.0\nx = 0.1\nlean_deg = 0"),
-                ("arm", "arm", 'inertia = 0.1\nmin_deg = 0\nmax_deg = 90\non = "lift"\nyaw_deg = 180'),
-                ("claw", "roller", ""),
-                ("climb", "rack", "mass = 2\npinion_radius = 0.02\ntravel = 0.5\nrise_deg = 90"),
-            )
-        )
-    )
-    text = uncommented(template(every=True))
-    path.write_text(text + named)
-    robot = read_settings(path)
-    assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
-    assert robot.mechanism("shooter").followers == (21, 22)
-    assert robot.game == "name" and robot.capacity == 1
-    (intake,), (shooter,) = robot.intakes, robot.shooters
-    assert intake.deploy == "pivot" and intake.kinds == ("Name",)
-    assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
-    (claw,), (climber,), (storage,) = robot.placers, robot.climbers, robot.storages
-    assert [joint.mechanism for joint in claw.joints] == ["lift", "arm"] and claw.offset == (0.35, 0.0, 0.0)
-    assert [joint.mechanism for joint in climber.joints] == ["climb"]
-    assert (storage.name, storage.capacity, intake.storage, shooter.storage) == ("front", 20, "front", "front")
-    assert robot.auto_starts == {"Left two piece": (2.0, 1.2, 0.0)}
-    assert [(camera.name, camera.maker) for camera in robot.cameras] == [
-        ("limelight", "limelight"), ("front", "photonvision")
-    ]  # fmt: skip
-    assert robot.headset is not None and robot.headset.frame_rate == 100.0
+def test_cameras_and_ports_that_were_found_are_named():
+    text = template(cameras=CAMERAS, ports=[FoundPort(model="DIO", channels=(0, 1), made_by="Encoder")])
+    for line in ("camera limelight-front\n", "camera rear: placed by its estimator\n", "DIO 0 1: Encoder\n"):
+        assert f"# {line}" in text
 
 
 def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
@@ -142,23 +90,16 @@ NAMED = [
 ]  # fmt: skip
 
 
-def test_names_of_attributes_name_mechanisms_and_propose_intake_and_shooter(tmp_path):
-    text = template(NAMED, every=True)
-    proposed = text[text.index("# Proposed by the names") : text.index("# [[storage]]")]
+def test_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
+    text = template(NAMED)
     path = tmp_path / "simcore.toml"
-    path.write_text(text + uncommented(proposed).replace('"intake_pivot"', '"arm"').replace('"hood"', '"arm"')
-                    + '[[mechanism]]\nname = "arm"\nkind = "arm"\nleader = 40\n')  # fmt: skip
+    path.write_text(text)
     robot = read_settings(path)
     assert [m.name for m in robot.mechanisms] == [
-        *("intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10"),
-        "arm",
+        *("intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10")
     ]
     assert [type(m.config).__name__ for m in robot.mechanisms[2:5]] == ["RollerConfig", *["FlywheelConfig"] * 2]
-    (intake,), (shooter,) = robot.intakes, robot.shooters
-    assert (intake.roller, intake.deploy) == ("intake_roller", "arm") and 'deploy = "intake_pivot"' in proposed
-    assert (shooter.wheels, shooter.gate, shooter.hood) == (("shooter_top", "shooter_bottom"), ("feeder1",), "arm")
     assert 'by its name "arm", with inertia, min_deg, max_deg' in text
-    assert "Proposed" not in template(MOTORS, every=True) + template(NAMED)
 
 
 def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
