@@ -21,17 +21,20 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.tipping import tipping_limit
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.known_shot import KnownShot, exit_efficiency, goal_of, needed_speeds
-from simcore.robot_file.mechanism_runs import (
-    CodeView,
-    MechanismRun,
-    place_text,
-    reading_unit,
-    run_mechanism,
-    speed_text,
-)
 from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
+from simcore.robot_file.robot_findings import (
+    CodeView,
+    MechanismRun,
+    RobotFinding,
+    findings,
+    place_text,
+    reading_unit,
+    run_findings,
+    run_mechanism,
+    shot_reach,
+    speed_text,
+)
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
 from simcore.show.robot_drawing import draw_robot
