@@ -23,8 +23,7 @@ from simcore.quantities import (
     Quantity,
 )
 from simcore.robot.dc_motor import MOTOR_NAMES
-from simcore.robot_file.key_tables import Key, KeyTable, Several
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 
 __all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "read_drivetrain"]
 

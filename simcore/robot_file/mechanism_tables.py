@@ -31,9 +31,8 @@ from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig
-from simcore.robot_file.key_tables import Key, KeyTable, Several
+from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
-from simcore.robot_file.toml_tables import Table
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = [

@@ -12,8 +12,7 @@ from simcore.quantities import DEGREES, DELAY, DURATION, GEARING, RATIO, ROBOT_H
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, telemetry_name
-from simcore.robot_file.key_tables import Key, KeyTable, Named, Several
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 

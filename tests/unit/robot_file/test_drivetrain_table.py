@@ -6,8 +6,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.robot_file.drivetrain_table import read_drivetrain
-from simcore.robot_file.key_tables import table_text
-from simcore.robot_file.toml_tables import Table, tomllib
+from simcore.robot_file.key_tables import Table, table_text, tomllib
 
 SWERVE = {
     "kind": "swerve", "controller": "SPARK MAX", "drive": [1, 3, 5, 7], "steer": [2, 4, 6, 8], "encoder": "wired",

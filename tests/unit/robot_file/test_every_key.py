@@ -17,13 +17,12 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.camera_table import CAMERAS
 from simcore.robot_file.drivetrain_table import DRIVETRAIN, MEASURES, DrivetrainSettings
 from simcore.robot_file.further_robots import FURTHER_ROBOT, FurtherRobot
-from simcore.robot_file.key_tables import Key, Named, Several, toml
+from simcore.robot_file.key_tables import Key, Named, Several, Table, toml
 from simcore.robot_file.manipulator_tables import CLAW, CLIMBER, COMPONENT, INTAKE, SHOOTER, STORAGE
 from simcore.robot_file.mechanism_tables import KINDS, MECHANISM, MOTORS, PLACE
 from simcore.robot_file.reader import AUTOS, ROBOT, SCATTER, START, TOP
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import SENSOR, SENSORS, PieceView, SensorSettings
-from simcore.robot_file.toml_tables import Table
 
 CORNERS = {"x_min": 0.1, "x_max": 0.2, "y_min": -0.1, "y_max": 0.1, "z_min": 0.1, "z_max": 0.2}
 OF_KIND = {

@@ -1,4 +1,4 @@
-"""What `simcore check` finds: the robot of REBUILT after one mistake each, and a second of mechanisms by closed forms."""
+"""What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
 
 from __future__ import annotations
 
