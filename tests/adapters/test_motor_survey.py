@@ -68,6 +68,7 @@ def test_what_is_on_ports_is_found_with_its_class(project):
 def test_cameras_are_found_with_the_place_that_the_program_tells(project, capsys):
     """Limelights and a headset by the tables that are asked for, PhotonCameras by their names."""
     shutil.copy(ROBOTS / "sighted" / "robot.py", project)
+    shutil.copy(ROBOTS / "shared" / "questnav.py", project)
     assert main(["init", str(project)]) == 0
     said = capsys.readouterr().out
     assert (
