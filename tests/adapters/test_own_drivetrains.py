@@ -125,11 +125,8 @@ def test_what_init_writes_drives_the_same(name, project, driven, python, request
     assert encoder is None or f'encoder = "{encoder}"' in text
     described = driven(folder)
     assert [*plain] == [*described]
-    for fact, value in plain.items():
-        if fact not in (
-            "digest",
-            "pushed",
-        ):  # measures are written with seven digits, and fuel multiplies what they leave
+    for fact, value in plain.items():  # measures are written with seven digits, and fuel multiplies what they leave
+        if fact not in ("digest", "pushed"):
             assert described[fact] == pytest.approx(value, rel=5e-3, abs=0.02), fact
     said = python(folder, "-m", "simcore", "check")
     assert f"note: {kind} drive: as simcore.toml says" in said and "nothing wrong" in said
