@@ -61,7 +61,6 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
     if table.has_devices:
         found = _described(table)
     else:
-        _refuse(table.of_devices, "describes motors, and kind, controller and drive (or left and right) are not there")
         for maker in makers():
             ready = maker.drivetrain(settings, folder)
             if ready is not None:

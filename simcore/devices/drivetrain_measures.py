@@ -10,7 +10,6 @@ from typing import Any
 
 from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
 from simcore.devices.project_settings import project_measures
-from simcore.errors import ConfigError
 from simcore.robot.cots import MODULES
 from simcore.robot.dc_motor import motor
 from simcore.robot_file.robot_settings import RobotSettings
@@ -24,13 +23,6 @@ MODULE_MEASURES = (
     *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
 )
 """Of a swerve module, as `SwerveModuleConfig` names them."""
-_OF_KINDS = {
-    **dict.fromkeys(("steer_motor", "steer_gearing", "coupling_ratio"), ("swerve",)),
-    **dict.fromkeys(("steer_stator_limit", "steer_supply_limit"), ("swerve",)),
-    **dict.fromkeys(("trackwidth", "dropped_center"), ("tank",)),
-    "reversed": ("tank", "mecanum"),
-}
-"""Measures that not every kind of drivetrain has."""
 _SANE = {
     "wheel_radius": (0.02, 0.2),
     "drive_gearing": (1.0, 40.0),
@@ -70,12 +62,6 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
     """
     projects = project_measures(folder)
     known: dict[str, Measure] = _of_file(settings)
-    for name in known:
-        kinds = _OF_KINDS.get(name, (found.kind,))
-        if found.kind not in kinds:
-            raise ConfigError(
-                f"{FILE_NAME} [drivetrain]: {name} belongs to a {' or '.join(kinds)} drive, this is a {found.kind}"
-            )
     differences: list[str] = []
     for source in (dict(found.measures), *projects):
         for name, measure in source.items():

@@ -138,6 +138,9 @@ def _measures(constants: Any) -> dict[str, Measure]:
     return found
 
 
+_WIRED = ("QUADRATURE", "PULSE_WIDTH")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess(GuessedMechanism):
     """What a group of Talons probably turns."""
@@ -213,7 +216,14 @@ class _Ctre(Maker):
         if "CANCODER" in source or ("CANDI" in source and "QUADRATURE" not in source):  # which is not simulated
             sensors = (("CANcoder" if "CANCODER" in source else "CANdi", number),)
         is_clockwise = config.motor_output.inverted.name == "CLOCKWISE_POSITIVE"
-        return Guess(mechanism=shaft, motor=name, sensors=sensors, inverted=is_clockwise, feedback=feedback)
+        return Guess(
+            mechanism=shaft,
+            motor=name,
+            sensors=sensors,
+            has_wired_sensor=source in _WIRED,
+            inverted=is_clockwise,
+            feedback=feedback,
+        )
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> TalonFXMotorSim:
         m = mounting or Mounting()
@@ -239,7 +249,6 @@ class _Ctre(Maker):
             made = sensor.hardware
             is_candi = sensor.model == "CANdi"
             encoder = CANdiEncoderSim(made, int(feedback.source[-1])) if is_candi else CANcoderSim(made)
-        is_wired = feedback.source in ("QUADRATURE", "PULSE_WIDTH")
         return TalonFXMotorSim(
             group.leader.hardware,
             guess.mechanism,
@@ -249,7 +258,7 @@ class _Ctre(Maker):
             zero_at=guess.mechanism.position,
             encoder=encoder,
             encoder_gearing=feedback.sensor_per_mechanism,
-            sensor_gearing=feedback.rotor_per_sensor if is_wired else None,
+            sensor_gearing=feedback.rotor_per_sensor if guess.has_wired_sensor else None,
         )
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:

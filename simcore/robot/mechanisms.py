@@ -47,6 +47,7 @@ __all__ = [
     "ServoConfig",
     "ServoSim",
     "ShaftSim",
+    "guessed_inertia",
     "guessed_shaft",
 ]
 
@@ -671,6 +672,9 @@ class GuessedMechanism:
     sensors: tuple[tuple[str, int], ...] = ()
     """Further devices that show where it is, as (model, id)."""
 
+    has_wired_sensor: bool = False
+    """Whether an encoder that is wired to the controller shows where it is."""
+
     @property
     def has_weight(self) -> bool:
         """Whether gravity acts on it."""
@@ -682,6 +686,11 @@ class GuessedMechanism:
         if isinstance(m, ArmSim):
             return f"{text}, weight of its {self.arm_gain} as an arm"
         return text + (", weight of its kG" if self.has_weight else "")
+
+
+def guessed_inertia(gearbox: GearboxConfig, spin_up: float = _SPIN_UP) -> float:
+    """Inertia at the mechanism with which motors reach 63 % of their speed in so many seconds [kg m^2]."""
+    return spin_up * gearbox.torque_per_amp / gearbox.resistance * gearbox.volts_per_speed
 
 
 def guessed_shaft(
@@ -707,10 +716,8 @@ def guessed_shaft(
     """
     friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
     gearbox = replace(gearbox, friction_torque=friction)
-    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
-    spin_up = ka / kv if ka > 0.0 and kv > 0.0 else _SPIN_UP
-    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
-    torque = weight * torque_per_volt
+    inertia = guessed_inertia(gearbox, ka / kv if ka > 0.0 and kv > 0.0 else _SPIN_UP)
+    torque = weight * gearbox.torque_per_amp / gearbox.resistance
     if torque == 0.0:
         return ShaftSim(gearbox, inertia)
     if arm is None:

@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from simcore.quantities import DEGREES, FIELD_OF_VIEW, FRAME_RATE, NOISE_PIXELS, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
-from simcore.robot_file.key_tables import Key, KeyTable, Several
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.vision.camera import (
     LIMELIGHTS,
     PHOTON_LENS,

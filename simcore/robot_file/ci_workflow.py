@@ -8,7 +8,7 @@ from typing import Any
 
 from simcore.errors import ConfigError, OutputError
 from simcore.install_text import source_address
-from simcore.robot_file.toml_tables import read_toml
+from simcore.robot_file.key_tables import read_toml
 
 __all__ = ["workflow_text", "write_workflow"]
 

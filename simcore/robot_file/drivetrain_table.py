@@ -7,7 +7,7 @@ nothing is looked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,11 +23,12 @@ from simcore.quantities import (
     Quantity,
 )
 from simcore.robot.dc_motor import MOTOR_NAMES
-from simcore.robot_file.key_tables import Key, KeyTable, Several, comment_line, toml
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 
-__all__ = ["DRIVETRAIN", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
+__all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "read_drivetrain"]
 
+_OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
+"""Keys that say which devices there are, beside those of the drive motors."""
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
 """Classes of WPILib that read absolute encoders on ports of the roboRIO; several may be on one drivetrain."""
@@ -126,11 +127,6 @@ class DrivetrainSettings:
         return bool(self.drive)
 
     @property
-    def of_devices(self) -> tuple[str, ...]:
-        """Keys that it has and that name devices."""
-        return self._said("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
-
-    @property
     def corrections(self) -> tuple[str, ...]:
         """Keys that it has and that correct what is found of the wheels."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
@@ -159,6 +155,10 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     measures = {key.name: said.pop(key.name) for key in MEASURES}
     left, right, xs, ys = (said.pop(name) for name in ("left", "right", "x", "y"))
     drive = tuple((number,) for number in said.pop("drive"))
+    if not (left or right or drive):
+        for name in _OF_DEVICES:
+            if name in t:
+                raise t.error(name, "needs the motors beside it, drive, or left and right; else they are looked for")
     if bool(left) != bool(right):
         raise t.error("left", "and right must both name motors")
     if len(xs) != len(ys):
@@ -177,8 +177,6 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
     """With motors the table describes all of the drivetrain."""
     if not s.has_devices:
-        if s.steer:
-            raise t.error("drive", "is missing beside steer; it must be as many ids")
         return
     if not s.kind or not s.controller:
         raise ConfigError(f"{t.where}: kind and controller (of the drive motors, e.g. SPARK MAX) belong to its motors")
@@ -189,17 +187,3 @@ def _require_whole(t: Table, s: DrivetrainSettings) -> None:
             raise t.error(key, f"must have {n} entries, one for each of drive; got {len(row)}")
     if s.kind == "mecanum" and n != 4:
         raise t.error("drive", f"must name 4 motors: front left, front right, rear left, rear right; got {n}")
-
-
-def drivetrain_text(rows: Sequence[tuple[str, Any, str]]) -> str:
-    """The table as text.
-
-    Args:
-        rows: Keys, values, and what is to be said of each.
-
-    >>> print(drivetrain_text([("kind", "tank", ""), ("left", [1, 2], "found")]), end="")
-    [drivetrain]
-    kind = "tank"
-    left = [1, 2]                   # found
-    """
-    return "[drivetrain]\n" + "".join(comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows)

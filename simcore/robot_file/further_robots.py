@@ -20,9 +20,8 @@ from simcore.match.scripted import ScriptedRobot
 from simcore.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
 from simcore.robot.robot import Controller
-from simcore.robot_file.key_tables import Key, KeyTable
+from simcore.robot_file.key_tables import Key, KeyTable, Table
 from simcore.robot_file.recorded_robot import Recorded, RecordedRobot
-from simcore.robot_file.toml_tables import Table
 
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 

@@ -1,4 +1,4 @@
-"""`simcore init`: writes a commented `simcore.toml` beside robot.py, with the devices that the program builds."""
+"""`simcore init`: writes a `simcore.toml` beside robot.py, with the devices that the program builds."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
 from simcore.robot_file.ci_workflow import write_workflow
-from simcore.robot_file.drivetrain_table import drivetrain_text
+from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME, FoundCamera, FoundMotor, FoundPort, template
 
 __all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
@@ -24,6 +25,11 @@ __all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
 _LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
 """What programs write into rather than read from; links to them would lead back into the project."""
+_LEFT_BEHIND = (
+    *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
+    *("simgui*.json", "*.wpilog", "*.hoot"),
+)
+_OWN_SIMULATION = re.compile(r"\bsim_state\b|\bSpark\w*Sim\b|SimCollection\b|\bset_raw_rotor_position\b")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder", nargs="?", type=Path, default=Path(), help="the robot project, or its robot.py (default: here)"
     )
+    parser.add_argument("--all", action="store_true", help="write all other keys too, in comments")
     parser.add_argument("--force", action="store_true", help="overwrite the file if it is there")
     parser.add_argument(
         "--ci", action="store_true", help="write a GitHub workflow that runs the robot tests, and nothing else"
@@ -67,10 +74,20 @@ def run(args: argparse.Namespace) -> int:
             print(f"the robot program ended early ({why_not}); these are the devices that it had built")
         elif why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
+    if motors and _simulates_itself(folder):
+        remark = "your program has a simulation of its own, which may move it"
+        motors = [m if m.remark else replace(m, turns_freely=False, remark=remark) for m in motors]
+    text = template(motors, ports, cameras, drivetrain, every=args.all)
     try:
-        path.write_text(_with_drivetrain(template(motors, ports, cameras), drivetrain), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
+        try:
+            read_settings(path)
+        except ConfigError as error:  # what was found makes no sense together: then it is not said
+            drivetrain = {"problem": f"the drivetrain that was found cannot be written as a table: {error}"}
+            path.write_text(template(motors, ports, cameras, drivetrain, every=args.all), encoding="utf-8")
+        ignore = write_ignored(_project_of(robot_file))
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+        raise OutputError(f"cannot write {error.filename or path}: {error.strerror}") from error
     for line in drivetrain.get("lines", ()):
         print(line)
     if "problem" in drivetrain:
@@ -87,25 +104,36 @@ def run(args: argparse.Namespace) -> int:
             + (f"; say in the file where {unplaced} sit" if unplaced else "")
         )
     main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
-    print(f"wrote {path}; now: python -m robotpy {main}sim --simcore")
+    print(f"wrote {path}{f' and {ignore}' if ignore else ''}; now: python -m robotpy {main}sim --simcore")
     return 0
 
 
-def _with_drivetrain(text: str, found: dict[str, Any]) -> str:
-    """The file with what was found of the drivetrain.
+def _simulates_itself(folder: Path) -> bool:
+    """Whether robot code or a physics.py writes into simulated motors."""
+    files = [path for path in folder.rglob("*.py") if not _is_foreign(path.relative_to(folder))]
+    return any(_OWN_SIMULATION.search(path.read_text(encoding="utf-8", errors="replace")) for path in files)
+
+
+def write_ignored(project: Path) -> Path | None:
+    """Let git ignore what runs leave behind; lines that are there stay, and none comes twice.
 
     Args:
-        text: Of the rest.
-        found: By the survey.
+        project: From where the program is started.
+
+    Returns:
+        The file, if it was written.
     """
-    if found.get("has_mass"):  # PathPlanner's or Choreo's settings have it, and it is never typed twice
-        text = re.sub(r"(?m)^mass = ", "# mass = ", text, count=1)
-    if "rows" in found:
-        return f"{text}\n{drivetrain_text([tuple(row) for row in found['rows']])}"
-    about = found.get("lines", ["not found"])[0]
-    rows = [("drive_gearing", 6.75, "overrides what is found; docs/which_robots.md has all keys")]
-    commented = "".join(f"# {line}\n" for line in (about, *drivetrain_text(rows).splitlines()))
-    return f"{text}\n{commented}"
+    path = project / ".gitignore"
+    text = path.read_text(encoding="utf-8") if path.is_file() else ""
+    known = {line.strip().strip("/") for line in text.splitlines()}
+    new = [line for line in _LEFT_BEHIND if line.strip("/") not in known]
+    if not new:
+        return None
+    gap = "" if not text else "\n" if text.endswith("\n") else "\n\n"
+    path.write_text(
+        f"{text}{gap}# what `robotpy sim` and simcore leave behind\n{chr(10).join(new)}\n", encoding="utf-8"
+    )
+    return path
 
 
 def find_robot_py(place: Path) -> Path:

@@ -1,19 +1,159 @@
-"""The keys of simcore.toml: each stands once, and makes reader, error sentences, template and documentation."""
+"""The keys of simcore.toml: each stands once, and makes reader, error sentences, template and documentation.
+
+Tables are read strictly: every key is asked for once, and a key that is not asked for is a mistake.
+"""
 
 from __future__ import annotations
 
 import json
 import math
+import re
+import sys
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeAlias
 
-from simcore.errors import nearest
+from simcore.errors import ConfigError, nearest
 from simcore.quantities import Quantity, Row, require, require_row, row_text, shown
-from simcore.robot_file.toml_tables import REQUIRED, Table
 
-__all__ = ["Form", "Key", "KeyTable", "Named", "Names", "Several", "comment_line", "toml"]
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = [
+    "REQUIRED", "Form", "Key", "KeyTable", "Named", "Names", "Several", "Table", "comment_line", "read_toml",
+    "table_text", "toml",
+]  # fmt: skip
+
+REQUIRED: Any = object()
+"""Default of a key that must be there."""
+_MOST_BYTES, _MOST_DOTS = 100_000, 100  # a whole robot takes 5 kB and two dots; the parser is slow in what is nested
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What is in a file.
+
+    Raises:
+        ConfigError: It cannot be read, or is no TOML; the message has the line.
+    """
+    try:
+        size = path.stat().st_size
+        if size > _MOST_BYTES:
+            raise ConfigError(f"{path.name}: must be a text of at most {_MOST_BYTES} bytes, got {size}")
+        text = path.read_text(encoding="utf-8-sig")  # Windows editors begin a file with a byte order mark
+        for number, line in enumerate(text.splitlines(), 1):
+            if line.count(".") > _MOST_DOTS:
+                raise ConfigError(f"{path.name}: line {number} is nested too deep: a key with over {_MOST_DOTS} dots")
+        return tomllib.loads(text)
+    except OSError as error:
+        raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        comma = re.search(r"^[^#\"'\[]*=\s*(\d+),(\d+)\s*(#.*)?$", text, re.MULTILINE)
+        hint = f"; decimals take a point: {comma[1]}.{comma[2]}" if comma else ""
+        raise ConfigError(f"{path.name}: is no valid TOML: {error}{hint}") from error
+    except RecursionError as error:
+        raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
+    except ConfigError:
+        raise
+    except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
+        raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
+
+
+class Table:
+    """One table of a file; `Key` reads the values in it.
+
+    Args:
+        data: As the TOML parser gives it.
+        where: How messages call it, e.g. `simcore.toml [robot]`.
+
+    >>> robot = Table({"bumbers": 1}, "simcore.toml [robot]")
+    >>> robot.value("bumpers", 0.8, "a length")
+    0.8
+    >>> robot.finish()
+    Traceback (most recent call last):
+    simcore.errors.ConfigError: simcore.toml [robot]: no key 'bumbers'. Did you mean 'bumpers'? Known: bumpers
+    """
+
+    def __init__(self, data: dict[str, Any], where: str) -> None:
+        self._data = data
+        self.where = where
+        self._asked: list[str] = []
+
+    def error(self, key: str, problem: str) -> ConfigError:
+        """The error to raise about a key."""
+        return ConfigError(f"{self.where}: {key} {problem}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def value(self, key: str, default: Any, wanted: str) -> Any:
+        """The value of a key, of whatever type.
+
+        Args:
+            key: Its name.
+            default: If it is not there; with `REQUIRED` it must be.
+            wanted: What it must be, for the message.
+        """
+        self._asked.append(key)
+        if key not in self._data and default is REQUIRED:
+            raise self.error(key, f"is missing; it must be {wanted}")
+        return self._data.get(key, default)
+
+    def table(self, key: str) -> Table | None:
+        """A table in this one, or None."""
+        value = self.value(key, None, "")
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {shown(value)}")
+        return Table(value, f"{self.where} [{key}]")
+
+    def tables(self, key: str) -> list[Table]:
+        """The tables of a list of tables; each is called by its name, where it has one."""
+        value = self.value(key, [], "")
+        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+            raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
+        return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
+
+    def table_or_tables(self, key: str) -> list[Table]:
+        """A single table `[key]`, or the tables of a list `[[key]]`; none if there is neither."""
+        value = self._data.get(key)
+        if isinstance(value, dict):
+            self._asked.append(key)
+            return [Table(value, f"{self.where} [{key}]")]
+        return self.tables(key)
+
+    def named_tables(self, key: str) -> dict[str, Table]:
+        """The tables in a table, by their names: `[autos."Left"]` is one of `autos`."""
+        table = self.table(key)
+        if table is None:
+            return {}
+        tables = {}
+        for name, value in table._data.items():
+            if not isinstance(value, dict):
+                line = f"[{key}.{name!r}]"
+                raise table.error(name, f"must be a table, written {line} on a line of its own; got {shown(value)}")
+            tables[name] = Table(value, f"{self.where} [{key}.{name!r}]")
+        return tables
+
+    def finish(self) -> None:
+        """Say that all keys have been asked for.
+
+        Raises:
+            ConfigError: The file has one that was not.
+        """
+        for key in self._data:
+            if key not in self._asked:
+                known = sorted(self._asked)
+                raise ConfigError(f"{self.where}: no key {key!r}.{nearest(key, known)} Known: {', '.join(known)}")
+
+
+# --- keys -------------------------------------------------------------------------------------------------------------
 
 Names: TypeAlias = Mapping[str, Sequence[str]]
 """What a file has, by its kind: the names of its mechanisms, of those that carry something, of its storages."""
@@ -77,6 +217,8 @@ that is -0.61 m
     field: str = ""
     """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, unless the field
     has `_deg` at its end, too."""
+    is_guess: bool = False
+    """Whether its default is a guess, which runs list as long as the file does not say it."""
 
     def read(self, t: Table, names: Names) -> Any:
         """The value in a table, in the unit of the config.
@@ -107,9 +249,9 @@ that is -0.61 m
         """Field of the config."""
         return self.field or self.name
 
-    def line(self, value: Any = None, *, prefix: str = "# ") -> str:
+    def line(self, prefix: str = "# ") -> str:
         """Of the template."""
-        values = (value, self.example, self.default, "name")
+        values = (self.example, self.default, "name")
         first = next(one for one in values if one is not None and one is not REQUIRED)
         return comment_line(f"{prefix}{self.name} = {toml(first)}", self.about)
 
@@ -117,7 +259,7 @@ that is -0.61 m
         """Of the table in the documentation."""
         default = "needed" if self.default is REQUIRED else ""
         if default == "" and self.default not in (None, (), ""):
-            default = f"`{toml(self.default)}`"
+            default = f"{'a guess: ' if self.is_guess else ''}`{toml(self.default)}`"
         meaning, _, left_out = self.about.partition("left out: ")
         return f"| `{self.name}` | {_form_text(self.form)} | {left_out or default} | {meaning.rstrip('; ')} |"
 
@@ -139,23 +281,16 @@ class KeyTable:
         """
         return {key.target: key.read(t, names or {}) for key in self.keys}
 
-    def example(self, *more: KeyTable, only: Sequence[str] = (), without: Sequence[str] = (), **values: Any) -> str:
-        """The table in comments.
+    def guesses(self, t: Table) -> dict[str, Any]:
+        """Keys that are left out and whose defaults are guesses, with these."""
+        return {key.name: key.default for key in self.keys if key.is_guess and key.name not in t}
 
-        Args:
-            more: Whose keys it has as well.
-            only: Names of the keys that it shows; none: all.
-            without: Names of those that it leaves out.
-            values: By the names of keys, in place of their examples.
-        """
-        keys = [key for part in (self, *more) for key in part.keys]
-        shown = [key for key in keys if key.name in only or (not only and key.name not in without)]
-        return comment_line(f"# {self.head}", self.about) + "".join(key.line(values.get(key.name)) for key in shown)
-
-    def meanings(self) -> str:
-        """Its keys as prose in comments, with what may be left out in brackets."""
-        names = [key.name if key.default is REQUIRED else f"({key.name})" for key in self.keys]
-        return "".join(comment_line(f"#   {name}", key.about) for name, key in zip(names, self.keys, strict=True))
+    def example(self) -> str:
+        """The table in comments."""
+        head, _, kind = self.head.partition(", ")
+        return comment_line(f"# {head}", f"{kind}: {self.about}" if kind else self.about) + "".join(
+            key.line() for key in self.keys
+        )
 
     def reference(self) -> Iterator[str]:
         """Lines of the documentation."""
@@ -170,6 +305,23 @@ def comment_line(text: str, about: str) -> str:
     first, *more = textwrap.wrap(about, 86) or [""]
     lines = [f"{text:<31} # {first}" if about else text, *(f"{'#':<31} # {line}" for line in more)]
     return "".join(f"{line}\n" for line in lines)
+
+
+def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
+    """A table as text; rows whose values are empty are left out.
+
+    Args:
+        head: As written in the file.
+        rows: Keys, values, and what is to be said of each.
+
+    >>> print(table_text("[drivetrain]", [("kind", "tank", ""), ("left", [1, 2], "found"), ("gyro", "", "")]), end="")
+    [drivetrain]
+    kind = "tank"
+    left = [1, 2]                   # found
+    """
+    return f"{head}\n" + "".join(
+        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", ())
+    )
 
 
 def toml(value: Any) -> str:

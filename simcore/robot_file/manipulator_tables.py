@@ -29,10 +29,9 @@ from simcore.quantities import (
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig
-from simcore.robot_file.key_tables import Key, KeyTable, Named, Names, Several
+from simcore.robot_file.key_tables import REQUIRED, Key, KeyTable, Named, Names, Several, Table
 from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.robot_settings import MechanismSettings
-from simcore.robot_file.toml_tables import REQUIRED, Table
 
 __all__ = [
     "CLAW", "CLIMBER", "COMPONENT", "INTAKE", "MANIPULATORS", "SHOOTER", "STORAGE", "read_claw", "read_climber",

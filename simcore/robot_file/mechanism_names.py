@@ -1,16 +1,13 @@
-"""What a mechanism is probably called, of which kind it is, and what it is for, by names in robot code."""
+"""What a mechanism is probably called, and of which kind it is, by names in robot code."""
 
 from __future__ import annotations
 
 import gc
 import re
 import types
-from collections.abc import Sequence
 from typing import Any
 
-from simcore.robot_file.manipulator_tables import INTAKE, SHOOTER
-
-__all__ = ["holder_of", "mechanism_kind", "mechanism_name", "proposed_tables"]
+__all__ = ["holder_of", "mechanism_kind", "mechanism_name"]
 
 _OF_MOTORS = {
     *("motor", "motors", "talon", "talonfx", "fx", "fxs", "spark", "max", "flex", "controller", "device", "leader"),
@@ -52,19 +49,14 @@ def mechanism_name(attribute: str, owner: str = "") -> str:
     return "_".join(words) if set(words) - _SIDES else ""
 
 
-def mechanism_kind(name: str, *, has_gravity: bool) -> str:
-    """A kind of simcore.toml.
+def mechanism_kind(name: str) -> str:
+    """The kind of simcore.toml that a name, as `mechanism_name` has it, probably is of.
 
-    Args:
-        name: As `mechanism_name` has it.
-        has_gravity: Whether it holds a weight, as its configuration says.
-
-    >>> [mechanism_kind(name, has_gravity=False) for name in ("intake_pivot", "shooter_top", "feeder1")]
+    >>> [mechanism_kind(name) for name in ("intake_pivot", "shooter_top", "feeder1")]
     ['arm', 'flywheel', 'roller']
     """
     words = set(re.findall(r"[a-z]+", name))
-    named = next((kind for kind, those in _KINDS.items() if words.intersection(those)), "")
-    return named or ("arm" if has_gravity else "roller")
+    return next((kind for kind, those in _KINDS.items() if words.intersection(those)), "roller")
 
 
 def holder_of(device: Any) -> tuple[str, str]:
@@ -93,48 +85,3 @@ def _words(name: str) -> list[str]:
     """`shooterMotorTop` and `SHOOTER_MOTOR_TOP` as words in lower case."""
     apart = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
     return [word.lower() for word in apart.split("_") if word]
-
-
-# --- what they are for ------------------------------------------------------------------------------------------------
-
-_TAKING, _THROWING = ("intake", "pickup", "collect"), ("shoot", "flywheel", "launch")
-_FEEDING = ("feed", "index", "kick", "convey", "belt", "spindex", "loader")
-
-
-def proposed_tables(mechanisms: Sequence[tuple[str, str]]) -> str:
-    """An intake and a shooter in comments, as far as names of mechanisms mean them; empty: none does.
-
-    Args:
-        mechanisms: Name and kind of each.
-    """
-
-    def pick(kinds: tuple[str, ...], starts: tuple[str, ...], but: tuple[str, ...] = ()) -> list[str]:
-        words = {name: re.findall("[a-z]+", name) for name, kind in mechanisms if kind in kinds}
-        fitting = [name for name, own in words.items() if any(word.startswith(starts) for word in own)]
-        return [name for name in fitting if not any(word.startswith(but) for word in words[name])] if but else fitting
-
-    tables = []
-    rollers = pick(("roller",), _TAKING, _FEEDING)
-    if rollers:
-        out = pick(("arm", "rack"), (*_TAKING, "deploy"))
-        values: dict[str, Any] = {"roller": rollers[0], **({"deploy": out[0], "out_at": "lower"} if out else {})}
-        tables.append(INTAKE.example(only=("x_min", "x_max", "y_min", "y_max", "takes_in", *values), **values))
-    wheels = pick(("flywheel",), _THROWING, _FEEDING)[:2]
-    if wheels:
-        values = {
-            "wheels": wheels if len(wheels) > 1 else wheels[0],
-            "feeder": pick(("roller", "flywheel"), _FEEDING),
-            "hood": next(iter(pick(("arm",), ("hood",))), None),
-            "turret": next(iter(pick(("turret",), ("turret",))), None),
-            "exit_efficiency": 0.49 if len(wheels) == 1 else 0.98,
-        }
-        values = {key: value for key, value in values.items() if value}
-        own = (
-            "elevation_deg",
-            "height",
-            "yaw_deg",
-            "wheel_radius",
-            *(["elevation_per_hood"] if "hood" in values else []),
-        )
-        tables.append(SHOOTER.example(only=(*own, *values), **values))
-    return "#\n".join(tables)

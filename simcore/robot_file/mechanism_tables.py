@@ -35,16 +35,16 @@ from simcore.robot.mechanisms import (
     RackConfig,
     RollerConfig,
     ServoConfig,
+    guessed_inertia,
 )
 from simcore.robot.robot_config import MechanismConfig
-from simcore.robot_file.key_tables import Key, KeyTable, Several
+from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
-from simcore.robot_file.toml_tables import Table
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = [
     "CAN_ID", "KINDS", "MECHANISM", "MOTORS", "PLACE", "joints_to", "moving_masses",
-    "read_mechanism", "require_chains",
+    "read_mechanism", "require_chains", "usual_motor",
 ]  # fmt: skip
 
 CAN_ID = Quantity("", 0, 62, is_whole=True)
@@ -52,15 +52,17 @@ _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
 """WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex", "Talon SRX": "CIM", "Victor SPX": "CIM"}
+_GEARING = 1.0  # a guess, where the program has set none either
 _WITH_ENCODER = ("SPARK MAX", "SPARK Flex", "Talon SRX")
 
 _STOPS = (
-    Key("min_deg", DEGREES, about="lower stop: 0 is level, 90 upright", example=0.0, field="min_angle"),
-    Key("max_deg", DEGREES, about="upper stop", example=90.0, field="max_angle"),
-    Key("start_deg", DEGREES, None, "at first; left out: the lower stop", 0.0, "start_angle"),
+    Key("min_deg", DEGREES, -180.0, "lower stop: 0 is level, 90 upright", 0.0, "min_angle", is_guess=True),
+    Key("max_deg", DEGREES, 180.0, "upper stop", 90.0, "max_angle", is_guess=True),
+    Key("start_deg", DEGREES, None, "at first; left out: min_deg, or 0 where that is a guess", 0.0, "start_angle"),
 )
 _YAW = Key("yaw_deg", DEGREES, 0.0, "where it reaches: 0 to the front, 180 to the back", field="yaw")
-_INERTIA = Key("inertia", INERTIA, about="of all that turns, at the mechanism [kg m^2]", example=0.004)
+_INERTIA = Key("inertia", INERTIA, None, "of all that turns, at the mechanism [kg m^2]; left out: a guess by what your "
+    "program has set, else such that it has two thirds of its speed after 50 ms", 0.004, is_guess=True)  # fmt: skip
 _REVERSED = Key("reversed", bool, False, "whether your code counts down while it goes up")
 
 MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
@@ -69,7 +71,8 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     Key("opposed", Several(CAN_ID, or_one=False), (), "followers that are mounted face to face with the leader", [22]),
     Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels"),
     Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
-    Key("gearing", GEARING, about="rotor turns per turn of the mechanism", example=0.75),
+    Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess, as your program has set "
+        "it, else 1", 0.75, is_guess=True),
     Key("friction_volts", VOLTAGE_OR_NONE, None, "kS, if it coasts too long or too short; left out: the kS that your "
         "program has set, else 0.2 V, of a flywheel its motors' no-load current"),
     Key("friction_torque", TORQUE_OR_NONE, None, "instead, at the mechanism [N m]"),
@@ -92,7 +95,7 @@ PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries some
 KINDS: dict[str, KeyTable] = {table.head: table for table in (
     KeyTable("flywheel", "what throws", (_INERTIA,)),
     KeyTable("roller", "what pulls pieces in, feeds them or holds them", (
-        replace(_INERTIA, default=0.001),
+        replace(_INERTIA, default=0.001, about="of all that turns, at the roller [kg m^2]", is_guess=False),
         Key("radius", WHEEL_RADIUS, 0.025),
     )),
     KeyTable("arm", "what swings up and down", (
@@ -109,33 +112,33 @@ KINDS: dict[str, KeyTable] = {table.head: table for table in (
         replace(_STOPS[2], about="at first; left out: 0, or the stop that is nearest to it"),
     )),
     KeyTable("elevator", "what goes up and down", (
-        Key("mass", MASS, about="of all that it lifts", field="carriage_mass"),
-        Key("drum_radius", WHEEL_RADIUS, about="rise per radian of the mechanism: stages count"),
+        Key("mass", MASS, 5.0, "of all that it lifts", field="carriage_mass", is_guess=True),
+        Key("drum_radius", WHEEL_RADIUS, 0.02, "rise per radian of the mechanism: stages count", is_guess=True),
         Key("min_height", ROBOT_PLACE, 0.0),
-        Key("max_height", ROBOT_PLACE),
+        Key("max_height", ROBOT_PLACE, 1.0, is_guess=True),
         Key("start_height", ROBOT_PLACE, None, "left out: min_height"),
         Key("lean_deg", DEGREES, 0.0, "0 is upright, 15 leans to the front", field="lean"),
     )),
     KeyTable("rack", "what slides out", (
-        Key("mass", MASS, about="of all that slides"),
-        Key("pinion_radius", WHEEL_RADIUS),
-        Key("travel", ROBOT_LENGTH),
+        Key("mass", MASS, 3.0, "of all that slides", is_guess=True),
+        Key("pinion_radius", WHEEL_RADIUS, 0.02, is_guess=True),
+        Key("travel", ROBOT_LENGTH, 0.3, is_guess=True),
         Key("start_extension", ROBOT_HEIGHT, 0.0),
         _YAW,
         Key("rise_deg", DEGREES, 0.0, "up from the floor", field="rise"),
     )),
     KeyTable("servo", "on a PWM port; neither leader nor gearing", (
         Key("pwm", Quantity("", 0, 19, is_whole=True)),
-        Key("min_deg", DEGREES, about="at PWM 0", field="min_angle"),
-        Key("max_deg", DEGREES, about="at PWM 1", field="max_angle"),
-        _STOPS[2],
-        Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True)),
+        Key("min_deg", DEGREES, 0.0, "at PWM 0", field="min_angle", is_guess=True),
+        Key("max_deg", DEGREES, 180.0, "at PWM 1", field="max_angle", is_guess=True),
+        replace(_STOPS[2], about="at first; left out: min_deg"),
+        Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True), 400.0, is_guess=True),
         _REVERSED,
     )),
     KeyTable("piston", "on solenoids; neither leader nor gearing", (
         Key("solenoid", Several(_CHANNEL), about="a channel, or [forward, reverse]"),
-        Key("stroke", ROBOT_LENGTH),
-        Key("stroke_time", DURATION, about="from stop to stop [s]"),
+        Key("stroke", ROBOT_LENGTH, 0.2, is_guess=True),
+        Key("stroke_time", DURATION, 0.4, "from stop to stop [s]", is_guess=True),
         Key("module", tuple(_MODULES), "REVPH"),
         Key("module_id", CAN_ID, None, "left out: 1 of a REVPH, 0 of a CTREPCM"),
         Key("start", ("in", "out"), None, "left out: where its spring holds it"),
@@ -146,6 +149,11 @@ MECHANISM = KeyTable("[[mechanism]]", "what moves on the robot; a motor that non
     Key("name", str, example="shooter"),
     Key("kind", tuple(KINDS), about="or roller, arm, turret, elevator, rack, servo, piston", example="flywheel"),
 ))  # fmt: skip
+
+
+def usual_motor(controller: str) -> str:
+    """Name of the motor that a controller probably turns."""
+    return _USUAL_MOTORS.get(controller, "Kraken X60")
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
@@ -159,25 +167,32 @@ def read_mechanism(t: Table) -> MechanismSettings:
     if kind in ("servo", "piston"):
         settings = (_servo if kind == "servo" else _piston)(t, name, KINDS[kind].read(t))
         t.finish()
-        return settings
+        return replace(settings, guessed=KINDS[kind].guesses(t))
     v = MOTORS.read(t)
     for device in v["opposed"]:
         if device not in v["followers"]:
             raise t.error("opposed", f"must name followers, which are {list(v['followers'])}; got {device}")
-    v["motor"] = v["motor"] or _USUAL_MOTORS.get(v["controller"], "Kraken X60")
+    v["motor"] = v["motor"] or usual_motor(v["controller"])
     motors = 1 + len(v["followers"])
-    gearbox = GearboxConfig(motor=motor(v["motor"]), motors=motors, gearing=v.pop("gearing"))
+    gearbox = GearboxConfig(motor=motor(v["motor"]), motors=motors, gearing=v.pop("gearing") or _GEARING)
     friction = _friction(t, v.pop("friction_torque"), v.pop("friction_volts"), kind, gearbox)
     gearbox = replace(gearbox, friction_torque=friction)
-    place = KINDS[kind].read(t)
+    place, guessed = KINDS[kind].read(t), {**MOTORS.guesses(t), **KINDS[kind].guesses(t)}
+    if "gearing" in guessed:
+        guessed["gearing"] = _GEARING
+    if "inertia" in guessed:
+        guessed["inertia"] = place["inertia"] = guessed_inertia(gearbox)
+    if kind in ("arm", "turret") and place["start_angle"] is None and (kind == "turret" or "min_deg" in guessed):
+        place["start_angle"] = min(max(0.0, place["min_angle"]), place["max_angle"])
     yaw, rise, lean = (place.pop(angle, 0.0) for angle in ("yaw", "rise", "lean"))
     try:
-        config = _CONFIGS[kind](gearbox, place) if kind != "elevator" else _elevator(gearbox, place, lean)
+        own = {"gravity": GRAVITY * math.cos(lean)} if kind == "elevator" else {}
+        config = _CONFIGS[kind](gearbox=gearbox, **place, **own)
     except ConfigError as error:
         raise ConfigError(f"{t.where}: {error}") from error
     _check_devices(t, v)
     given = "friction_torque" in t or "friction_volts" in t
-    settings = MechanismSettings(name=name, config=config, friction_is_given=given, **v)
+    settings = MechanismSettings(name=name, config=config, friction_is_given=given, guessed=guessed, **v)
     if kind not in ("flywheel", "roller"):
         settings = _placed(t, settings, kind, yaw, rise, lean)
     t.finish()
@@ -193,22 +208,9 @@ def _friction(t: Table, torque: float | None, volts: float | None, kind: str, ge
     return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else torque
 
 
-def _turret(gearbox: GearboxConfig, v: dict[str, Any]) -> ArmConfig:
-    if v["start_angle"] is None:
-        v["start_angle"] = min(max(0.0, v["min_angle"]), v["max_angle"])
-    return ArmConfig(gearbox=gearbox, **v)
-
-
-def _elevator(gearbox: GearboxConfig, v: dict[str, Any], lean: float) -> ElevatorConfig:
-    return ElevatorConfig(gearbox=gearbox, gravity=GRAVITY * math.cos(lean), **v)
-
-
-_CONFIGS: dict[str, Callable[[GearboxConfig, dict[str, Any]], MechanismConfig]] = {
-    "flywheel": lambda gearbox, v: FlywheelConfig(gearbox=gearbox, **v),
-    "roller": lambda gearbox, v: RollerConfig(gearbox=gearbox, **v),
-    "arm": lambda gearbox, v: ArmConfig(gearbox=gearbox, **v),
-    "turret": _turret,
-    "rack": lambda gearbox, v: RackConfig(gearbox=gearbox, **v),
+_CONFIGS: dict[str, Callable[..., MechanismConfig]] = {
+    **{"flywheel": FlywheelConfig, "roller": RollerConfig, "arm": ArmConfig, "turret": ArmConfig},
+    **{"elevator": ElevatorConfig, "rack": RackConfig},
 }
 
 

@@ -17,7 +17,7 @@ from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.drivetrain_table import read_drivetrain
 from simcore.robot_file.further_robots import ROLES, read_further_robot
-from simcore.robot_file.key_tables import Key, KeyTable
+from simcore.robot_file.key_tables import Key, KeyTable, Table, read_toml
 from simcore.robot_file.manipulator_tables import (
     read_claw,
     read_climber,
@@ -29,7 +29,6 @@ from simcore.robot_file.manipulator_tables import (
 from simcore.robot_file.mechanism_tables import moving_masses, read_mechanism, require_chains
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import read_sensors
-from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
 
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
@@ -93,7 +92,7 @@ def read_settings(path: Path) -> RobotSettings:
     """
     if not path.exists():
         return RobotSettings()
-    file = read_tables(path)
+    file = Table(read_toml(path), path.name)
     top = TOP.read(file)
     if top["field_size"] is not None and top["game"] != NO_GAME:
         raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
@@ -116,10 +115,14 @@ def read_settings(path: Path) -> RobotSettings:
         body[pair] = _both(robot, body, pair)
     cameras, headset = read_cameras(file)
     names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
+    drivetrain = read_drivetrain(file.table("drivetrain"))
+    for key in ("drive_motor", "steer_motor"):
+        if key in robot and key in drivetrain.measures:
+            raise robot.error(key, "is in [drivetrain] too; keep one of them")
     settings = RobotSettings(
         **top,
         **body,
-        drivetrain=read_drivetrain(file.table("drivetrain")),
+        drivetrain=drivetrain,
         given=frozenset(key for key in ("mass", "tread") if key in robot),
         scatter=_scatter(file.table("scatter")),
         preload=stand["preload"],

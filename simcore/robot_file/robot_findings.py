@@ -1,11 +1,14 @@
-"""What cannot be right about a described robot: places, speeds, holding torques, and how its program differs."""
+"""What `simcore check` finds: a second of each mechanism, and what cannot be right about a described robot.
+
+Each mechanism gets full positive output from where it starts: which way it goes, how fast, and where it ends.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,21 +20,35 @@ from simcore.geometry.zones import BoxZone, CylinderZone, Zone
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, ShaftSim
-from simcore.robot.robot_config import RobotConfig, build_mechanism, stored_kind
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+    ShaftSim,
+)
+from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
 from simcore.robot_file.known_shot import elevations
-from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, reading_unit, with_limits
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, inches
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
 
-__all__ = ["RobotFinding", "ShotReach", "findings", "intake_zone", "run_findings", "shot_reach"]
+__all__ = [
+    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "place_text", "reading_unit",
+    "run_findings", "run_mechanism", "shot_reach", "speed_text",
+]  # fmt: skip
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-]; share of what the motors can hold
 _LEAST_WAY = math.radians(10.0)  # of an arm or a turret
+_SLOW = 5.0  # [s]
 _NO_PIECE = 0.0  # [m]; radius where the game is not known
 
 
@@ -58,6 +75,186 @@ class ShotReach:
     """Farthest place at the muzzle's height [m]."""
 
 
+VOLTS, SECONDS, _STEP = 12.0, 1.0, 0.002
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CodeView:
+    """What the configuration of a motor controller makes of a mechanism's motion."""
+
+    clockwise: bool = False
+    """Whether it is configured `CLOCKWISE_POSITIVE`."""
+    ratio: float = 1.0
+    """Rotor turns per turn that robot code reads [-]."""
+    reading: float | None = None
+    """Position that it reads at first [turns]; None: an encoder's, which is not known before the robot stands."""
+    lower_limit: float | None = None
+    """Reverse soft limit [turns], if it is on."""
+    upper_limit: float | None = None
+    """Forward soft limit [turns], if it is on."""
+    stator_limit: float = math.inf
+    """[A]"""
+    supply_limit: float = math.inf
+    """[A]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MechanismRun:
+    """A second of a mechanism with full output of its motor controller."""
+
+    name: str
+    mechanism: ShaftSim
+    """As it is after it."""
+    sign: float
+    """+1 if it goes in its positive direction, -1 if not [-]."""
+    speed: float
+    """Largest on the way, without sign [rad/s]."""
+    travel: float
+    """From where it started, with sign [rad]."""
+    position: float
+    """Where it ended [rad]."""
+    spin_up: float
+    """Time until 95 % of that speed [s]."""
+    is_rising: bool
+    """Whether it was still getting faster by more than 5 % in the last tenth of the time."""
+    stop: float | None
+    """When it reached a hard stop [s]; None: it did not."""
+    soft_limit: float | None = None
+    """When its controller stopped it at a soft limit [s]; None: it did not."""
+    read: tuple[float, float] | None = None
+    """Position that robot code reads before and after it [turns]; None: nobody looked at the program."""
+    code: CodeView | None = None
+
+
+def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
+    """The mechanism behind the current limits that robot code has configured."""
+    if code is None or not isinstance(config, FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig):
+        return config
+    box = config.gearbox
+    limited: GearboxConfig = replace(
+        box,
+        stator_current_limit=min(box.stator_current_limit, code.stator_limit),
+        supply_current_limit=min(box.supply_current_limit, code.supply_limit),
+    )
+    return replace(config, gearbox=limited)
+
+
+def run_mechanism(
+    name: str,
+    config: MechanismConfig,
+    *,
+    code: CodeView | None = None,
+    reversed: bool = False,
+    output: float = 1.0,
+) -> MechanismRun:
+    """Run one from where it starts; it stops where it meets a stop, or a soft limit of its controller.
+
+    Args:
+        name: Of the mechanism.
+        config: Its masses and gears.
+        code: How robot code has configured its controller; None: not known.
+        reversed: Whether positive in robot code is negative for the mechanism.
+        output: +1 or -1: full output that way.
+    """
+    mechanism = build_mechanism(with_limits(config, code))
+    turned = -1.0 if reversed else 1.0
+    sign = turned * output
+    start = mechanism.position
+    limit = None if code is None else _soft_limit(code, mechanism, turned, output)
+    speeds = []
+    stop = soft = None
+    for step in range(1, round(SECONDS / _STEP) + 1):
+        blocked = limit is not None and sign * (mechanism.position - limit) >= 0.0
+        if blocked and soft is None:
+            soft = (step - 1) * _STEP
+        mechanism.set_volts(0.0 if blocked else sign * VOLTS)
+        mechanism.step(_STEP, VOLTS)
+        speeds.append(abs(mechanism.velocity))
+        at_stop = mechanism.position in mechanism.stops and mechanism.velocity == 0.0
+        if at_stop and stop is None and not blocked:
+            stop = step * _STEP
+    top = max(speeds)
+    spin_up = next((k for k, speed in enumerate(speeds, 1) if speed >= 0.95 * top), 0) * _STEP
+    read = None
+    if code is not None:
+        turns = turned * (mechanism.position - start) / math.tau * mechanism.gearing / code.ratio
+        before = 0.0 if code.reading is None else code.reading
+        read = (before, before + turns)
+    return MechanismRun(
+        name=name,
+        mechanism=mechanism,
+        sign=sign,
+        speed=top,
+        travel=mechanism.position - start,
+        position=mechanism.position,
+        spin_up=spin_up,
+        is_rising=speeds[-1] > 1.05 * speeds[round(0.9 * len(speeds)) - 1],
+        stop=stop,
+        soft_limit=soft,
+        read=read,
+        code=code,
+    )
+
+
+def holding_share(config: MechanismConfig) -> float:
+    """Largest load of its own weight over what the motors hold at 12 V and their current limits [-]; 0 without one."""
+    if isinstance(config, ArmConfig):
+        low, high = config.min_angle, config.max_angle
+        level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
+        most = 1.0 if level else max(abs(math.cos(low)), abs(math.cos(high)))
+        load = config.mass * config.gravity * abs(config.center_of_mass) * most
+    elif isinstance(config, ElevatorConfig):
+        load = config.carriage_mass * config.gravity * config.drum_radius
+    else:
+        return 0.0
+    return load / (config.gearbox.stall_torque(VOLTS) + config.gearbox.friction_torque)
+
+
+def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
+    """Where a soft limit stops the mechanism [rad]; None: it is off, or what it counts from is not known."""
+    limit = code.upper_limit if output > 0.0 else code.lower_limit
+    if limit is None or code.reading is None:
+        return None
+    return mechanism.position + turned * (limit - code.reading) * code.ratio / mechanism.gearing * math.tau
+
+
+def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
+    """Unit of the positions that robot code reads, by what its controller makes of a turn of the mechanism.
+
+    Returns:
+        E.g. "turns", or "m" where the ratio has the drum in it; None: it is none of the usual ones.
+    """
+    per_turn = mechanism.gearing / code.ratio
+    units = {"turns": 1.0}
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        way = math.tau * mechanism.travel_per_radian
+        units |= {"m": way, "in": way / inches(1.0)}
+    else:
+        units |= {"deg": 360.0, "rad": math.tau}
+    return next((unit for unit, value in units.items() if math.isclose(per_turn, value, rel_tol=0.01)), None)
+
+
+def speed_text(mechanism: ShaftSim, speed: float) -> str:
+    """A speed [rad/s] in the unit that its kind is thought of in."""
+    if isinstance(mechanism, ArmSim):
+        return f"{math.degrees(speed):.0f} deg/s"
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        return f"{speed * mechanism.travel_per_radian:.2f} m/s"
+    return f"{speed / math.tau:.1f} turns/s"
+
+
+def place_text(mechanism: ShaftSim, position: float) -> str:
+    """A position [rad] in the unit that its kind is thought of in."""
+    if isinstance(mechanism, ArmSim):
+        return f"{math.degrees(position):.0f} deg"
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        return f"{position * mechanism.travel_per_radian:.2f} m"
+    return f"{position / math.tau:.1f} turns"
+
+
+# --- findings ---------------------------------------------------------------------------------------------------------
+
+
 def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, CodeView]) -> Iterator[RobotFinding]:
     """All of them.
 
@@ -70,7 +267,6 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         yield from _of_intake(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
         yield from _of_shooter(f"shooter {number}", shooter, config, game)
-    yield from _of_storages(config, game)
     if game is not None and game.pieces and not config.intakes:
         yield RobotFinding("no [[intake]] is described: pieces are pushed, not taken in", is_wrong=False)
     for name, mechanism in config.mechanisms.items():
@@ -91,7 +287,7 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         elif share > _HARD:
             text = f"{name} holds its weight with {100 * share:.0f} % of what its motors can give"
             yield RobotFinding(text, is_wrong=False)
-    yield from _of_climbers(config, game)
+    yield from _of_climbers(config)
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
@@ -125,25 +321,20 @@ def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
 def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
     """What the second of each mechanism shows, and how its program is configured."""
     for run in runs:
-        code = run.code
-        if code is None:
-            continue
-        if code.upper_limit is not None and code.lower_limit is not None and code.upper_limit <= code.lower_limit:
+        box = run.mechanism.gearbox
+        full_speed = 3.0 * run.mechanism.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
+        if full_speed > _SLOW:
             yield RobotFinding(
-                f"{run.name}: its forward soft limit ({code.upper_limit:g}) is not above its reverse one "
-                f"({code.lower_limit:g}): it cannot move"
-            )
-        elif run.soft_limit is not None and abs(run.travel) < 1e-9 and code.reading is not None:
-            yield RobotFinding(
-                f"{run.name} starts beyond its forward soft limit: the code reads {code.reading:.3g} turns and allows "
-                f"{code.upper_limit:g}",
+                f"{run.name} takes {full_speed:.0f} s to its full speed: look at inertia ({run.mechanism.inertia:g} kg "
+                f"m^2) and gearing ({run.mechanism.gearing:g})",
                 is_wrong=False,
             )
-        turns = run.mechanism.gearing / code.ratio
-        if code.ratio != 1.0 and reading_unit(run.mechanism, code) is None:
+        code = run.code
+        if code is not None and code.ratio != 1.0 and reading_unit(run.mechanism, code) is None:
+            turns = run.mechanism.gearing / code.ratio
             yield RobotFinding(
-                f"{run.name}: gearing = {run.mechanism.gearing:g} in the file, but the program divides the "
-                f"rotor's turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
+                f"{run.name}: gearing = {run.mechanism.gearing:g} in the file, but the program divides the rotor's "
+                f"turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
                 is_wrong=False,
             )
 
@@ -198,12 +389,6 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return
-    lowest, highest = (math.degrees(angle) for angle in reach.elevations)
-    if highest > 120.0 or lowest < -30.0:
-        yield RobotFinding(
-            f"{name} shoots at {lowest:.0f} to {highest:.0f} deg over the hood's travel: look at elevation_deg and the "
-            "sign of elevation_per_hood"
-        )
     goals = [] if game is None else [
         zone for zone in game.zones
         if not zone.kinds or not shooter.kinds or set(zone.kinds) & set(shooter.kinds)
@@ -238,54 +423,9 @@ def _entry(zone: Zone, *, downward: bool) -> float:
     return zone.high[2] if downward and isinstance(zone, BoxZone) else zone.bottom
 
 
-def _of_storages(config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    for storage in (config.storage, *config.more_storages):
-        kind = stored_kind(config, storage, () if game is None else [supply.kind for supply in game.pieces])
-        if kind is None:
-            continue
-        name = f"storage{f' {storage.name!r}' if storage.name else ''}"
-        is_ball = kind.inner_radius == kind.bounding_radius
-        if storage.hopper is not None:
-            wide = storage.hopper.outlet_width / (2.0 * kind.bounding_radius)
-            if min(wide, (storage.hopper.outlet_height or math.inf) / (2.0 * kind.bounding_radius)) < 1.0:
-                ball = "" if is_ball else f", which counts as a ball of {2.0 * kind.bounding_radius:.2f} m in it"
-                yield RobotFinding(f"{name}: its outlet is smaller than a {kind.name}{ball}: none comes out")
-            elif wide < 2.0 and storage.capacity > 1:
-                text = f"{name}: its outlet is {wide:.1f} {kind.name} wide: below 2 two of them can jam it"
-                yield RobotFinding(text, is_wrong=False)
-        if not is_ball:  # other shapes stack in their own ways
-            continue
-        most = storage.balls_that_fit(kind.bounding_radius)
-        if most < storage.capacity:
-            x, y, z = (high - low for low, high in zip(storage.low, storage.high, strict=True))
-            rest = "they are drawn into one another" if storage.hopper is None else "intakes leave the rest"
-            yield RobotFinding(
-                f"{name}: {storage.capacity} {kind.name} do not fit in its room of {x:.2f} x {y:.2f} x {z:.2f} m, "
-                f"{most} do; {rest}. "
-                f"Give it the size that the robot has (x_min to z_max), or a capacity of {most}",
-                is_wrong=False,
-            )
-
-
-def _of_climbers(config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    if not config.climbers:
-        return
-    rungs = () if game is None else game.field.rungs
-    if game is not None and not rungs:
-        yield RobotFinding(f"a climber finds nothing in {game.heading}: its field has no rungs", is_wrong=False)
+def _of_climbers(config: RobotConfig) -> Iterator[RobotFinding]:
     for number, climber in enumerate(config.climbers, 1):
         last = climber.joints[-1].mechanism
-        heights = []
-        for position in build_mechanism(config.mechanisms[last]).stops:
-            mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
-            mechanisms[last].reset(position)
-            heights.append(part_pose(climber.joints, mechanisms, climber.offset)[0][2])
-        lowest = min((min(rung.start[2], rung.end[2]) for rung in rungs), default=None)
-        if lowest is not None and max(heights) < lowest:
-            yield RobotFinding(
-                f"climber {number} reaches no rung: its hook comes to {max(heights):.2f} m, and the lowest rung is at "
-                f"{lowest:.2f} m"
-            )
         mechanism = config.mechanisms[last]
         if isinstance(mechanism, ElevatorConfig):
             pull = mechanism.gearbox.stall_torque(VOLTS) / mechanism.drum_radius

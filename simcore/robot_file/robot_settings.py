@@ -20,10 +20,11 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
-from simcore.robot.gearbox import friction_from_volts
+from simcore.robot.gearbox import default_friction, friction_from_volts
 from simcore.robot.gyro import gyro_config
-from simcore.robot.mechanisms import PistonConfig, ServoConfig
+from simcore.robot.mechanisms import FlywheelConfig, PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
@@ -46,6 +47,13 @@ PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
 """Controllers of mechanisms that are on ports and not on CAN."""
 
 
+_OF_FIXED_WHEELS = {
+    **{"drive_motor": "motor", "drive_gearing": "gearing"},
+    **{"drive_stator_limit": "stator_limit", "drive_supply_limit": "supply_limit"},
+}
+"""Measures by their names in models of tanks and mecanum drives."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismSettings:
     """A mechanism and the devices that turn it."""
@@ -53,6 +61,8 @@ class MechanismSettings:
     name: str
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
+    guessed: Mapping[str, Any] = field(default_factory=dict)
+    """Keys that the file leaves out although only a guess is known of them, with the guess."""
     friction_is_given: bool = True
     """Whether the file says its friction; otherwise it is a default, and a kS in the controller is better."""
     motor: str
@@ -91,6 +101,31 @@ class MechanismSettings:
         """Its controllers or ports as (model, number), leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, number) for number in self.devices]
+
+    @property
+    def guesses(self) -> str:
+        """What is guessed, as text; empty: nothing is."""
+        return ", ".join(f"{key} = {value:.3g}" for key, value in self.guessed.items())
+
+    def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
+        """The same with what the program's configuration tells of it, where the file leaves it out.
+
+        Args:
+            gearing: Rotor turns per turn of the mechanism [-].
+            inertia: Of all that turns, at the mechanism [kg m^2].
+        """
+        told = {"gearing": gearing, "inertia": inertia}
+        told = {key: value for key, value in told.items() if key in self.guessed}
+        if not told or isinstance(self.config, (PistonConfig, ServoConfig)):
+            return self
+        config, gearbox = self.config, self.config.gearbox
+        if "gearing" in told:
+            gearbox = replace(gearbox, gearing=gearing)
+            if not self.friction_is_given:
+                friction = default_friction(gearbox, has_gears=not isinstance(config, FlywheelConfig))
+                gearbox = replace(gearbox, friction_torque=friction)
+        own: dict[str, Any] = {"inertia": inertia} if "inertia" in told else {}
+        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **told})
 
     def with_friction(self, volts: float) -> MechanismSettings:
         """The same with the friction of a kS [V], unless the file says its friction."""
@@ -209,6 +244,33 @@ class RobotSettings:
         for kind in named:
             if kind not in kinds:
                 raise UnknownNameError("kind of piece", kind, kinds)
+
+    def require_effect(self, drivetrain: DrivetrainConfig) -> None:
+        """Make sure that the measures of the file are those of the drivetrain's model.
+
+        Raises:
+            ConfigError: It has no such measure, or takes it from elsewhere.
+        """
+        own: Any = drivetrain
+        kind = type(drivetrain).__name__.removesuffix("Config").lower()
+        names: Mapping[str, str] = _OF_FIXED_WHEELS
+        if isinstance(drivetrain, SwerveConfig):
+            own, names = drivetrain.modules[0], {}
+        for key, value in self.drivetrain.measures.items():
+            where, said = f"{FILE_NAME} [drivetrain]: {key}", value
+            if key == "reversed" and kind != "swerve":
+                continue  # it turns the motors, not the model
+            field = names.get(key, key)
+            if key == "wheel_diameter":
+                field, said = "wheel_radius", 0.5 * value
+            has = getattr(drivetrain if key == "yaw_inertia" else own, field, None)
+            if has is None:
+                raise ConfigError(f"{where} is not of a {kind} drive")
+            if said != (has.name if isinstance(has, MotorModel) else has):
+                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+        if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
+            key = "steer_motor" if self.steer_motor else "steer_friction_volts"
+            raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None

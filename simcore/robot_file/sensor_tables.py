@@ -19,8 +19,7 @@ from simcore.robot.mechanisms import (
     ServoConfig,
 )
 from simcore.robot.robot_config import MechanismConfig, telemetry_name
-from simcore.robot_file.key_tables import Key, KeyTable, Named, Several
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 

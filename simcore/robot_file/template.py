@@ -9,9 +9,9 @@ from typing import Any
 from simcore.robot_file.camera_table import CAMERAS
 from simcore.robot_file.drivetrain_table import DRIVETRAIN
 from simcore.robot_file.further_robots import FURTHER_ROBOT
-from simcore.robot_file.key_tables import KeyTable, comment_line, toml
+from simcore.robot_file.key_tables import KeyTable, table_text
 from simcore.robot_file.manipulator_tables import CLAW, CLIMBER, COMPONENT, INTAKE, SHOOTER, STORAGE
-from simcore.robot_file.mechanism_names import mechanism_kind, proposed_tables
+from simcore.robot_file.mechanism_names import mechanism_kind
 from simcore.robot_file.mechanism_tables import KINDS, MECHANISM, MOTORS, PLACE
 from simcore.robot_file.reader import AUTOS, ROBOT, SCATTER, START, TOP
 from simcore.robot_file.robot_settings import FILE_NAME
@@ -22,19 +22,25 @@ __all__ = ["FILE_NAME", "FoundCamera", "FoundMotor", "FoundPort", "reference", "
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundMotor:
-    """A motor of the robot program that no table describes yet."""
+    """A motor of the robot program that no table describes yet, and what it is guessed to turn."""
 
     controller: str
     leader: int
     followers: tuple[int, ...] = ()
     opposed: tuple[int, ...] = ()
     gearing: float = 1.0
-    has_gravity: bool = False
-    """Whether it holds a weight (a kG is configured)."""
+    inertia: float = 0.0
+    """At the mechanism [kg m^2]."""
+    friction_volts: float = 0.0
+    """At which it begins to turn [V]."""
+    motor: str = ""
+    """One of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: the one that its controller usually has."""
     name: str = ""
     """As the attribute that holds it suggests; empty: it suggests none."""
-    problem: str = ""
-    """Why its configuration could not be read, so that its gearing is not known."""
+    turns_freely: bool = True
+    """Whether the guess is a shaft without weight, stops and sensors, which a table can say."""
+    remark: str = ""
+    """What it holds or reads besides, or why its configuration could not be read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,53 +79,59 @@ def template(
     motors: Sequence[FoundMotor] | None = None,
     ports: Sequence[FoundPort] = (),
     cameras: Sequence[FoundCamera] = (),
+    drivetrain: Mapping[str, Any] | None = None,
+    *,
+    every: bool = False,
 ) -> str:
-    """The text.
+    """The text: what was found with its guesses, which drives as without a file.
 
     Args:
-        motors: Of the robot program; None if it was not looked at.
+        motors: Of the robot program; None: nobody has looked.
         ports: What else it has.
         cameras: That it builds or asks for.
+        drivetrain: As the survey has it.
+        every: Whether all other keys follow in comments.
     """
+    found = drivetrain or {}
+    live = ("center_of_mass_height",) if found.get("has_mass") else ("mass", "center_of_mass_height")
     parts = [
-        _prose("What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
-               "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
-               "A table [[name]] may come several times; docs/simcore_toml.md has all keys with their ranges."),
-        "".join(key.line() for key in TOP.keys if key.name != "field_size"),
-        _live(ROBOT, "mass", "center_of_mass_height"),
-        _live(START, *(key.name for key in START.keys)),
-        AUTOS.example(),
-        SCATTER.example(only=("scale",)),
-        *(_mechanisms(motors), _kinds()),
-        *(table.example() for table in (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)),
-        FURTHER_ROBOT.example(without=("auto", "script", "log")),  # one of four
-        *_cameras(cameras),
-        *_sensors(ports),
-    ]  # fmt: skip
+        _prose(
+            "What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
+            "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
+            "A table [[name]] may come several times. All keys: docs/simcore_toml.md, or simcore init --all.",
+        ),
+        TOP.example() if every else "",
+        _live(ROBOT, *live, every=every),
+        _live(START, *(key.name for key in START.keys), every=every),
+        _drivetrain(found),
+        _mechanisms(motors or ()),
+    ]
+    others = [f"camera {c.name or c.maker}" + (f": placed by {c.source}" if c.source else "") for c in cameras]
+    others += [port.title for port in ports]
+    if others:
+        parts.append(_prose("Your program has these too, for [[camera]], [[sensor]] and [[mechanism]]:", *others))
+    if every:
+        parts += [table.example() for table in _tables() if table not in (TOP, ROBOT, START)]
     return "\n".join(part for part in parts if part)
 
 
-def reference() -> str:
-    """The documentation of all tables, in Markdown."""
-    tables = (
-        *(
-            TOP,
-            ROBOT,
-            DRIVETRAIN,
-            START,
-            AUTOS,
-            KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1]),
-            MECHANISM,
-            MOTORS,
-        ),
+def _tables() -> list[KeyTable]:
+    """All that a file may have."""
+    return [
+        *(TOP, ROBOT, DRIVETRAIN, START, AUTOS, KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1])),
+        *(MECHANISM, MOTORS),
         *(KeyTable(f'[[mechanism]], kind = "{k}"', t.about, t.keys) for k, t in KINDS.items()),
         KeyTable(f"[[mechanism]], {PLACE.head}", PLACE.about, PLACE.keys),
         *(STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT, FURTHER_ROBOT),
         *(KeyTable(f'[[camera]], maker = "{k}"', t.about, t.keys) for k, t in CAMERAS.items()),
         SENSOR,
         *(KeyTable(f'[[sensor]], kind = "{k}"', t.about, t.keys) for k, t in SENSORS.items()),
-    )
-    return "\n".join(line for table in tables for line in table.reference())
+    ]
+
+
+def reference() -> str:
+    """The documentation of all tables, in Markdown."""
+    return "\n".join(line for table in _tables() for line in table.reference())
 
 
 def _prose(*lines: str) -> str:
@@ -127,163 +139,60 @@ def _prose(*lines: str) -> str:
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 
-def _live(table: KeyTable, *names: str) -> str:
-    """A table of which some keys are set."""
+def _live(table: KeyTable, *names: str, every: bool) -> str:
+    """A table of which some keys are set, and the others in comments or left out."""
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
-    return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in table.keys)
+    keys = [key for key in table.keys if every or key.name in names]
+    return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
+
+
+def _drivetrain(found: Mapping[str, Any]) -> str:
+    """What was found of it; where that is a library's or nothing, one line."""
+    if "rows" in found:
+        return table_text(DRIVETRAIN.head, map(tuple, found["rows"]))
+    about = found.get("lines", [found.get("problem", "")])[0]
+    return _prose(f"[drivetrain]: {about}") if about else ""
 
 
 # --- mechanisms -------------------------------------------------------------------------------------------------------
 
 
-def _mechanisms(motors: Sequence[FoundMotor] | None) -> str:
-    if motors:
-        text = _prose("Mechanisms: your program has these motors besides its drivetrain. Take the # off and say what",
-                      "they turn; until then each gets a guess, made of its configuration.")  # fmt: skip
-        names = [m.name or f"motor{m.leader}" for m in motors]
-        names = [
-            name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)
-        ]
-        text += "".join(_motor(m, name) for m, name in zip(motors, names, strict=True))
-        kinds = [mechanism_kind(m.name, has_gravity=m.has_gravity) for m in motors]
-        tables = proposed_tables(list(zip(names, kinds, strict=True)))
-        about = ("Proposed by these names. Which way it faces, its box, heights and angles are guesses: measure them,",
-                 "and look at the picture of `simcore check`.", "")  # fmt: skip
-        return text + (f"#\n{_prose(*about)}{tables}" if tables else "")
-    keys = ("name", "kind", "leader", "followers", "opposed", "controller", "motor", "gearing", "inertia")
-    return MECHANISM.example(MOTORS, KINDS["flywheel"], only=keys)
+def _mechanisms(motors: Sequence[FoundMotor]) -> str:
+    """A table for each motor whose guess a table can say, and a line for each of the others."""
+    if not motors:
+        return ""
+    text = _prose(
+        "Your program has these motors besides its drivetrain. Each turns freely, as simcore guesses: say what it",
+        "is (kind) and weigh and measure it. A key that is left out stays a guess, which `simcore check` lists.",
+    )
+    for m, name in zip(motors, _names(motors), strict=True):
+        if m.turns_freely:
+            text += _motor(m, name, mechanism_kind(m.name))
+        else:
+            text += _prose(f"{name!r}, {m.controller} {m.leader}, stays a guess: {m.remark}")
+    return text
 
 
-def _motor(m: FoundMotor, name: str) -> str:
-    values = {
-        "name": name,
-        "kind": mechanism_kind(m.name, has_gravity=m.has_gravity),
-        "leader": m.leader,
-        "followers": m.followers,
-        "opposed": m.opposed,
-        "controller": "" if m.controller == "TalonFX" else m.controller,
-        "gearing": float(f"{m.gearing:.6g}"),
-    }
-    return "#\n" + _prose(*_found("[[mechanism]]", values, {
-        "kind": "it holds a weight: an arm or an elevator" if m.has_gravity else "a guess; or another of those below",
-        "gearing": f"not known: {m.problem}" if m.problem else "",
-    }))  # fmt: skip
+def _names(motors: Sequence[FoundMotor]) -> list[str]:
+    names = [m.name or f"motor{m.leader}" for m in motors]
+    return [name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)]
 
 
-def _kinds() -> str:
-    text = _prose("What each kind has besides (in brackets: may be left out):")
-    for kind, table in KINDS.items():
-        text += f"# Kind {kind}: {table.about}\n{table.meanings()}"
-    more = [key for key in MOTORS.keys if key.name not in ("leader", "followers", "opposed", "motor", "gearing")]
-    text += "# and all that motors turn:\n" + KeyTable("", "", tuple(more)).meanings()
-    return text + f"# {PLACE.head}: {PLACE.about}\n{PLACE.meanings()}"
-
-
-# --- cameras and ports ------------------------------------------------------------------------------------------------
-
-
-def _cameras(cameras: Sequence[FoundCamera]) -> list[str]:
-    texts = [
-        KeyTable("[[camera]]", table.about, table.keys).example(without=("horizontal_fov_deg",), maker=maker)
-        for maker, table in CAMERAS.items()
+def _motor(m: FoundMotor, name: str, kind: str) -> str:
+    is_wheel, about = kind == "flywheel", "a guess"
+    if kind not in ("flywheel", "roller"):
+        keys = ", ".join(key.name for key in KINDS[kind].keys if key.is_guess)
+        about = f'a guess; by its name "{kind}", with {keys}'
+    rows = [
+        ("name", name, ""),
+        ("kind", kind if is_wheel else "roller", about),
+        ("leader", m.leader, ""),
+        ("followers", m.followers, ""),
+        ("opposed", m.opposed, ""),
+        ("controller", "" if m.controller == "TalonFX" else m.controller, ""),
+        ("motor", m.motor, ""),
+        ("gearing", float(f"{m.gearing:.6g}"), ""),
+        ("inertia", float(f"{m.inertia:.4g}"), "a guess"),
+        ("friction_volts", float(f"{m.friction_volts:.4g}") if is_wheel else "", ""),
     ]
-    if cameras:
-        texts.append(_prose("Your program has these cameras. Take the # off those that it does not place itself, and",
-                            "fill in where they sit."))  # fmt: skip
-    for camera in cameras:
-        x, y, z, roll, pitch, yaw = camera.place or (0.3, 0.0, 0.4, 0.0, -20.0, 0.0)
-        values = {
-            "maker": camera.maker,
-            "name": camera.name,
-            "type": "LL4" if camera.maker == "limelight" else "",
-            **dict(zip(("x", "y", "z"), (float(f"{one:.3g}") for one in (x, y, z)), strict=True)),
-            **({"roll_deg": roll} if roll else {}),
-            **{"pitch_deg": pitch, "yaw_deg": yaw},
-        }
-        placed = f"placed already: {camera.source} says so, so it needs no table" if camera.source else ""
-        texts.append(_prose(*_found("[[camera]]", values, {
-            "maker": placed,
-            "type": "not known: LL3, LL3A, LL3G or LL4",
-            "x": "" if camera.place else "not known, nor the next lines",
-        })))  # fmt: skip
-    return texts
-
-
-_NO_MOTORS = ("PWM", "Servo", "AddressableLED")
-"""Classes on PWM ports; any other is a motor controller."""
-_SENSOR_KINDS = {
-    **{"Encoder": "encoder", "DutyCycleEncoder": "duty cycle encoder", "DutyCycle": "duty cycle encoder"},
-    **{"AnalogEncoder": "analog encoder", "AnalogPotentiometer": "potentiometer", "DigitalInput": "beam break"},
-    **{"CANrange": "canrange", "CANdi": "beam break"},
-}
-
-
-def _sensors(ports: Sequence[FoundPort]) -> list[str]:
-    """An example of each kind, and a table for each thing that was found."""
-    examples: dict[str, dict[str, Any]] = {  # of names and ports that differ
-        "duty cycle encoder": {"name": "turret encoder", "mechanism": "turret"},
-        "analog encoder": {"name": "arm encoder", "mechanism": "arm"},
-        "potentiometer": {"name": "pivot pot", "mechanism": "pivot"},
-        "limit switch": {"name": "hood down"},
-        "beam break": {"name": "feeder beam", "dio": 3},
-        "canrange": {"name": "hopper range"},
-    }
-    without = ("at_deg", "at_height", "at_extension", "within", "candi", "pin")
-    texts = []
-    for kind, table in SENSORS.items():
-        hidden = (*without, "passing_time", *(("mechanism",) if kind == "canrange" else ()))
-        whole = KeyTable(SENSOR.head, table.about, (*SENSOR.keys, *table.keys))
-        texts.append(whole.example(without=hidden, **{"kind": kind, **examples.get(kind, {})}))
-    inside = {(p.model, channel) for p in ports if p.made_by != "DigitalInput" for channel in p.channels}
-    ports = [p for p in ports if p.made_by != "DigitalInput" or (p.model, p.channels[0]) not in inside]
-    tables = [(port, _port(port)) for port in ports]
-    if any(lines for _, lines in tables):
-        texts.append(_prose("Your program has these besides. Take the # off what simcore shall simulate, and fill in",
-                            "what only you know."))  # fmt: skip
-    texts += [_prose(*lines) for _, lines in tables if lines]
-    others = [port.title for port, lines in tables if not lines]
-    return [*texts, _prose("And these, which no table describes:", *others)] if others else texts
-
-
-def _port(port: FoundPort) -> list[str]:
-    """The lines for one of them; none for what simcore cannot simulate, or shows by itself."""
-    first, what = port.channels[0], port.made_by or port.model
-    name = f"{port.model} {first}".lower()
-    head = f"[[mechanism]]  # {port.title}"
-    values: dict[str, Any]
-    if port.model.endswith("Solenoid"):
-        module, number, _ = port.model.split()
-        values = {"solenoid": first if len(port.channels) == 1 else port.channels, "module": module}
-        return _found(head, {"name": name, "kind": "piston", **values, "module_id": int(number), "stroke": 0.2,
-                             "stroke_time": 0.4}, {})  # fmt: skip
-    if (port.model == "PWM" and what not in _NO_MOTORS) or port.model == "Relay":
-        values = {"controller": port.model, "leader": first, "gearing": 1.0}
-        return _found(head, {"name": name, "kind": "roller", **values}, {})
-    if what == "Servo":
-        values = {"pwm": first, "min_deg": 0.0, "max_deg": 180.0, "deg_per_second": 400.0}
-        return _found(head, {"name": name, "kind": "servo", **values}, {})
-    if what not in _SENSOR_KINDS:
-        return []
-    kind = _SENSOR_KINDS[what]
-    kind = "analog encoder" if kind == "duty cycle encoder" and port.model == "Analog" else kind
-    of_kinds: dict[str, dict[str, Any]] = {
-        "encoder": {"mechanism": "name", "dio": port.channels, "pulses_per_turn": 2048},
-        "duty cycle encoder": {"mechanism": "name", "dio": first, "zero": 0.0},
-        "analog encoder": {"mechanism": "name", "analog": first, "zero": 0.0},
-        "potentiometer": {"mechanism": "name", "analog": first, "lower_volts": 0.0, "upper_volts": 5.0},
-        "beam break": {"candi": first, "pin": 1, "at_least": 1} if what == "CANdi" else {"dio": first, "at_least": 1},
-        "canrange": {"id": first, "at_least": 1, "distance": 0.05, "empty": 0.5},
-    }
-    more = "; pin 2 needs a table of its own" if what == "CANdi" else ""
-    about = {"kind": f'or "limit switch" with mechanism and at{more}'} if kind == "beam break" else {}
-    return _found(f"[[sensor]]  # {port.title}", {"name": name, "kind": kind, **of_kinds[kind]}, about)
-
-
-def _found(head: str, values: Mapping[str, Any], about: Mapping[str, str]) -> list[str]:
-    """Lines of a table of what was found; values that are empty are left out."""
-    lines = [
-        comment_line(f"{key} = {toml(value)}", about.get(key, "")).rstrip()
-        for key, value in values.items()
-        if value not in ("", (), [])
-    ]
-    return [head, *lines]
+    return table_text("[[mechanism]]", rows)

@@ -22,7 +22,7 @@ from simcore.robotpy.device_assignment import (
     DeviceAssignment,
     connect_mechanism,
     short_names,
-    with_configured_friction,
+    with_configuration,
 )
 from simcore.robotpy.port_assignment import PortAssignment
 from simcore.robotpy.robot_cameras import RobotCameras
@@ -68,11 +68,12 @@ class AttachedPhysics(RobotPhysics):
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
-        settings = with_configured_friction(read_settings(path))
+        settings = with_configuration(read_settings(path))
         drivetrain = find_drivetrain(robot, self.folder, settings)
         self.found = drivetrain.found
         """What was found of the drivetrain."""
         config = drivetrain.config
+        settings.require_effect(config)
         settings = settings.with_bumper_around(config.wheel_positions)
         if drivetrain.found.gyro is not None:
             settings = replace(settings, gyro_errors=maker_of(drivetrain.found.gyro).gyro_errors)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,17 +20,20 @@ from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.known_shot import KnownShot, exit_efficiency, goal_of, needed_speeds
-from simcore.robot_file.mechanism_runs import (
-    CodeView,
-    MechanismRun,
-    place_text,
-    reading_unit,
-    run_mechanism,
-    speed_text,
-)
 from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
+from simcore.robot_file.robot_findings import (
+    CodeView,
+    MechanismRun,
+    RobotFinding,
+    findings,
+    place_text,
+    reading_unit,
+    run_findings,
+    run_mechanism,
+    shot_reach,
+    speed_text,
+)
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
 from simcore.show.robot_drawing import draw_robot
@@ -152,8 +155,14 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer is not None:
+        settings = _with_program(settings, answer["motors"])
         codes = _codes(settings, answer["motors"])
         problems += _of_program(settings, answer["motors"])
+    problems += [
+        RobotFinding(f"{m.name}: guessed, until the file says it: {m.guesses}", is_wrong=False)
+        for m in settings.mechanisms
+        if m.guesses
+    ]
     config = settings.robot_config(drivetrain, storage=None if game is None else game.robot().storage)
     if game is not None:
         try:
@@ -199,6 +208,16 @@ def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumCo
     return TankConfig(**{**fields, "wheel_xs": tuple(fields["wheel_xs"])})
 
 
+def _with_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> RobotSettings:
+    """The same with gearings and inertias that the program's configuration tells, where the file says none."""
+    told = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
+    mechanisms = [
+        m.with_program(*told[m.controller, m.leader]) if (m.controller, m.leader) in told else m
+        for m in settings.mechanisms
+    ]
+    return replace(settings, mechanisms=tuple(mechanisms))
+
+
 def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[str, CodeView]:
     views = {(m["controller"], m["leader"]): m["code"] for m in motors if m["code"] is not None}
     return {
@@ -224,7 +243,7 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue
-        if "problem" in group:
+        if "inertia" not in group:
             text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
             yield RobotFinding(text, is_wrong=False)
         for number in m.followers:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
@@ -16,7 +16,7 @@ from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robotpy.port_assignment import PortAssignment
 
-__all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configured_friction"]
+__all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configuration"]
 
 _log = logging.getLogger(__name__)
 
@@ -119,7 +119,8 @@ class DeviceAssignment:
         rows = []
         for m in self._settings.mechanisms:
             sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
-            rows.append((short_names([*m.keys, *sensor]), f"{m.name!r}"))
+            guesses = f" (guessed: {m.guesses})" if m.guesses else ""
+            rows.append((short_names([*m.keys, *sensor]), f"{m.name!r}{guesses}"))
         return rows
 
     @property
@@ -235,12 +236,14 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
     return maker_of(group.leader).connect(group, robot.mechanisms[m.name], mounting)
 
 
-def with_configured_friction(settings: RobotSettings) -> RobotSettings:
-    """The settings with friction from the controllers' own kS, where the file says none and the program has set one.
+def with_configuration(settings: RobotSettings) -> RobotSettings:
+    """The settings with what the program has configured where the file says nothing: gearing, inertia, friction.
 
     Raises:
         ConfigError: The program has built no such device.
     """
+    mechanisms = tuple(_with_guess(m) if {"gearing", "inertia"} & set(m.guessed) else m for m in settings.mechanisms)
+    settings = replace(settings, mechanisms=mechanisms)
     volts: dict[str, float] = {}
     for m in settings.mechanisms:
         if m.friction_is_given or m.controller in PORT_CONTROLLERS:
@@ -255,6 +258,18 @@ def with_configured_friction(settings: RobotSettings) -> RobotSettings:
         if found > 0.0:
             volts[m.name] = found
     return settings.with_friction(volts)
+
+
+def _with_guess(m: MechanismSettings) -> MechanismSettings:
+    if m.controller in PORT_CONTROLLERS:
+        return m
+    leader, *followers = (find_device(_where(m), m.controller, number) for number in m.devices)
+    try:
+        guess = maker_of(leader).guess(FollowerGroup(leader, tuple(followers))).mechanism
+    except ConfigError as error:
+        _log.warning("%s keeps the guess %s: %s", m.name, m.guesses, error)
+        return m
+    return m.with_program(guess.gearing, guess.inertia)
 
 
 def _where(settings: MechanismSettings) -> str:

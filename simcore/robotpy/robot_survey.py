@@ -26,6 +26,7 @@ from simcore.devices.makers import Maker, makers
 from simcore.errors import ConfigError
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
+from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
@@ -88,6 +89,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
     try:
         settings = read_settings(folder / FILE_NAME) if is_described else RobotSettings()
         ready = find_drivetrain(_kept[0] if _kept else None, folder, settings)
+        settings.require_effect(ready.config)
         found = ready.found
         taken, on_ports = set(found.keys), found.hardware
         drivetrain = {"lines": drivetrain_lines(found), "has_mass": "mass" in found.measures}
@@ -136,8 +138,20 @@ def _describe(maker: Maker, group: FollowerGroup) -> dict[str, Any]:
         known["code"] = _view(group.leader)
         guess = maker.guess(group)
     except (ConfigError, NotImplementedError) as error:  # one motor that does not answer is no reason to know none
-        return {**known, "problem": str(error)}
-    return {**known, "gearing": guess.mechanism.gearing, "has_gravity": guess.has_weight}
+        return {**known, "remark": str(error), "turns_freely": False}
+    m, box = guess.mechanism, guess.mechanism.gearbox
+    reads = [f"{model} {number}" for model, number in guess.sensors]
+    reads += ["an encoder that is wired to it"] if guess.has_wired_sensor else []
+    remarks = ["it holds a weight"] * guess.has_weight + [f"it reads {one}" for one in reads]
+    return {
+        **known,
+        "gearing": m.gearing,
+        "inertia": m.inertia,
+        "friction_volts": box.friction_torque * box.resistance / box.torque_per_amp,
+        "motor": "" if guess.motor == usual_motor(group.leader.model) else guess.motor,
+        "turns_freely": not remarks,
+        "remark": ", ".join(remarks),
+    }
 
 
 def _view(device: BuiltDevice) -> dict[str, Any] | None:

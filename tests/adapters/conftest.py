@@ -22,10 +22,110 @@ PACKAGES = Path(simcore.__file__).resolve().parents[1]
 """The folder of the simcore that is tested: this checkout, or where its wheel is installed."""
 SCENARIOS = Path(__file__).parent / "scenarios"
 ROBOTS = Path(__file__).parent / "robots"
+LIBRARIES = ("measures.py", "questnav.py", "logged_robot.py")
+"""Of `robots/shared`: what robot programs there have beside them."""
 PYPROJECT = ROOT / "pyproject.toml"
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
 Scenario = Callable[..., dict[str, Any]]
+
+# --- what PathPlanner's window writes --------------------------------------------------------------------------------
+
+DRAWN = {
+    "team_paths": (
+        {"robotWidth": 0.76, "robotLength": 0.88, "robotMass": 57.0, "robotMOI": 6.2, "driveWheelRadius": 0.0508,
+         "driveGearing": 6.12, "maxDriveSpeed": 4.9, "driveMotorType": "krakenX60FOC", "driveCurrentLimit": 80.0},
+        (0.2731, 0.2731),
+        {"into depot": (2.0, 0.0, (2.6, 5.6), (1.3, 5.6), (0.62, 5.62)), "across": (1.0, 0.0, (0.62, 5.62), (0.6, 6.3)),
+         "back across": (1.0, 0.0, (0.6, 6.3), (0.55, 5.6)),
+         "to hub": (2.0, -30.4, (0.55, 5.6), (1.4, 5.55), (2.3, 5.4))},
+        {"depot": ["!take in", "into depot", "across", "back across", "across", "back across", "!stow", "to hub",
+                   ("!shoot", 6.5), "!stop"]},
+    ),
+    "team_generated": (
+        {"robotWidth": 0.85, "robotLength": 0.85, "robotMass": 55.0, "robotMOI": 5.5, "driveWheelRadius": 0.0508,
+         "driveGearing": 6.746, "maxDriveSpeed": 4.58, "driveMotorType": "krakenX60FOC", "driveCurrentLimit": 80.0},
+        (0.273, 0.273),
+        {"Ahead": (2.0, 0.0, (2.0, 1.2), (3.0, 2.6))},
+        {"Ahead": ["Ahead"]},
+    ),
+}  # fmt: skip
+"""By robot: its measures, the place of its front left module, paths (top speed, last heading, points), autos by steps:
+`!` begins a named command, which a number ends after so many seconds."""
+DRAWN["own_paths"] = (
+    {"robotWidth": 0.86, "robotLength": 0.88, "robotMass": 57.0, "robotMOI": 6.2, "driveWheelRadius": 0.0381,
+     "driveGearing": 4.714, "maxDriveSpeed": 4.8, "driveMotorType": "NEO", "driveCurrentLimit": 50.0},
+    (0.33655, 0.33655),
+    *DRAWN["team_paths"][2:],
+)  # fmt: skip
+
+
+def draw_autos(folder: Path, robot: str) -> None:
+    """Write settings, paths and autos of a robot of `DRAWN` into a copy of its project; of others nothing."""
+    if robot not in DRAWN:
+        return
+    measures, (x, y), paths, autos = DRAWN[robot]
+    corners = {"fl": (x, y), "fr": (x, -y), "bl": (-x, y), "br": (-x, -y)}
+    limits = {"defaultMaxVel": 3.0, "defaultMaxAccel": 3.5, "defaultMaxAngVel": 360.0, "defaultMaxAngAccel": 540.0}
+    settings = {
+        **{"holonomicMode": True, "pathFolders": [], "autoFolders": [], "robotFeatures": [], "bumperOffsetX": 0.0},
+        **{"defaultNominalVoltage": 12.0, "robotTrackwidth": 2.0 * y, "wheelCOF": 1.2, "bumperOffsetY": 0.0, **limits},
+        **{f"{name}Module{axis}": v for name, at in corners.items() for axis, v in zip("XY", at, strict=True)},
+        **measures,
+    }
+    deploy = folder / "deploy" / "pathplanner"
+    for place in (deploy / "paths", deploy / "autos"):
+        place.mkdir(parents=True)
+    (deploy / "settings.json").write_text(json.dumps(settings))
+    for name, (speed, heading, *points) in paths.items():
+        (deploy / "paths" / f"{name}.path").write_text(json.dumps(_path(speed, heading, points)))
+    for name, steps in autos.items():
+        command = {"type": "sequential", "data": {"commands": [_step(step) for step in steps]}}
+        auto = {"version": "2025.0", "command": command, "resetOdom": True, "folder": None, "choreoAuto": False}
+        (deploy / "autos" / f"{name}.auto").write_text(json.dumps(auto))
+
+
+def _path(speed: float, heading: float, points: list[tuple[float, float]]) -> dict[str, Any]:
+    """Through points, with control points at thirds of the way to the next."""
+
+    def control(k: int, other: int) -> dict[str, float] | None:
+        if not 0 <= other < len(points):
+            return None
+        (x, y), (u, v) = points[k], points[other]
+        return {"x": x + (u - x) / 3.0, "y": y + (v - y) / 3.0}
+
+    lists = ("rotationTargets", "constraintZones", "pointTowardsZones", "eventMarkers")
+    return {
+        "version": "2025.0",
+        "waypoints": [
+            {"anchor": {"x": x, "y": y}, "prevControl": control(k, k - 1), "nextControl": control(k, k + 1),
+             "isLocked": False, "linkedName": None}
+            for k, (x, y) in enumerate(points)
+        ],
+        **{name: [] for name in lists},
+        "globalConstraints": {
+            **{"maxVelocity": speed, "maxAcceleration": 3.0, "maxAngularVelocity": 360.0},
+            **{"maxAngularAcceleration": 540.0, "nominalVoltage": 12.0, "unlimited": False},
+        },
+        "goalEndState": {"velocity": 0.0, "rotation": heading},
+        "idealStartingState": {"velocity": 0.0, "rotation": 0.0},
+        **{"reversed": False, "folder": None, "useDefaultConstraints": False},
+    }  # fmt: skip
+
+
+def _step(step: str | tuple[str, float]) -> dict[str, Any]:
+    if isinstance(step, tuple):
+        wait = {"type": "wait", "data": {"waitTime": step[1]}}
+        return {"type": "race", "data": {"commands": [_step(step[0]), wait]}}
+    if step.startswith("!"):
+        return {"type": "named", "data": {"name": step[1:]}}
+    return {"type": "path", "data": {"pathName": step}}
+
+
+@pytest.fixture(scope="session")
+def drawn() -> Callable[[Path, str], None]:
+    """See `draw_autos`."""
+    return draw_autos
 
 
 def require_vendors() -> None:
@@ -99,8 +199,11 @@ def project_of(tmp_path, distribution):
         folder = tmp_path / "robot"
         shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
         (folder / "tests").mkdir()
-        if not (folder / "deploy").exists():
-            shutil.copy(ROBOTS / "shared" / "measures.py", folder)
+        if source.parent == ROBOTS and source.name in DRAWN:
+            draw_autos(folder, source.name)
+        elif not (folder / "deploy").exists():
+            for library in LIBRARIES:
+                shutil.copy(ROBOTS / "shared" / library, folder)
 
         def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
             (folder / "tests" / "test_robot.py").write_text(text)

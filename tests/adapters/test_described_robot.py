@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,8 @@ def test_a_robot_of_simcore_toml_alone_takes_in_by_both_intakes_and_scores_with_
 
 
 GENERATED = """
+import json
+
 import pytest
 
 
@@ -110,14 +113,25 @@ def test_guessed_mechanisms_reach_their_setpoints(sim):
     assert facts["turret"] == pytest.approx(0.4, abs=0.01)
     assert facts["encoder"] == pytest.approx(facts["turret"], abs=0.01)
     assert facts["roller_rps"] == pytest.approx(10.0, rel=0.1)
+    numbers = {name: value for name, value in facts.items() if isinstance(value, (int, float))}
+    pose = sim.pose
+    print("FACTS", json.dumps({**numbers, "x": pose.X(), "y": pose.Y(), "yaw": pose.rotation().radians()}))
 """
 
 
-def test_motors_that_nobody_describes_turn_guessed_mechanisms_in_simulated_time_too(project_of):
+def test_motors_that_nobody_describes_turn_guessed_mechanisms_and_so_does_what_init_writes_of_them(project_of):
     run = project_of(ROBOTS / "generated")
     (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
     code, said = run(GENERATED, "-rP")
     assert code == 0, said
+    code, told = run("", "--force", command=("-m", "simcore", "init"))
+    text = (run.folder / "simcore.toml").read_text()
+    assert code == 0 and "found 5 motors" in told, told
+    assert text.count("\n[[mechanism]]") == 2 and text.count(", stays a guess: ") == 3 and "inertia = 0.001296 " in text
+    code, again = run(GENERATED, "-rP")
+    assert code == 0, again
+    one, other = (json.loads(line.split(maxsplit=1)[1]) for line in (said + again).splitlines() if "FACTS" in line)
+    assert other == pytest.approx(one, rel=2e-3, abs=2e-3)
 
 
 def test_a_tank_robot_passes_the_generic_robot_tests(project_of):

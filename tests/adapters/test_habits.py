@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -47,7 +46,6 @@ def test_it(sim):
 
 def test_a_headset_that_is_told_before_the_first_tick_has_heard_it(project_of):
     run = project_of(ROBOTS / "headset")
-    shutil.copy(ROBOTS / "team_quest" / "questnav.py", run.folder)
     code, said = run(
         HELPERS
         + """

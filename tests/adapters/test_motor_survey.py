@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,10 +30,14 @@ def project(tmp_path):
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
     motors, ports, cameras, _, why_not = find_devices(project)
     assert (ports, cameras, why_not) == ([], [], "")
+    assert [m.remark for m in motors] == ["", *["it holds a weight"] * 2, "it reads CANcoder 36", ""]
+    assert [m.turns_freely for m in motors] == [True, False, False, False, True]
+    assert motors[0].motor == "Kraken X60 FOC" and motors[0].inertia == pytest.approx(0.0013, rel=0.01)
+    motors = [replace(m, inertia=0.0, friction_volts=0.0, motor="", remark="", turns_freely=True) for m in motors]
     assert motors == [
         FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75, name="shooter"),
-        FoundMotor(controller="TalonFX", leader=34, gearing=9.0, has_gravity=True, name="elevator"),
-        FoundMotor(controller="TalonFX", leader=35, gearing=45.0, has_gravity=True, name="arm"),
+        FoundMotor(controller="TalonFX", leader=34, gearing=9.0, name="elevator"),
+        FoundMotor(controller="TalonFX", leader=35, gearing=45.0, name="arm"),
         FoundMotor(controller="TalonFX", leader=36, gearing=25.0, name="turret"),
         FoundMotor(controller="TalonFXS", leader=37, gearing=3.0, name="roller"),
     ]
@@ -42,7 +47,7 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
 def test_what_is_on_ports_is_found_with_its_class(project):
     shutil.copy(ROBOTS / "ports" / "robot.py", project)
     motors, ports, _, _, why_not = find_devices(project)
-    assert why_not == "" and motors == [FoundMotor(controller="TalonFX", leader=31, name="wheels")]
+    assert why_not == "" and [(m.controller, m.leader, m.name) for m in motors] == [("TalonFX", 31, "wheels")]
     found = {(port.model, port.channels, port.made_by) for port in ports}
     assert len(ports) == len(found) == 21
     assert {
@@ -60,17 +65,17 @@ def test_what_is_on_ports_is_found_with_its_class(project):
     } <= found
 
 
-def test_cameras_are_found_and_written_with_the_place_that_the_program_tells(project, capsys):
+def test_cameras_are_found_with_the_place_that_the_program_tells(project, capsys):
     """Limelights and a headset by the tables that are asked for, PhotonCameras by their names."""
     shutil.copy(ROBOTS / "sighted" / "robot.py", project)
+    shutil.copy(ROBOTS / "shared" / "questnav.py", project)
     assert main(["init", str(project)]) == 0
     said = capsys.readouterr().out
     assert (
         "found 3 cameras: limelight-front, limelight, questnav; say in the file where limelight-front, limelight sit\n"
     ) in said
     text = (project / "simcore.toml").read_text()
-    one = text[text.index("# Your program has these cameras") :].split("# [[camera]]")
-    assert len(one) == 4 and 'name = "limelight-front"' in one[1] and 'maker = "questnav"' in one[3]
+    assert all(f"# camera {name}\n" in text for name in ("limelight-front", "limelight", "questnav"))
     if find_spec("photonlibpy") is None:
         return
     shutil.copy(ROBOTS / "photon" / "robot.py", project)
@@ -112,5 +117,5 @@ def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
     )
     motors, _, _, _, why_not = find_devices(project)
     assert why_not == "" and [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
-    assert "could not read its configuration (RX_TIMEOUT" in motors[-1].problem
-    assert not any(motor.problem for motor in motors[:-1])
+    assert "could not read its configuration (RX_TIMEOUT" in motors[-1].remark
+    assert not any("could not" in motor.remark for motor in motors[:-1]) and not motors[-1].turns_freely

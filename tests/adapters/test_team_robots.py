@@ -101,7 +101,7 @@ SCORED = ("turret",)
 
 
 @pytest.fixture(scope="module")
-def project(tmp_path_factory, distribution) -> Callable[..., Path]:
+def project(tmp_path_factory, distribution, drawn) -> Callable[..., Path]:
     """Copies a robot program by its name, with a library of measures as its own; `described` adds its simcore.toml."""
 
     def copy(name: str, *, described: bool = False) -> Path:
@@ -110,7 +110,11 @@ def project(tmp_path_factory, distribution) -> Callable[..., Path]:
                 pytest.skip(f"{name} needs {module}, which is not installed")
         folder = tmp_path_factory.mktemp(name) / name
         shutil.copytree(ROBOTS / f"team_{name}", folder, ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(ROBOTS / "shared" / "measures.py", folder)
+        for library in ("measures.py", "questnav.py", "logged_robot.py"):
+            shutil.copy(ROBOTS / "shared" / library, folder)
+        drawn(folder, f"team_{name}")
+        (folder / "tests").mkdir(exist_ok=True)
+        (folder / "tests" / "pyfrc_test.py").write_text("from pyfrc.tests import *\n")
         if (folder / "described.toml").exists():
             (folder / "described.toml").rename(folder / ("simcore.toml" if described else "unused.toml"))
         return folder
@@ -298,5 +302,6 @@ def test_init_finds_every_motor_that_the_file_names(described, project, python):
     (folder / "simcore.toml").unlink()
     code, said = python(folder, "-m", "simcore", "init")
     assert code == 0, said
-    found = set(re.findall(r"leader = (\d+)", (folder / "simcore.toml").read_text()))
+    text = (folder / "simcore.toml").read_text()
+    found = {*re.findall(r"leader = (\d+)", text), *re.findall(r"', [\w ]+ (\d+), stays a guess", text)}
     assert wanted <= found, said

@@ -12,7 +12,7 @@ import pytest
 import simcore
 from simcore.cli import COMMANDS, main
 from simcore.errors import ConfigError
-from simcore.robot_file.toml_tables import read_toml
+from simcore.robot_file.key_tables import read_toml
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))

@@ -11,7 +11,6 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.robot.mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot_file.sensor_tables import PieceView
-from simcore.robot_file.template import FoundPort, template
 
 HOOD = """
 [[mechanism]]
@@ -164,52 +163,3 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
 def test_a_mistake_is_one_clear_error(read, text, said):
     with pytest.raises(ConfigError, match=re.escape(said)):
         read(text)
-
-
-FOUND = [
-    FoundPort(model="PWM", channels=(0,), made_by="Spark"),
-    FoundPort(model="PWM", channels=(1,), made_by="Servo"),
-    FoundPort(model="PWM", channels=(9,), made_by="AddressableLED"),
-    FoundPort(model="Relay", channels=(0,), made_by="Relay"),
-    FoundPort(model="REVPH 2 Solenoid", channels=(6, 7), made_by="DoubleSolenoid"),
-    FoundPort(model="CTREPCM 0 Solenoid", channels=(1,), made_by="Solenoid"),
-    FoundPort(model="DIO", channels=(5, 6), made_by="Encoder"),
-    FoundPort(model="DIO", channels=(5,), made_by="DigitalInput"),
-    FoundPort(model="DIO", channels=(7,), made_by="DutyCycleEncoder"),
-    FoundPort(model="DIO", channels=(8,), made_by="DigitalInput"),
-    FoundPort(model="Analog", channels=(2,), made_by="AnalogEncoder"),
-    FoundPort(model="Analog", channels=(3,), made_by="AnalogPotentiometer"),
-    FoundPort(model="CANrange", channels=(13,), made_by=""),
-    FoundPort(model="CANdi", channels=(30,), made_by=""),
-]
-
-
-def test_what_init_finds_is_a_table_each_that_can_be_read(read):
-    text = template(ports=FOUND).split("Your program has these besides.")[1]
-    tables, rest = text.split("# And these, which no table describes:")
-    assert "PWM 9: AddressableLED" in rest and "DIO 5: DigitalInput" not in text
-    tables = re.sub(r"^# (?=\[|\w+ = )", "", tables, flags=re.MULTILINE)
-    tables = tables.replace('"roller"', '"turret"').replace(
-        "gearing = 1.0", "gearing = 1\ninertia = 1\nmin_deg=0\nmax_deg=9"
-    )
-    robot = read(tables.replace('mechanism = "name"', 'mechanism = "pwm 0"').split("\n", 1)[1])
-    assert [key for m in robot.mechanisms for key in m.keys] == [
-        ("PWM", 0),
-        ("PWM", 1),
-        ("Relay", 0),
-        ("REVPH 2 Solenoid", 6),
-        ("REVPH 2 Solenoid", 7),
-        ("CTREPCM 0 Solenoid", 1),
-    ]
-    assert [key for sensor in robot.sensors for key in sensor.keys] == [
-        *(
-            ("DIO", 5),
-            ("DIO", 6),
-            ("DIO", 7),
-            ("DIO", 8),
-            ("Analog", 2),
-            ("Analog", 3),
-            ("CANrange", 13),
-            ("CANdi", 30),
-        ),
-    ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot_file.drivetrain_table import drivetrain_text, read_drivetrain
-from simcore.robot_file.toml_tables import Table, tomllib
+from simcore.robot_file.drivetrain_table import read_drivetrain
+from simcore.robot_file.key_tables import Table, table_text, tomllib
 
 SWERVE = {
     "kind": "swerve", "controller": "SPARK MAX", "drive": [1, 3, 5, 7], "steer": [2, 4, 6, 8], "encoder": "wired",
@@ -38,7 +38,7 @@ def test_measures_alone_describe_no_devices():
 
 
 def test_the_text_means_what_was_written():
-    text = drivetrain_text([(key, value, "found") for key, value in SWERVE.items()])
+    text = table_text("[drivetrain]", [(key, value, "found") for key, value in SWERVE.items()])
     assert read(tomllib.loads(text)["drivetrain"]) == read(SWERVE)
 
 
@@ -51,7 +51,7 @@ def test_the_text_means_what_was_written():
         ({"kind": ""}, "kind must"),
         ({"controller": None}, "kind and controller .of the drive motors, e.g. SPARK MAX. belong to its motors"),
         ({"left": [1]}, "left and right must both name motors"),
-        ({"drive": None}, "drive is missing beside steer"),
+        ({"drive": None}, "controller needs the motors beside it"),
         ({"kind": "mecanum", "drive": [1, 2, 3], "steer": None, "x": None, "y": None, "zeros_deg": None}, "4 motors"),
         ({"wheels": 4}, "no key 'wheels'"),
     ],

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,11 +14,11 @@ import pytest
 from simcore.cli import COMMANDS, main
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robot_file.template import FoundCamera, FoundMotor, template
+from simcore.robot_file.template import FoundCamera, FoundMotor, FoundPort, template
 
 MOTORS = [
-    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75),
-    FoundMotor(controller="TalonFXS", leader=20, gearing=45.0, has_gravity=True),
+    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75, inertia=0.0015),
+    FoundMotor(controller="TalonFXS", leader=20, turns_freely=False, remark="it holds a weight"),
 ]
 
 
@@ -37,68 +38,27 @@ def project(tmp_path, monkeypatch):
     return tmp_path
 
 
-def uncommented(text: str) -> str:
-    """As a team would: the # off every line that is a key or the head of a table."""
-    return re.sub(r"^# (?=\[|\w+ = [^<])", "", text, flags=re.MULTILINE)
-
-
+@pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [None, MOTORS])
-def test_the_file_as_written_means_the_defaults(tmp_path, motors):
+def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
-    path.write_text(template(motors, cameras=CAMERAS))
-    assert read_settings(path) == RobotSettings()
-
-
-def test_a_camera_that_was_found_becomes_one_with_its_place(tmp_path):
-    path = tmp_path / "simcore.toml"
-    text = template(cameras=CAMERAS)
-    found = text.index("# Your program has these cameras")
-    path.write_text(uncommented(text[found : text.index("# [[sensor]]")]))
+    path.write_text(template(motors, cameras=CAMERAS, every=every))
     settings = read_settings(path)
-    front, rear = settings.cameras
-    assert (front.name, front.maker, front.mount.z) == ("limelight-front", "limelight", 0.4)
-    assert (rear.name, rear.maker) == ("rear", "photonvision")
-    m = rear.mount
-    assert (m.x, m.y, m.z, m.roll_deg, m.pitch_deg, m.yaw_deg) == (-0.25, 0.1, 0.5, 180.0, -10.0, 175.5)
-    assert settings.headset is not None
+    assert [m.name for m in settings.mechanisms] == ([] if motors is None else ["motor20_20"])
+    assert replace(settings, mechanisms=(), given=frozenset()) == RobotSettings()
 
 
-def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
-    path = tmp_path / "simcore.toml"
-    named = "".join(
-        f'[[mechanism]]\nname = "{name}"\nkind = "{kind}"\nleader = {k}\ngearing = 1.0\n{more}\n'
-        for k, (name, kind, more) in enumerate(
-            (
-                ("intake", "roller", ""),
-                ("feeder", "roller", ""),
-                ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
-                ("hood", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 40"),
-                ("turret", "turret", "inertia = 0.1\nmin_deg = -90\nmax_deg = 90"),
-                ("lift", "elevator", "mass = 5\ndrum_radius = 0.02\nmax_height = 1.0\nx = 0.1\nlean_deg = 0"),
-                ("arm", "arm", 'inertia = 0.1\nmin_deg = 0\nmax_deg = 90\non = "lift"\nyaw_deg = 180'),
-                ("claw", "roller", ""),
-                ("climb", "rack", "mass = 2\npinion_radius = 0.02\ntravel = 0.5\nrise_deg = 90"),
-            )
-        )
-    )
-    text = uncommented(template())
-    path.write_text(text + named)
-    robot = read_settings(path)
-    assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
-    assert robot.mechanism("shooter").followers == (21, 22)
-    assert robot.game == "name" and robot.capacity == 1
-    (intake,), (shooter,) = robot.intakes, robot.shooters
-    assert intake.deploy == "pivot" and intake.kinds == ("Name",)
-    assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
-    (claw,), (climber,), (storage,) = robot.placers, robot.climbers, robot.storages
-    assert [joint.mechanism for joint in claw.joints] == ["lift", "arm"] and claw.offset == (0.35, 0.0, 0.0)
-    assert [joint.mechanism for joint in climber.joints] == ["climb"]
-    assert (storage.name, storage.capacity, intake.storage, shooter.storage) == ("front", 20, "front", "front")
-    assert robot.auto_starts == {"Left two piece": (2.0, 1.2, 0.0)}
-    assert [(camera.name, camera.maker) for camera in robot.cameras] == [
-        ("limelight", "limelight"), ("front", "photonvision")
-    ]  # fmt: skip
-    assert robot.headset is not None and robot.headset.frame_rate == 100.0
+def test_the_file_is_short_and_has_live_keys_alone():
+    rows = [("kind", "swerve", ""), *((f"drive{k}", k, "") for k in range(19))]
+    text = template(NAMED, cameras=CAMERAS, drivetrain={"rows": rows})
+    assert len(text.splitlines()) < 110 and not re.search(r"^# ?(\[|\w+ = )", text, re.MULTILINE)
+    assert len(template(NAMED, cameras=CAMERAS, every=True).splitlines()) > 250
+
+
+def test_cameras_and_ports_that_were_found_are_named():
+    text = template(cameras=CAMERAS, ports=[FoundPort(model="DIO", channels=(0, 1), made_by="Encoder")])
+    for line in ("camera limelight-front\n", "camera rear: placed by its estimator\n", "DIO 0 1: Encoder\n"):
+        assert f"# {line}" in text
 
 
 def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
@@ -110,49 +70,68 @@ def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
     assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
-def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
+def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
     path = tmp_path / "simcore.toml"
-    text = template(MOTORS[:1])
-    path.write_text(uncommented(text[: text.index("# What each kind")]))
-    motor = read_settings(path).mechanism("motor20")
+    text = template(MOTORS)
+    path.write_text(text)
+    motor = read_settings(path).mechanism("motor20_20")
     assert motor.devices == (20, 21, 22) and motor.opposed == (22,) and motor.config.gearbox.gearing == 0.75
+    assert motor.config.inertia == 0.0015 and "inertia = 0.0015 " in text and not motor.guessed
+    assert "# 'motor20_20', TalonFXS 20, stays a guess: it holds a weight" in text
 
 
 NAMED = [
-    FoundMotor(controller="TalonFX", leader=3, name="intake_roller", gearing=2.0),
-    FoundMotor(controller="TalonFX", leader=4, name="intake_pivot", has_gravity=True),
-    FoundMotor(controller="SPARK MAX", leader=5, name="feeder1"),
-    FoundMotor(controller="TalonFX", leader=6, name="shooter_top"),
-    FoundMotor(controller="TalonFX", leader=7, name="shooter_bottom"),
-    FoundMotor(controller="TalonFX", leader=8, name="hood"),
-    FoundMotor(controller="TalonFX", leader=9, name="wrist"),
-    FoundMotor(controller="TalonFX", leader=10),
-]
+    FoundMotor(controller=controller, leader=leader, name=name, gearing=2.0, inertia=0.002, friction_volts=0.2)
+    for controller, leader, name in (
+        ("TalonFX", 3, "intake_roller"), ("TalonFX", 4, "intake_pivot"), ("SPARK MAX", 5, "feeder1"),
+        ("TalonFX", 6, "shooter_top"), ("TalonFX", 7, "shooter_bottom"), ("TalonFX", 8, "hood"),
+        ("TalonFX", 9, "wrist"), ("TalonFX", 10, ""),
+    )
+]  # fmt: skip
 
 
-def test_names_of_attributes_name_mechanisms_and_propose_intake_and_shooter(tmp_path):
+def test_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
     text = template(NAMED)
-    proposed = text[text.index("# Proposed by these names") : text.index("# What each kind")]
-    found = uncommented(text[text.index("# Mechanisms:") : text.index("# Proposed")])
-    measures = {"flywheel": "inertia = 0.01", "arm": "inertia = 0.1\nmin_deg = 0\nmax_deg = 90", "roller": ""}
-    for kind, more in measures.items():
-        found = re.sub(rf'^kind = "{kind}".*$', rf'kind = "{kind}"\n{more}', found, flags=re.MULTILINE)
     path = tmp_path / "simcore.toml"
-    path.write_text(found + uncommented(proposed))
+    path.write_text(text)
     robot = read_settings(path)
     assert [m.name for m in robot.mechanisms] == [
-        "intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10",
-    ]  # fmt: skip
-    (intake,), (shooter,) = robot.intakes, robot.shooters
-    assert (intake.roller, intake.deploy) == ("intake_roller", "intake_pivot")
-    assert (shooter.wheels, shooter.gate, shooter.hood) == (("shooter_top", "shooter_bottom"), ("feeder1",), "hood")
-    assert "guesses" in proposed and "Proposed" not in template(MOTORS)
+        *("intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10")
+    ]
+    assert [type(m.config).__name__ for m in robot.mechanisms[2:5]] == ["RollerConfig", *["FlywheelConfig"] * 2]
+    assert 'by its name "arm", with inertia, min_deg, max_deg' in text
+
+
+def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
+    ignored = project / ".gitignore"
+    ignored.write_text("*.pyc\n/out\nctre_sim")
+    assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
+    lines = ignored.read_text().splitlines()
+    assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
+    assert not {"out/", "ctre_sim/"} & {*lines}
+    assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
+    assert ".gitignore" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("code", "is_own"), [("", False), ("self.motor.sim_state.x()", True), ("rev.SparkSim", True)])
+def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, monkeypatch, code, is_own):
+    (project / "robot.py").write_text(code)
+    found = (NAMED[:1], [], [], {"rows": [["kind", "tank", ""], ["left", [1], ""]]}, "")
+    monkeypatch.setattr("simcore.robot_file.init_command.find_devices", lambda _: found)
+    assert main(["init"]) == 0
+    assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
+    text = (project / "simcore.toml").read_text()
+    assert ("stays a guess: your program has a simulation of its own" in text) is is_own
+    said = capsys.readouterr().out
+    assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
 def test_init_writes_the_file(project, capsys):
     assert main(["init", "--no-look"]) == 0
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
-    assert read_settings(project / "simcore.toml") == RobotSettings()
+    short = (project / "simcore.toml").read_text()
+    assert main(["init", "--no-look", "--all", "--force"]) == 0
+    assert len(short.splitlines()) < 20 < 200 < len((project / "simcore.toml").read_text().splitlines())
 
 
 def test_init_overwrites_only_when_told(project, capsys):
@@ -179,11 +158,6 @@ def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
     (project / "other" / "rocky.py").write_text("")
     assert main(["init", "--no-look", str(project / "other" / "rocky.py")]) == 0
     assert (project / "other" / "simcore.toml").exists()
-
-
-def test_a_motor_that_does_not_answer_is_in_the_file_with_the_reason(tmp_path):
-    text = template([FoundMotor(controller="SPARK MAX", leader=9, problem="TalonFX 9: could not read")])
-    assert "# gearing = 1.0                   # not known: TalonFX 9: could not read" in text
 
 
 def test_init_wants_a_robot(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""What `simcore check` finds in the robot of REBUILT after one mistake each."""
+"""What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
 
 from __future__ import annotations
 
@@ -8,17 +8,23 @@ from dataclasses import replace
 import pytest
 
 from games.rebuilt import REBUILT
-from games.reefscape import REEFSCAPE
-from games.reefscape.robot import reefscape_robot
 from simcore.geometry.linkage import Joint
-from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ElevatorConfig
-from simcore.robot_file.mechanism_runs import CodeView, run_mechanism
-from simcore.robot_file.robot_findings import findings, run_findings, shot_reach
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig
+from simcore.robot_file.robot_findings import (
+    CodeView,
+    findings,
+    holding_share,
+    place_text,
+    reading_unit,
+    run_findings,
+    run_mechanism,
+    shot_reach,
+    speed_text,
+)
 from simcore.units import GRAVITY
 
 ROBOT = REBUILT.robot()
@@ -54,37 +60,6 @@ def test_nothing_is_wrong_with_the_robot_of_the_game():
     assert found() == [] and found(with_intake()) == [] and found(with_climber(0.5)) == []
 
 
-def test_more_fuel_than_the_hopper_has_space_for_is_a_note():
-    notes = [finding.text for finding in findings(ROBOT, game=REBUILT, codes={})]
-    assert not any("do not fit" in note for note in notes)
-    flat = replace(ROBOT, storage=replace(ROBOT.storage, high=(0.17, 0.30, 0.50)))
-    (note,) = (f for f in findings(flat, game=REBUILT, codes={}) if "do not fit" in f.text)
-    assert "storage: 50 Fuel do not fit in its room of 0.53 x 0.60 x 0.32 m, 21 do" in note.text and not note.is_wrong
-    fits = replace(flat, storage=replace(flat.storage, capacity=21))
-    assert not any("do not fit" in f.text for f in findings(fits, game=REBUILT, codes={}))
-
-
-def test_an_outlet_that_jams_or_lets_nothing_out_is_told():
-    for width, height, said, is_wrong in (
-        (0.4, None, "", False), (0.24, None, "its outlet is 1.6 Fuel wide: below 2 two of them can jam it", False),
-        (0.14, None, "its outlet is smaller than a Fuel: none comes out", True),
-        (0.4, 0.1, "its outlet is smaller than a Fuel: none comes out", True),
-    ):  # fmt: skip
-        with_hopper = replace(ROBOT.storage, hopper=HopperConfig(outlet_width=width, outlet_height=height))
-        notes = [f for f in findings(replace(ROBOT, storage=with_hopper), game=REBUILT, codes={}) if "outlet" in f.text]
-        assert [(f.text, f.is_wrong) for f in notes] == ([(f"storage: {said}", is_wrong)] if said else [])
-
-
-def test_a_tube_passes_the_outlet_of_a_hopper_as_the_ball_around_it():
-    robot = reefscape_robot()
-    for width, said in (
-        (0.33, []),
-        (0.2, ["storage: its outlet is smaller than a Coral, which counts as a ball of 0.32 m in it: none comes out"]),
-    ):
-        narrow = replace(robot, storage=replace(robot.storage, hopper=HopperConfig(outlet_width=width)))
-        assert [text for text in found(narrow, REEFSCAPE) if "outlet" in text] == said
-
-
 @pytest.mark.parametrize(
     ("robot", "said"),
     [
@@ -95,8 +70,6 @@ def test_a_tube_passes_the_outlet_of_a_hopper_as_the_ball_around_it():
         (with_shooter(forward=0.45, heading=math.pi), "at (-0.45, -0.08) m"),
         (with_shooter(wheel_radius=0.005), "shooter 1 reaches nothing: at 12 V pieces leave at 2.3 m/s"),
         (with_shooter(min_wheel_speed=1000.0), "shooter 1 never throws: its wheels turn 150.8 times a second at 12 V"),
-        (with_shooter(elevation_per_hood=1.0), "shooter 1 shoots at 130 to 175 deg over the hood's travel"),
-        (with_climber(0.3), "climber 1 reaches no rung: its hook comes to 0.60 m, and the lowest rung is at 0.69 m"),
         (with_climber(0.5, gearing=5.0), "climber 1 cannot lift the robot: lift pulls with"),
     ],
 )
@@ -111,9 +84,6 @@ def test_the_program_s_current_limit_counts():
 
 def test_without_a_game_only_the_robot_is_looked_at():
     assert found(with_intake(z_max=0.05), game=None) == []
-    texts = [finding.text for finding in findings(with_climber(0.5), game=replace(REBUILT, field=replace(
-        REBUILT.field, rungs=())), codes={})]  # fmt: skip
-    assert texts == ["a climber finds nothing in REBUILT: its field has no rungs"]
 
 
 def test_a_shooter_s_reach_is_that_of_the_throw_in_a_vacuum():
@@ -126,17 +96,108 @@ def test_a_shooter_s_reach_is_that_of_the_throw_in_a_vacuum():
     assert reach.distance == pytest.approx(speed**2 / GRAVITY)
 
 
-def test_soft_limits_and_ratios_that_do_not_fit():
+def test_a_gearing_that_differs_and_a_spin_up_without_end():
     rack = ROBOT.mechanisms["intake_deploy"]
 
-    def said(**code):
-        run = run_mechanism("rack", rack, code=CodeView(**{"reading": 0.0, "ratio": 10.0, **code}))
+    def said(config=rack, **code):
+        run = run_mechanism("rack", config, code=CodeView(**{"reading": 0.0, "ratio": 10.0, **code}))
         return [finding.text for finding in run_findings([run])]
 
     assert said() == []
-    (crossed,) = said(lower_limit=2.0, upper_limit=1.0)
-    assert crossed == "rack: its forward soft limit (1) is not above its reverse one (2): it cannot move"
-    (beyond,) = said(upper_limit=-0.5)
-    assert beyond == "rack starts beyond its forward soft limit: the code reads 0 turns and allows -0.5"
     (ratio,) = said(ratio=12.5)
     assert ratio.endswith("divides the rotor's turns by 12.5: it reads 0.8 turns per turn of the mechanism")
+    wheel = ROBOT.mechanisms["shooter"]
+    (slow,) = said(replace(wheel, inertia=40.0), ratio=1.0)
+    assert slow.startswith("rack takes ") and slow.endswith("look at inertia (40 kg m^2) and gearing (0.666667)")
+
+
+# --- a second of each mechanism ---------------------------------------------------------------------------------------
+
+MOTOR = motor("Kraken X60")
+
+
+def gearbox(gearing: float = 2.0, **more: float) -> GearboxConfig:
+    return GearboxConfig(motor=MOTOR, gearing=gearing, **more)
+
+
+WHEEL = FlywheelConfig(gearbox=gearbox(), inertia=0.001)
+RACK = RackConfig(gearbox=gearbox(20.0), mass=3.0, pinion_radius=0.02, travel=0.3)
+
+
+def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants():
+    run = run_mechanism("wheel", WHEEL)
+    box = WHEEL.gearbox
+    tau = WHEEL.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
+    assert run.sign == 1.0 and not run.is_rising and run.stop is None
+    assert run.speed == pytest.approx(box.free_speed(12.0), rel=1e-6)
+    assert run.spin_up == pytest.approx(tau * math.log(20.0), abs=0.002), "a step"
+    assert speed_text(run.mechanism, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
+
+
+def test_what_robot_code_reads_follows_its_ratio_and_reversal():
+    """A ratio of half the gearing counts two turns for each; reversed, the wheel goes back while the code counts up."""
+    code = CodeView(ratio=1.0, reading=3.0)
+    run = run_mechanism("wheel", WHEEL, code=code, reversed=True)
+    assert run.sign == -1.0 and run.travel < 0.0
+    assert run.read == pytest.approx((3.0, 3.0 - 2.0 * run.travel / math.tau))
+
+
+def test_a_current_limit_of_the_program_makes_it_slower():
+    """a = limit kt / J until the back-EMF takes over: 5 A reach a fraction of the free speed within a second."""
+    code = CodeView(ratio=2.0, reading=0.0, stator_limit=5.0)
+    run = run_mechanism("wheel", FlywheelConfig(gearbox=gearbox(), inertia=0.01), code=code)
+    assert run.speed == pytest.approx(5.0 * gearbox().torque_per_amp / 0.01, rel=1e-6)
+    assert run.is_rising
+
+
+def test_a_rack_meets_its_stop():
+    run = run_mechanism("rack", RACK)
+    assert run.position * 0.02 == pytest.approx(0.3) and run.stop is not None
+    assert run.stop > 0.3 / (RACK.gearbox.free_speed(12.0) * 0.02), "no faster than its free speed"
+    assert place_text(run.mechanism, run.position) == "0.30 m"
+
+
+@pytest.mark.parametrize(
+    ("config", "per_turn", "unit"),
+    [
+        (RACK, 1.0, "turns"),
+        (RACK, math.tau * 0.02, "m"),
+        (RACK, math.tau * 0.02 / 0.0254, "in"),
+        (WHEEL, 360.0, "deg"),
+        (WHEEL, math.tau, "rad"),
+        (WHEEL, math.tau * 0.02, None),
+    ],
+)
+def test_a_ratio_that_has_the_drum_in_it_reads_meters(config, per_turn, unit):
+    mechanism = run_mechanism("it", config).mechanism
+    assert reading_unit(mechanism, CodeView(ratio=mechanism.gearing / per_turn)) == unit
+
+
+def test_a_soft_limit_stops_it_before_its_stop():
+    """The code reads pinion turns; 1.2 turns from where it starts are 0.151 m."""
+    code = CodeView(ratio=20.0, reading=0.5, upper_limit=1.7, lower_limit=0.0)
+    run = run_mechanism("rack", RACK, code=code)
+    assert run.stop is None and run.soft_limit is not None
+    assert run.travel == pytest.approx(1.2 * math.tau, rel=0.03), "within a step at full speed, and braking"
+    back = run_mechanism("rack", RACK, code=code, output=-1.0)
+    assert back.travel == 0.0 and back.soft_limit is None and back.stop is not None
+
+
+def test_an_arm_that_is_too_heavy_has_a_share_above_one():
+    """m g c / (kt I): over its whole travel, level or not."""
+    arm = ArmConfig(
+        gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,
+        min_angle=-0.5, max_angle=1.0,
+    )  # fmt: skip
+    torque = 20.0 * arm.gearbox.torque_per_amp
+    assert holding_share(arm) == pytest.approx(8.0 * 9.80665 * 0.5 / torque, rel=1e-4)
+    steep = ArmConfig(
+        gearbox=arm.gearbox, inertia=0.5, mass=8.0, center_of_mass=0.5, min_angle=1.0, max_angle=2.0
+    )  # fmt: skip
+    assert holding_share(steep) == pytest.approx(holding_share(arm) * math.cos(1.0), rel=1e-9)
+    upside = ArmConfig(gearbox=arm.gearbox, inertia=0.5, mass=8.0, center_of_mass=0.5, min_angle=2.0, max_angle=4.0)
+    assert holding_share(upside) == pytest.approx(holding_share(arm)), "level at 180 degrees"
+    lift = ElevatorConfig(gearbox=gearbox(5.0), carriage_mass=10.0, drum_radius=0.02, max_height=1.0)
+    torque = lift.gearbox.stall_torque(12.0)
+    assert holding_share(lift) == pytest.approx(10.0 * 9.80665 * 0.02 / torque, rel=1e-4)
+    assert holding_share(WHEEL) == 0.0

@@ -1,10 +1,10 @@
-"""A robot on a base class with a loop of its own."""
+"""A robot on a base class with a loop of its own: no addPeriodic, and no wait when it is late."""
 
 import measures
-from own_loop_robot import OwnLoopRobot
+from logged_robot import LoggedRobot
 
 
-class Robot(OwnLoopRobot):
+class Robot(LoggedRobot):
     def robotInit(self) -> None:
         self.drivetrain = measures.build(coupling=3.57)
 

@@ -3,13 +3,12 @@
 It asks for its tables at the top of the file, in a class and when it starts, as robots do."""
 
 import math
-import struct
 
 import measures
-import ntcore
 import wpilib
 from ntcore import NetworkTableInstance
-from wpimath.geometry import Pose2d, Pose3d, Quaternion, Rotation3d, Transform3d, Translation3d
+from questnav import QuestNav, fields
+from wpimath.geometry import Pose2d, Pose3d, Rotation3d, Transform3d
 
 FRONT = NetworkTableInstance.getDefault().getTable("limelight-front")
 ROBOT_TO_QUEST = Transform3d(-0.2, 0.1, 0.6, Rotation3d(0.0, 0.0, math.pi))
@@ -19,69 +18,24 @@ class Vision:
     table = NetworkTableInstance.getDefault().getTable("limelight")
 
 
-def fields(data):
-    """Number and value of each field of a Protocol Buffers message, of those wire types that QuestNav uses."""
-    at = 0
-    while at < len(data):
-        tag = data[at]
-        at += 1
-        if tag & 7 == 1:
-            value, at = struct.unpack_from("<d", data, at)[0], at + 8
-        else:
-            value = shift = 0
-            while True:
-                byte, at = data[at], at + 1
-                value |= (byte & 127) << shift
-                shift += 7
-                if byte < 128:
-                    break
-            if tag & 7 == 2:
-                value, at = data[at : at + value], at + value
-        yield tag >> 3, value
-
-
-class Quest:
+class Quest(QuestNav):
     def __init__(self) -> None:
+        super().__init__()
         table = NetworkTableInstance.getDefault().getTable("QuestNav")
-        every = ntcore.PubSubOptions(sendAll=True, pollStorage=20, periodic=0.005)
-        self.frames = table.getRawTopic("frameData").subscribe(
-            "proto:questnav.protos.data.ProtobufQuestNavFrameData", b"", every
-        )
-        self.device = table.getRawTopic("deviceData").subscribe(
-            "proto:questnav.protos.data.ProtobufQuestNavDeviceData", b""
-        )
-        self.response = table.getRawTopic("response").subscribe(
-            "proto:questnav.protos.commands.ProtobufQuestNavCommandResponse", b""
-        )
-        self.request = table.getRawTopic("request").publish("proto:questnav.protos.commands.ProtobufQuestNavCommand")
+        kind = "proto:questnav.protos.{}.ProtobufQuestNav{}"
+        self.device = table.getRawTopic("deviceData").subscribe(kind.format("data", "DeviceData"), b"")
+        self.response = table.getRawTopic("response").subscribe(kind.format("commands", "CommandResponse"), b"")
         self.pose = None
         self.ages = []
         self.numbers = []
         self.tracking = False
 
-    def set_pose(self, pose: Pose3d) -> None:
-        q = pose.rotation().getQuaternion()
-        place = b"".join(
-            bytes([8 * k + 9]) + struct.pack("<d", v) for k, v in enumerate((pose.X(), pose.Y(), pose.Z()))
-        )
-        turn = b"".join(bytes([8 * k + 9]) + struct.pack("<d", v) for k, v in enumerate((q.W(), q.X(), q.Y(), q.Z())))
-        turn = b"\x0a" + bytes([len(turn)]) + turn
-        both = b"\x0a" + bytes([len(place)]) + place + b"\x12" + bytes([len(turn)]) + turn
-        payload = b"\x0a" + bytes([len(both)]) + both
-        self.request.set(b"\x08\x01\x10\x01\x52" + bytes([len(payload)]) + payload)
-
     def read(self) -> None:
-        for change in self.frames.readQueue():
-            message = dict(fields(change.value))
-            pose = dict(fields(message[3]))
-            place, turn = dict(fields(pose[1])), dict(fields(dict(fields(pose[2]))[1]))
-            quest = Pose3d(
-                Translation3d(*(place[k] for k in (1, 2, 3))), Rotation3d(Quaternion(*(turn[k] for k in (1, 2, 3, 4))))
-            )
-            self.pose = quest.transformBy(ROBOT_TO_QUEST.inverse())
-            self.tracking = bool(message[4])
-            self.numbers.append(message[1])
-            self.ages.append(wpilib.Timer.getFPGATimestamp() - change.time * 1e-6)
+        for frame in self.unread_frames():
+            self.pose = frame.pose.transformBy(ROBOT_TO_QUEST.inverse())
+            self.tracking = frame.is_tracking
+            self.numbers.append(frame.number)
+            self.ages.append(wpilib.Timer.getFPGATimestamp() - frame.time)
 
 
 class Robot(wpilib.TimedRobot):
@@ -123,10 +77,10 @@ class Robot(wpilib.TimedRobot):
         }
 
     def quest_device(self):
-        return list(fields(self.quest.device.get()))
+        return list(fields(self.quest.device.get()).items())
 
     def quest_response(self):
-        return list(fields(self.quest.response.get()))
+        return list(fields(self.quest.response.get()).items())
 
     def ask(self, **topics: float) -> None:
         for name, value in topics.items():

@@ -10,6 +10,7 @@ from wpimath.geometry import Pose3d, Quaternion, Rotation3d, Translation3d
 
 @dataclass
 class Frame:
+    number: int
     pose: Pose3d
     time: float
     is_tracking: bool
@@ -80,7 +81,7 @@ class QuestNav:
             place = Translation3d(*(at.get(k, 0.0) for k in (1, 2, 3)))
             rotation = Rotation3d(Quaternion(*(turn.get(k, 0.0) for k in (1, 2, 3, 4))))
             self.last = sample.time / 1e6
-            found.append(Frame(Pose3d(place, rotation), self.last, bool(frame.get(4, 0))))
+            found.append(Frame(frame[1], Pose3d(place, rotation), self.last, bool(frame.get(4, 0))))
         return found
 
     def is_connected(self) -> bool:

@@ -1,1 +1,0 @@
-from pyfrc.tests import *  # noqa: F403
