@@ -35,6 +35,7 @@ __all__ = [
     "FIELD_OF_VIEW",
     "FIELD_PLACE",
     "FORCE",
+    "FORCE_OR_NONE",
     "FRACTION",
     "FRAME_RATE",
     "FRICTION",
@@ -173,6 +174,7 @@ CURRENT_OR_NONE = Quantity("A", 0.0, 10_000.0)
 CURRENT_LIMIT = Quantity("A", 0.0, 10_000.0, may_be_infinite=True)
 RESISTANCE = Quantity("ohm", 0.0, 100.0)
 FORCE = Quantity("N", 0.0, 10_000.0, is_open=True)
+FORCE_OR_NONE = Quantity("N", 0.0, 10_000.0)
 STIFFNESS = Quantity("N/m", 0.0, 1e9, is_open=True)
 DELAY = Quantity("s", 0.0, 100.0)
 DURATION = Quantity("s", 0.0, 1e6, is_open=True)

@@ -17,6 +17,8 @@ from simcore.quantities import (
     ACCELERATION,
     ANGLE,
     DURATION,
+    FORCE_OR_NONE,
+    FRACTION,
     INERTIA,
     MASS,
     MASS_OR_NONE,
@@ -237,7 +239,7 @@ class ArmConfig:
     inertia: float
     """About the joint, rotors included [kg m^2]."""
     mass: float = 0.0
-    """Of all that swings; 0 for an arm that springs or a counterweight balance [kg]."""
+    """Of all that swings; 0 for an arm that springs or a counterweight balance wholly [kg]."""
     center_of_mass: float = 0.0
     """From the joint to the center of mass [m]."""
     min_angle: float
@@ -248,11 +250,14 @@ class ArmConfig:
     """Where the arm is at first; None is the lower stop [rad]."""
     gravity: float = GRAVITY
     """Zero for an arm that turns about a vertical axis [m/s^2]."""
+    spring_share: float = 0.0
+    """Of gravity's torque, at any angle, that springs carry [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
             self,
             inertia=INERTIA,
+            spring_share=FRACTION,
             mass=MASS_OR_NONE,
             center_of_mass=ROBOT_PLACE,
             min_angle=ANGLE,
@@ -267,6 +272,11 @@ class ArmConfig:
                 f"ArmConfig: start_angle must be between the stops, min_angle = {self.min_angle:g} and max_angle = "
                 f"{self.max_angle:g} rad, got {self.start_angle:g}"
             )
+
+    @property
+    def weight_torque(self) -> float:
+        """That motors have to hold while the arm is level [N m]."""
+        return self.mass * self.gravity * self.center_of_mass * (1.0 - self.spring_share)
 
     @property
     def start(self) -> float:
@@ -288,7 +298,7 @@ class ArmSim(ShaftSim):
             position=config.start,
         )
         self.config = config
-        self.record["weight_torque"] = config.mass * config.gravity * config.center_of_mass
+        self.record["weight_torque"] = config.weight_torque
 
     @property
     def holding_volts(self) -> float:
@@ -312,7 +322,9 @@ class ElevatorConfig:
     start_height: float | None = None
     """Where the carriage is at first; None is the lower stop [m]."""
     gravity: float = GRAVITY
-    """Along the elevator; zero if a spring carries the weight [m/s^2]."""
+    """Along the elevator [m/s^2]."""
+    spring_force: float = 0.0
+    """Of constant-force or gas springs, up; they may carry more than the weight [N]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -323,6 +335,7 @@ class ElevatorConfig:
             max_height=ROBOT_PLACE,
             start_height=ROBOT_PLACE,
             gravity=ACCELERATION,
+            spring_force=FORCE_OR_NONE,
         )
         if not self.min_height < self.max_height:
             raise ConfigError(
@@ -330,6 +343,11 @@ class ElevatorConfig:
             )
         if not self.min_height <= self.start <= self.max_height:
             raise ConfigError(f"ElevatorConfig: start_height must be between the stops, got {self.start_height}")
+
+    @property
+    def weight_torque(self) -> float:
+        """At the drum, that motors have to hold; below zero springs push it up [N m]."""
+        return (self.carriage_mass * self.gravity - self.spring_force) * self.drum_radius
 
     @property
     def start(self) -> float:
@@ -352,7 +370,7 @@ class ElevatorSim(ShaftSim):
             position=config.start / radius,
         )
         self._radius = radius
-        self._weight_torque = config.carriage_mass * config.gravity * radius
+        self._weight_torque = config.weight_torque
         self.holding_volts = config.gearbox.holding_volts(self._weight_torque)
         """Voltage that holds the carriage against gravity [V]."""
         self.set_load(0.0)

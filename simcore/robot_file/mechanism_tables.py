@@ -12,6 +12,8 @@ from simcore.geometry.linkage import Joint
 from simcore.quantities import (
     DEGREES,
     DURATION,
+    FORCE_OR_NONE,
+    FRACTION,
     GEARING,
     INERTIA,
     MASS,
@@ -103,6 +105,7 @@ KINDS: dict[str, KeyTable] = {table.head: table for table in (
         *_STOPS,
         Key("mass", MASS_OR_NONE, 0.0, "of all that swings; 0: a spring or a counterweight balances it"),
         Key("center_of_mass", ROBOT_PLACE, 0.0, "of that, from the joint"),
+        Key("spring_share", FRACTION, 0.0, "of its weight, that springs carry"),
         _YAW,
     )),
     KeyTable("turret", "what turns about the vertical, counter-clockwise", (
@@ -117,6 +120,7 @@ KINDS: dict[str, KeyTable] = {table.head: table for table in (
         Key("min_height", ROBOT_PLACE, 0.0),
         Key("max_height", ROBOT_PLACE, 1.0, is_guess=True),
         Key("start_height", ROBOT_PLACE, None, "left out: min_height"),
+        Key("spring_force", FORCE_OR_NONE, 0.0, "N up, of constant-force or gas springs"),
         Key("lean_deg", DEGREES, 0.0, "0 is upright, 15 leans to the front", field="lean"),
     )),
     KeyTable("rack", "what slides out", (

@@ -202,9 +202,9 @@ def holding_share(config: MechanismConfig) -> float:
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
         most = 1.0 if level else max(abs(math.cos(low)), abs(math.cos(high)))
-        load = config.mass * config.gravity * abs(config.center_of_mass) * most
+        load = abs(config.weight_torque) * most
     elif isinstance(config, ElevatorConfig):
-        load = config.carriage_mass * config.gravity * config.drum_radius
+        load = abs(config.weight_torque)
     else:
         return 0.0
     return load / (config.gearbox.stall_torque(VOLTS) + config.gearbox.friction_torque)

@@ -140,3 +140,22 @@ def test_flywheel_and_roller_refuse_nonsense():
         FlywheelConfig(gearbox=BOX, inertia=-0.1)
     with pytest.raises(ConfigError, match="radius"):
         RollerConfig(gearbox=BOX, inertia=0.1, radius=0.0)
+
+
+def test_springs_carry_their_part_of_a_weight():
+    """A carriage whose weight springs carry stays where it is; half of an arm's weight takes half the volts."""
+    box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
+    carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
+    balanced, heavy, light = (
+        ElevatorSim(ElevatorConfig(**carriage, spring_force=share * 5.0 * GRAVITY)) for share in (1.0, 0.9, 1.1)
+    )
+    for elevator in (balanced, heavy, light):
+        elevator.coast()
+        elevator.step(0.2)
+    assert balanced.height == 0.5 and balanced.holding_volts == 0.0
+    assert heavy.height < 0.5 < light.height
+    arm = {"gearbox": box, "inertia": 0.5, "mass": 3.0, "center_of_mass": 0.4, "min_angle": -1.0, "max_angle": 1.0}
+    whole, half = (ArmSim(ArmConfig(**arm, start_angle=0.0, spring_share=share)) for share in (0.0, 0.5))
+    assert half.holding_volts == pytest.approx(0.5 * whole.holding_volts)
+    with pytest.raises(ConfigError, match="spring_share"):
+        ArmConfig(**arm, spring_share=1.5)

@@ -178,11 +178,21 @@ def test_everything_that_is_read_has_a_reader(kind):
     assert not unread
 
 
+CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "reversed_encoders", "wheel_distances")
+"""Correct what is found of the wheels."""
+
+
 @pytest.mark.parametrize("key", [key for key in DRIVETRAIN.keys if key not in MEASURES], ids=lambda key: key.name)
 def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is_found(read, key):
     value = values(key.form, None)[0]
     if key.name in ("kind", "gyro"):
         assert getattr(read(f"[drivetrain]\n{key.name} = {toml(value)}").drivetrain, key.name) == value
+        return
+    if key.name in CORRECTIONS:
+        other = {"x": "y", "y": "x"}.get(key.name, "")
+        beside = f"{other} = {toml(value)}\n" if other else ""
+        said = read(f"[drivetrain]\n{key.name} = {toml(value)}\n{beside}").drivetrain
+        assert said.corrections and not said.has_devices
         return
     whole = {"left": "left and right must both", "right": "left and right must both", "drive": "kind and controller"}
     with pytest.raises(ConfigError, match=whole.get(key.name, f"{key.name} needs the motors beside it")):
@@ -198,7 +208,7 @@ def test_a_measure_that_the_model_does_not_have_ends_the_start(read, key):
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")
-    for config in (SWERVE, TankConfig(), MecanumConfig()):
+    for config in (SWERVE, *(() if key.name == "reversed" else (TankConfig(), MecanumConfig()))):
         with pytest.raises(
             ConfigError, match=rf"\[drivetrain\]: {key.name} (is not of a \w+ drive|= .* has no effect)"
         ):
