@@ -99,7 +99,7 @@ def sampled(name: str, request: pytest.FixtureRequest) -> str:
 def require_course(facts: dict[str, Any]) -> None:
     (true, _), (told, _) = facts["true"], facts["told"]
     assert true > 5.0 and abs(told - true) < 0.05 * true
-    assert facts["pushed"] > 50
+    assert facts["pushed"] > 50 and not facts["warned"]
     assert abs(facts["at_wall"]) < 0.06 and abs(facts["speed_at_wall"]) < 0.01
     if facts["holonomic"]:
         true, told = facts["true_left"][1], facts["told_left"][1]

@@ -69,4 +69,5 @@ def test_course(sim):
         drive(0.5, 0.0)
         facts["true_left"] = way(robot.chassis.pose, start)
         facts["told_left"] = way(robot.estimated_pose, believed) if believed else None
+    facts["warned"] = [text for text in sim.warnings if "does not hold" in text]
     Path("facts.json").write_text(json.dumps(facts))
