@@ -266,7 +266,7 @@ def robot_symbol(
         attributes: Of the group.
     """
     length, width = (100.0 * size for size in look.bumpers)
-    fill, edge = tint(look.alliance)
+    fill, edge = (color(look.ink), color(look.ink)) if look.ink else tint(look.alliance)
     box = {"x": -length / 2, "y": -width / 2, "width": length, "height": width, "rx": 5}
     tip, neck, head = length / 2 - _BUMPER, 0.5 * length - _BUMPER - 0.34 * length, 0.17 * width
     arrow = [(tip, 0.0), (neck, head), (neck, -head)]
@@ -293,15 +293,18 @@ def robot_symbol(
     ]  # fmt: skip
     if label:
         upright = f"rotate({math.degrees(yaw):.1f})"
-        badge = element("circle", r=17, fill=color("paper"), stroke=edge, stroke_width=2)
+        reach = max(17.0, 8.0 * len(label) + 6.0)
+        badge = element(
+            "rect", x=-reach, y=-17, width=2 * reach, height=34, rx=17, fill=color("paper"), stroke=edge, stroke_width=2
+        )
         number = words(0.0, 9.5, label, 27, ink=color("ink"), anchor="middle", bold=True)
         parts.append(element("g", badge, number, class_="label", transform=upright))
     return element("g", *parts, class_="robot active" if is_active else "robot", **attributes)
 
 
 def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
-    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for one that flies."""
-    if result == "flying":
+    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for a pass and for one that flies."""
+    if result in ("flying", "pass"):
         return ""
     if result == "hit":
         return element("circle", cx=x, cy=y, r=size * 0.8, fill=color("hit"), stroke=color("paper"), stroke_width=1)
@@ -311,7 +314,7 @@ def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
 
 def _flight(way: FloatArray, result: ShotResult, *, is_whole: bool = True) -> str:
     """A flight in a view: solid for hits, dashed for misses, and its mark if it is drawn to its end."""
-    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6"), "flying": ("muted", "3 4")}[result]
+    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6")}.get(result, ("muted", "3 4"))
     look = {"stroke": color(ink), "stroke_width": 2.5, "stroke_dasharray": dashes, "opacity": 0.85}
     return polyline(way, **look) + (end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, result) if is_whole else "")
 
