@@ -172,8 +172,9 @@ class LiveView:
         self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
         at_once = self._driving is not None and self._driving.data["at_once"]
         meta |= {
-            "live": True, "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
-            "lamps": {}, "seed": self._seed, "spawn": [supply.kind.name for supply in match.game.pieces],
+            "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed,
+            "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
+            "spawn": [supply.kind.name for supply in match.game.pieces],
             "people": [[action.name, action.summary] for action in match.rules.human_actions()],
             "drive": {"robots": []} if self._driving is None else self._driving.data,
             "view": "solid" if at_once else "both", "camera": "station" if at_once else "free",

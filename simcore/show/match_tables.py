@@ -192,9 +192,12 @@ def score_sheet(recording: Recording) -> list[list[Cell]]:
     return found and [*found, ["score", *(_final(recording, alliance) for alliance in ("Blue", "Red"))]]
 
 
-def verdict(recording: Recording) -> str:
-    """Who won, in a few words; the points alone where only one alliance has any robots or points."""
-    blue, red = (int(_final(recording, alliance)) for alliance in ("Blue", "Red"))
+def verdict(track: RunTrack) -> str:
+    """Who won, in a few words; of robots of one alliance their points."""
+    blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
+    sides = {robot.alliance for robot in track.scene.robots}
+    if len(sides) == 1:
+        return f"{red if sides == {'red'} else blue} points"
     who = "blue wins" if blue > red else "red wins" if red > blue else "a tie"
     return f"{who}, {max(blue, red)} to {min(blue, red)}"
 

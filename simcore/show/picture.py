@@ -101,23 +101,23 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         shape = {"fill": look.color, "stroke": look.edge_color}
         ball, box = element("circle", r=6, **shape), element("rect", x=-7, y=-5, width=14, height=10, **shape)
         marks.append((box if look.size else ball, name.lower()))
-    inks = {robot.alliance for robot in scene.robots} if len(scene.robots) > 1 else {"path"}
-    marks += [
-        (
-            stroke(ink, "9 4" if ink == "red" else None, 4.0),
-            f"path of a {ink} robot" if ink != "path" else "path, darker with time",
-        )
-        for ink in sorted(inks)
-    ]
+    apart = any(robot.score_key for robot in scene.robots)
+    if apart:  # two runs
+        marks += [(stroke(robot.ink, None, 4.0), f"path, {robot.name}") for robot in scene.robots]
+    elif len(scene.robots) == 1:
+        marks.append((stroke("path", None, 4.0), "path"))
+    else:
+        for ink in sorted({robot.alliance for robot in scene.robots}):
+            marks.append((stroke(ink, "9 4" if ink == "red" else None, 4.0), f"path of a {ink} robot"))
     if any(len(times) for times, _ in field.track.estimates):
         marks.append((stroke("ghost", "7 4"), "where it believed to be"))
     if shots:
-        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), f"hit ({hits})"))
+        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), "hit" if apart else f"hit ({hits})"))
         miss = stroke("miss", "6 4", 2) + end_mark(12, 0, 5, "miss")
-        marks.append((miss, f"miss ({misses})"))
+        marks.append((miss, "miss" if apart else f"miss ({misses})"))
     if intakes:
         cross = element("path", d="M-5 0h10m-5 -5v10", stroke=color("path"), stroke_width=2)
-        marks.append((cross, f"taken in ({intakes})"))
+        marks.append((cross, "taken in" if apart else f"taken in ({intakes})"))
     return marks
 
 

@@ -192,7 +192,7 @@ def report_data(
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),
-        "verdict": verdict(recording),
+        "verdict": verdict(track),
         "board": [
             {"label": item.label, "times": [round(time, 2) for time in item.times], "texts": item.texts}
             for item in board
@@ -309,7 +309,7 @@ def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
         if points is not None:
             facts.append([f"score {label}", f"{points:.0f}"])
     if len(scene.robots) > 1 and not any(robot.score_key for robot in scene.robots):
-        facts.insert(0, ["result", verdict(recording)])
+        facts.insert(0, ["result", verdict(track)])
         for alliance in ("Blue", "Red"):
             points = last(f"Sim/Score/{alliance}/rp")
             facts += [] if points is None else [[f"ranking points {alliance.lower()}", f"{points:.0f}"]]

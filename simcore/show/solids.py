@@ -24,7 +24,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.positioned_mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
-from simcore.show.palette import COLORS
+from simcore.show.palette import COLORS, screen_color
 from simcore.show.robot_sketch import SHOT, Posed
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
@@ -82,8 +82,8 @@ def model_solids(model: Model, names: Iterable[str] = ()) -> list[Solid]:
         material = getattr(mesh.visual, "material", None)
         color, opacity = _PLAIN, 1.0
         if material is not None:
-            r, g, b = _screen_color(material)
-            color, opacity = f"#{r:02x}{g:02x}{b:02x}", round(float(material.main_color[3]) / 255.0, 2)
+            *linear, alpha = (float(c) / 255.0 for c in material.main_color)
+            color, opacity = screen_color(linear), round(alpha, 2)
         vertices = np.asarray(mesh.vertices) @ whole[:3, :3].T + whole[:3, 3]
         found.append(Solid(known, color, opacity, vertices, np.asarray(mesh.faces)))
     return _joined(found)
@@ -131,14 +131,6 @@ def _load(path: Path) -> Any:
         return trimesh.load_scene(path)
     except Exception as error:  # trimesh passes on whatever its parser stumbles over
         raise ModelError(f"{path.parent.name}/{path.name} is no readable GLB: {error}") from error
-
-
-def _screen_color(material: Any) -> tuple[int, int, int]:
-    """Of a glTF material, which is linear in light: the inverse of `linear_rgba`."""
-    linear = np.asarray(material.main_color)[:3] / 255.0
-    screen = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-    r, g, b = (round(255.0 * float(c)) for c in screen)
-    return r, g, b
 
 
 def _joined(solids: Sequence[Solid]) -> list[Solid]:

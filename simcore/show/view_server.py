@@ -19,6 +19,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterable, Sequence
+from html import escape
 from http import HTTPStatus
 from typing import Any, Protocol
 
@@ -139,6 +140,7 @@ class ViewServer:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind((host, port))
+            listening.listen(100)  # from here on nobody is refused, and who comes early waits
         except OSError as error:
             listening.close()
             raise OutputError(
@@ -197,14 +199,14 @@ class ViewServer:
             status, text = HTTPStatus.NOT_FOUND, f"the view is at {self.url}"
             if request.path.partition("?")[0] == "/":
                 status, text = HTTPStatus.OK, ""
-        answer = connection.respond(status, f"{text}\n")
+        answer = connection.respond(status, f"{escape(text)}\n")
+        headers = {**_HEADERS, "Content-Length": str(len(self._page))} if status == HTTPStatus.OK else _HEADERS
         if status == HTTPStatus.OK:
             answer.body = self._page
-            del answer.headers["Content-Length"]
-            answer.headers["Content-Length"] = str(len(self._page))
-        for name in _HEADERS if status == HTTPStatus.OK else [*_HEADERS][1:]:
-            del answer.headers[name]
-            answer.headers[name] = _HEADERS[name]
+        for name, value in headers.items():
+            if name in answer.headers:
+                del answer.headers[name]
+            answer.headers[name] = value
         return answer
 
     async def _talk(self, connection: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ from simcore.sweep.result_drawings import (
 )
 from simcore.sweep.results import MOST_VALUES, Results
 from simcore.sweep.sweep_charts import number_text
-from simcore.sweep.sweep_statistics import PERCENTILES, Share
+from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, Share
 from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
@@ -71,7 +72,12 @@ def summary_text(results: Results, condition: str = "") -> str:
 
 
 def save_results(
-    results: Results, folder: str | Path, condition: str = "", *, scene: Scene | None = None
+    results: Results,
+    folder: str | Path,
+    condition: str = "",
+    *,
+    scene: Scene | None = None,
+    compared: PairedDifference | None = None,
 ) -> dict[str, Path]:
     """Write `results.parquet`, `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
 
@@ -80,6 +86,8 @@ def save_results(
         folder: Where to.
         condition: What a success is; empty: that of the experiment's stop rule, if it has one.
         scene: The bare field, for heat maps of `landings`; None: that of the game.
+        compared: Of two values of the first factor: what is said of their difference, as it was judged; the page is
+            about these two then.
 
     Returns:
         The files by their names.
@@ -93,9 +101,9 @@ def save_results(
         from simcore.show.scene import bare_scene
 
         scene = bare_scene(game_of(results.experiment.game))
-    drawings = drawings_of(results, condition, scene)
+    drawings = drawings_of(results, condition, scene) if compared is None else _of_each(results, condition, scene)
     written = [*results.save_tables(folder), folder / "page.html"]
-    write_results_page(written[-1], results, drawings, condition)
+    write_results_page(written[-1], results, drawings, condition, compared)
     for drawing in drawings:
         path = folder / "pictures" / drawing.file_name
         save_drawing(drawing.drawing, path, _WIDE if drawing.is_wide else _NARROW)
@@ -103,8 +111,23 @@ def save_results(
     return {path.name: path for path in written}
 
 
+def _of_each(results: Results, condition: str, scene: Scene | None) -> list[ResultDrawing]:
+    """The drawings of each of two values that are compared: runs of both together say nothing."""
+    first, *rest = results.experiment.factors
+    found = []
+    for value in first.values:
+        mine = results.table[results.table[first.name] == value].drop(columns=first.name)
+        one = Results(mine, replace(results.experiment, factors=tuple(rest)))
+        found += [replace(drawing, title=f"{value}: {drawing.title}") for drawing in drawings_of(one, condition, scene)]
+    return found
+
+
 def write_results_page(
-    path: str | Path, results: Results, drawings: Sequence[ResultDrawing], condition: str = ""
+    path: str | Path,
+    results: Results,
+    drawings: Sequence[ResultDrawing],
+    condition: str = "",
+    compared: PairedDifference | None = None,
 ) -> None:
     """Write the page; missing folders are made.
 
@@ -113,6 +136,7 @@ def write_results_page(
         results: Of a sweep.
         drawings: On it.
         condition: What a success is; empty: nothing is.
+        compared: As in `save_results`.
 
     Raises:
         OutputError: The file cannot be written.
@@ -127,7 +151,7 @@ def write_results_page(
     tables = "".join(
         _table_html(title, *table)
         for title, table in (
-            (f"{main} with the same seeds", _difference_table(results, main)),
+            (f"{main} with the same seeds", _difference_table(results, main, compared)),
             (f"Share of {condition}", _share_table(results, condition)),
             ("Percentiles of all runs", _percentile_table(results)),
             (f"What moves {main}", _effect_table(results, main)),
@@ -136,9 +160,11 @@ def write_results_page(
         )
         if table[1]
     )
-    facts = "".join(f"<li><span>{escape(k)}</span><b>{escape(v)}</b></li>" for k, v in _facts(results, condition))
+    facts = "".join(
+        f"<li><span>{escape(k)}</span><b>{escape(v)}</b></li>" for k, v in _facts(results, condition, compared)
+    )
     text = _PAGE.format(
-        title=escape(_title(results)),
+        title=escape(_title(results) if compared is None else " against ".join(_compared(results))),
         note=escape(_headline(results)),
         facts=facts,
         figures=figures,
@@ -198,9 +224,16 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def _facts(results: Results, condition: str) -> Iterator[tuple[str, str]]:
+def _facts(results: Results, condition: str, compared: PairedDifference | None = None) -> Iterator[tuple[str, str]]:
     table = results.table
     yield "runs", str(len(table))
+    if compared is not None:
+        name, metric = results.experiment.factors[0].name, main_metric(results, condition)
+        yield "difference", str(compared)
+        for value in _compared(results) if metric else ():
+            middle = results.whole[results.whole[name].astype(str) == value][metric].median()
+            yield f"median {metric}, {value}", number_text(float(middle))
+        return
     if condition:
         share = results.success(condition)
         yield condition, f"{100 * share.value:.0f} %"
@@ -231,8 +264,15 @@ def _share_table(results: Results, condition: str) -> Table:
     return heads, rows
 
 
-def _difference_table(results: Results, metric: str) -> Table:
+def _compared(results: Results) -> list[str]:
+    """The two values that are compared, the older one first."""
+    return [str(value) for value in results.experiment.factors[0].values]
+
+
+def _difference_table(results: Results, metric: str, compared: PairedDifference | None) -> Table:
     heads = ("factor", "from", "to", "difference")
+    if compared is not None:  # as it was judged: an interval of its own would be another one
+        return heads, [[results.experiment.factors[0].name, *_compared(results), str(compared)]]
     found = results.differences(metric) if metric else []
     return heads, [[name, number_text(first), number_text(value), str(by)] for name, first, value, by in found]
 

@@ -15,14 +15,15 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
+from simcore.show.replay import Replay
+from simcore.show.view_cameras import BEHIND
+from simcore.show.view_page import ViewPage
+
 from games.rebuilt import REBUILT, RebuiltSim
 from simcore import RobotEntry
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
-from simcore.show.replay import Replay
-from simcore.show.view_cameras import BEHIND
 from simcore.show.view_models import load_models
-from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot

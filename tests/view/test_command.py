@@ -16,11 +16,11 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from simcore.show.replay import Replay
 
 from games.rebuilt import REBUILT, RebuiltSim
 from simcore import cli
 from simcore.install_text import install_command
-from simcore.show.replay import Replay
 from simcore.show.view_models import load_models
 from simcore.show.view_server import open_browser
 from simcore.telemetry.log_reader import read_log

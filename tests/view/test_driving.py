@@ -17,6 +17,7 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
+from simcore.show.view_page import ViewPage
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -30,7 +31,6 @@ from simcore.show import play_command
 from simcore.show.live_view import LiveView
 from simcore.show.view_driving import LONGEST, SUBPROTOCOL, ViewDriving
 from simcore.show.view_models import ViewModels
-from simcore.show.view_page import ViewPage
 
 ROOT = Path(__file__).resolve().parents[2]
 KEYS = {"KeyW": "w", "KeyA": "a", "KeyQ": "q", "Space": " ", "KeyF": "f"}

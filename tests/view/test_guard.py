@@ -13,11 +13,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from simcore.show.view_guard import MOST_VIEWERS, ViewGuard
+from simcore.show.view_page import ViewPage
 
 from simcore.errors import OutputError
-from simcore.show.view_guard import MOST_VIEWERS, ViewGuard
 from simcore.show.view_models import ViewModels
-from simcore.show.view_page import ViewPage
 from simcore.telemetry.snapshot import Snapshot
 
 viser = pytest.importorskip("viser", reason="the extra 'view' is not installed")

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
+from simcore.show.glb import convex_bodies
 
 from games.rebuilt import REBUILT
 from games.rebuilt.robot import rebuilt_robot
@@ -20,7 +21,6 @@ from games.reefscape.robot import reefscape_robot
 from simcore.geometry.linkage import part_pose
 from simcore.match.game import Game
 from simcore.match.runner import play_auto
-from simcore.show.glb import convex_bodies
 from simcore.show.log_page import draw_log
 from simcore.show.page import write_page
 from simcore.show.scene import scene_of

@@ -10,13 +10,14 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
+from simcore.show.view_page import ViewPage
+
 from simcore import Match
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Game
 from simcore.show.page import write_page
 from simcore.show.scene import scene_of
 from simcore.show.view_models import ViewModels
-from simcore.show.view_page import ViewPage
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 

@@ -131,7 +131,7 @@ export class Player {
 
   draw() {
     const time = this.now;
-    if (find(".views").dataset.view !== "solid") this.top.draw(time);
+    if (this.isLive || find(".views").dataset.view !== "solid") this.top.draw(time);
     this.drawSolid();
     this.board.draw(time);
     this.places_.draw(time);

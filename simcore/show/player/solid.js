@@ -4,7 +4,6 @@ import { Run, turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
-const SLOW = 45;  // [ms] of a picture: shadows and fine pixels go
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
 const ALLIANCE = { blue: 0x1e54b7, red: 0xc42828 };
 
@@ -17,10 +16,10 @@ export class Solid {
     this.robot = 0;
     this.previews = [];
     this.flashes = [];
-    this.times = [];
-    this.renderer = new THREE.WebGLRenderer({ antialias: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.shadowMap.enabled = true;
+    this.isPlain = drawsInSoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain });
+    this.renderer.setPixelRatio(this.isPlain ? 1 : Math.min(devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = !this.isPlain;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute("role", "img");
@@ -45,7 +44,7 @@ export class Solid {
     const sun = this.sun = new THREE.DirectionalLight(0xfffaf0, 2.1);
     sun.position.set(length / 2 - 3, -4, 14);
     sun.target.position.set(length / 2, width / 2, 0);
-    sun.castShadow = true;
+    sun.castShadow = !this.isPlain;
     sun.shadow.mapSize.set(2048, 2048);
     Object.assign(sun.shadow.camera, { left: -length / 2 - 1, right: length / 2 + 1, top: 8, bottom: -8, near: 2, far: 32 });
     sun.shadow.bias = -4e-4;
@@ -74,7 +73,7 @@ export class Solid {
       return { group, parts };
     });
     this.kinds = meta.kinds.map((kind) => {
-      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, kind.count > 100 ? 14 : 24, kind.count > 100 ? 10 : 16), kind.color, 1]] :
+      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [9, 6] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
         kind.solids.length ? kind.solids.map((solid) => [this.geometry(solid), solid.color, solid.opacity]) :
         [[new THREE.BoxGeometry(...kind.size), kind.color, 1]];
       return geometries.map(([geometry, color, opacity]) => {
@@ -174,7 +173,7 @@ export class Solid {
   // --- what moves -----------------------------------------------------------------------------------------------------
 
   draw(time) {
-    const { run } = this, begun = performance.now();
+    const { run } = this;
     this.robots.forEach(({ group, parts }, k) => {
       const pose = run.robot(k, time);
       group.visible = Boolean(pose);
@@ -203,7 +202,6 @@ export class Solid {
     this.moveCamera(time);
     this.fade();
     this.renderer.render(this.scene, this.eye);
-    this.watchPace(performance.now() - begun);
   }
 
   drawPieces(time) {
@@ -271,21 +269,6 @@ export class Solid {
     });
   }
 
-  /** Without a graphics card shadows and fine pixels take most of the time: they go where pictures are slow. */
-  watchPace(ms) {
-    if (this.isPlain) return;
-    this.times.push(ms);
-    if (this.times.length < 6) return;
-    this.times.sort((one, other) => one - other);
-    if (this.times[3] > SLOW) {
-      this.isPlain = true;
-      this.sun.castShadow = false;
-      this.renderer.setPixelRatio(1);
-      this.resize();
-    }
-    this.times = [];
-  }
-
   // --- camera ---------------------------------------------------------------------------------------------------------
 
   /** Take one of `CAMERAS`; `stays`: from where the camera is. */
@@ -308,13 +291,24 @@ export class Solid {
   /** As near as the whole field can be seen, also in a narrow window. */
   fit() {
     const [length, width] = this.run.meta.field.size, away = this.eye.position.clone().sub(this.control.target).normalize();
-    const corners = [0, length].flatMap((x) => [0, width].flatMap((y) => [0, 1.6].map((z) => new THREE.Vector3(x, y, z))));
-    for (let far = 5; far < 80; far *= 1.04) {
-      this.eye.position.copy(away).multiplyScalar(far).add(this.control.target);
-      this.eye.lookAt(this.control.target);
+    const corners = [0, length].flatMap((x) => [0, width].flatMap((y) => [0, 1.8].map((z) => new THREE.Vector3(x, y, z))));
+    const isSeen = (target, far) => {
+      this.eye.position.copy(away).multiplyScalar(far).add(target);
+      this.eye.lookAt(target);
       this.eye.updateMatrixWorld();
-      if (corners.every((corner) => { const seen = corner.clone().project(this.eye); return Math.abs(seen.x) < 0.97 && Math.abs(seen.y) < 0.97 && seen.z < 1; })) break;
+      return corners.every((corner) => { const seen = corner.clone().project(this.eye); return Math.abs(seen.x) < 0.97 && Math.abs(seen.y) < 0.95 && seen.z < 1; });
+    };
+    let best = [Infinity, 40, this.control.target.clone()];
+    for (const share of [0.2, 0.3, 0.4, 0.5, 0.6, 0.7]) {
+      const target = new THREE.Vector3(length / 2, share * width, 0);
+      let far = 6;
+      while (far < 80 && !isSeen(target, far)) far *= 1.03;
+      const heights = corners.map((corner) => corner.clone().project(this.eye).y);
+      const off = Math.abs(Math.max(...heights) + Math.min(...heights));  // of the middle of the window
+      if (far + off < best[0]) best = [far + off, far, target];
     }
+    this.control.target.copy(best[2]);
+    isSeen(best[2], best[1]);
   }
 
   moveCamera(time) {
@@ -358,6 +352,14 @@ export class Solid {
     this.eye.updateProjectionMatrix();
     if (this.camera === "free" && Math.abs(before - this.eye.aspect) > 0.01) this.fit();
   }
+}
+
+/** Whether there is no graphics card: shadows, smooth edges and fine balls would take most of the time. */
+function drawsInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2"), info = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  if (context) context.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function replace(lines, points) {

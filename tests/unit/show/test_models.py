@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from simcore.show.glb import look_mesh
 
 from simcore.errors import ModelError, UnknownNameError
-from simcore.show.glb import look_mesh
 from simcore.show.scene import PieceLook
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models

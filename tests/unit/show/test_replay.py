@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from simcore.show.replay import smooth_snapshot
+
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-
 from simcore.show.view_board import board_html, clock_text, lights_html
+
 from simcore.telemetry.snapshot import Snapshot
 
 

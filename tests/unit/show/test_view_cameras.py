@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-
 from simcore.show.view_cameras import COVERED, default_stations, station_eye, whole_field
 
 SIZE = (16.541, 8.069)

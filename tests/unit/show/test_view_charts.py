@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from simcore.show.view_charts import LogSignals, RecentSignals, unit_of
+
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink

@@ -6,9 +6,9 @@ import io
 
 import numpy as np
 import pytest
+from simcore.show.view_clip import CLIP_SECONDS, RecentSnapshots, clip
 
 from simcore.errors import OutputError
-from simcore.show.view_clip import CLIP_SECONDS, RecentSnapshots, clip
 from simcore.telemetry.snapshot import Snapshot
 
 Image = pytest.importorskip("PIL.Image")

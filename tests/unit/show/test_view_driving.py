@@ -8,10 +8,10 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from simcore.show.view_guard import ViewGuard
 
 from simcore.errors import ConfigError
 from simcore.show.view_driving import KEYS, LONGEST, SUBPROTOCOL, ViewDriving, read_input
-from simcore.show.view_guard import ViewGuard
 
 
 def asked(*keys, **pad):

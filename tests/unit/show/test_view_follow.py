@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from simcore.show.glb import box_glb, opaque_triangles
+from simcore.show.view_cameras import BEHIND, CHASE, FOLLOW, FOV
+from simcore.show.view_follow import FollowCamera, hidden_share, pull_back, robot_top
 
 from games.reefscape import REEFSCAPE
 from games.reefscape.robot import elevator_turns
 from simcore import Match
-from simcore.show.glb import box_glb, opaque_triangles
-from simcore.show.view_cameras import BEHIND, CHASE, FOLLOW, FOV
-from simcore.show.view_follow import FollowCamera, hidden_share, pull_back, robot_top
 from simcore.show.view_models import Model, load_models
 from simcore.telemetry.sinks import MemorySink
 

@@ -6,7 +6,6 @@ import time
 from types import SimpleNamespace
 
 import pytest
-
 from simcore.show.view_scene import add_sun
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from simcore.show.view_trails import Trails
 
 DT = 0.02
