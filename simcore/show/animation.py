@@ -20,7 +20,7 @@ from simcore.show.field_drawing import FieldDrawing
 from simcore.show.frames import filled
 from simcore.show.palette import COLORS, flat, rgb, tint
 from simcore.show.raster import pixels
-from simcore.show.run_events import BoardRecord, score_keys
+from simcore.show.run_events import BoardItem, BoardRecord, score_keys
 from simcore.show.run_track import Placed, RunTrack
 from simcore.show.scene import RobotLook, Scene
 from simcore.show.shots import shots_of
@@ -31,7 +31,7 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["FRAME_PERIOD", "animate", "check_animation", "frame_times"]
+__all__ = ["FRAME_PERIOD", "FramePainter", "animate", "check_animation", "frame_times"]
 
 FRAME_PERIOD = 0.04
 """Time that a frame is shown [s]: a whole number of hundredths, as a GIF needs, and as often as pieces are recorded."""
@@ -71,7 +71,7 @@ def animate(
     if speed is None:
         speed = max(1.0, math.ceil(2.0 * (end - start) / _LONGEST) / 2.0)
     times = frame_times(start, end, speed)
-    painter = _Painter(recording, scene, title, width, speed)
+    painter = FramePainter(recording, scene, title, width, speed)
     try:
         (_write_gif if path.suffix.lower() == ".gif" else _write_mp4)(path, map(painter.draw, times))
     except OSError as error:
@@ -108,10 +108,12 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     return [start, *(round(number * period, 6) for number in between), *([end] if end > start else [])]
 
 
-class _Painter:
-    """Draws moments of one run."""
+class FramePainter:
+    """Draws moments of one run; the arguments are those of `animate`."""
 
-    def __init__(self, recording: Recording, scene: Scene, title: str, width: int, speed: float) -> None:
+    def __init__(
+        self, recording: Recording, scene: Scene, title: str = "", width: int = 960, speed: float = 1.0
+    ) -> None:
         self._track, self._scene, self._shots = RunTrack(recording, scene), scene, shots_of(recording, scene)
         field = FieldDrawing(self._track, self._shots)
         left, top, across, down = field.box
@@ -129,6 +131,10 @@ class _Painter:
             board.take(snapshot)
         self._board = [item for item in board.items if item.label in told][::-1]
         self._title = title if speed == 1.0 else f"{title}, {speed:g} times as fast"
+
+    def pixel(self, x: float, y: float) -> tuple[float, ...]:
+        """Where a place of the field [m] is in a frame, from the left and the top."""
+        return tuple(c / _FINE for c in self._points(np.array([(100.0 * x, self._down - 100.0 * y)]))[0])
 
     def draw(self, time: float) -> Image:
         """The frame of a simulated time [s]."""
@@ -152,7 +158,7 @@ class _Painter:
                 self._robot(look, pose, believed, [one for one in placed if one.holder == number + 1])
         ink, right = COLORS["ink"][0], float(frame.width - 10 * _FINE)
         self._pen.text((10 * _FINE, 12 * _FINE), self._title, fill=ink, font=self._fonts[0])
-        for label, text in (("", f"{time:.2f} s"), *((item.label, item.at(time)) for item in self._board)):
+        for label, text in (("", f"{time:.2f} s"), *((item.label, _told(item, time)) for item in self._board)):
             right -= self._pen.textlength(text, font=self._fonts[1])
             paint = COLORS[label if label in ("blue", "red") else "ink"][0]
             self._pen.text((right, 11 * _FINE), text, fill=paint, font=self._fonts[1])
@@ -190,6 +196,10 @@ class _Painter:
             self._piece(one, turn, middle)
         arrow = np.array([(x - 8.0, 0.0), (0.3 * x - 8.0, 0.35 * y), (0.3 * x - 8.0, -0.35 * y)])
         self._pen.polygon(self._points(middle + arrow @ turn.T), fill=edge)
+
+
+def _told(item: BoardItem, time: float) -> str:
+    return item.at(time) if item.label == "period" else f"{item.label} {item.at(time)}"
 
 
 _SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])

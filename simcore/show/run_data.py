@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
 from simcore.show.field_drawing import FieldDrawing, robot_symbol
@@ -24,13 +28,14 @@ from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, intake_places, shots_of
 from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
 from simcore.show.svg import document, element
-from simcore.show.view_models import FieldModels, load_models
+from simcore.show.view_models import FieldModels, ViewModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
 __all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data", "static_data"]
 
+_log = logging.getLogger(__name__)
 _LAYERS = ("heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes")
 _FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
 _FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
@@ -129,17 +134,13 @@ def layout_of(
         ModelError: A model cannot be read.
     """
     solids = []
-    known: dict[str, Any] = {}
     for robot in scene.robots:
         key = f"{robot.prefix}/Robot/ComponentPoses"
         if isinstance(source, Recording):
             count = source.most_poses(key)
         else:
             count = len(source.pose_arrays.get(key, ()))
-        if robot.models is not None and str(robot.models) not in known:
-            known[str(robot.models)] = load_models(robot.models)
-        models = None if robot.models is None else known[str(robot.models)].robot(robot.model)
-        solids.append(robot_solids(robot, models, count))
+        solids.append(robot_solids(robot, _models(robot.models).robot(robot.model), count))
     keys = source.keys if isinstance(source, Recording) else source.pose_arrays
     return FrameLayout(scene, solids, kinds, keys), solids
 
@@ -147,7 +148,7 @@ def layout_of(
 def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
     """What is drawn and does not change: field, robots and kinds of pieces."""
     length, width = scene.field_size
-    field = load_models(scene.models).field if scene.models is not None else None
+    field = _models(scene.models).field
     tags = tag_layout(scene.tags, scene.field_size)
     rows = [[i, *np.round(pose, 4).tolist()] for i, pose in zip(tags.id_list, _tag_poses(tags), strict=True)]
     names = sorted({name.lower() for name, _ in scene.field_outlines if name.lower().startswith(("blue_", "red_"))})
@@ -213,6 +214,16 @@ def report_data(
         ],
         "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
     }  # fmt: skip
+
+
+@functools.lru_cache(maxsize=8)
+def _models(folder: Path | None) -> ViewModels:
+    """The models of a folder; none of one that cannot be used: outlines and boxes will do."""
+    try:
+        return ViewModels() if folder is None else load_models(folder)
+    except ModelError as error:
+        _log.warning("a page without models: %s", error)
+        return ViewModels()
 
 
 # --- the scene --------------------------------------------------------------------------------------------------------

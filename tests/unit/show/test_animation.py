@@ -16,8 +16,7 @@ from scipy import ndimage
 
 from simcore.errors import ConfigError, OutputError
 from simcore.show import animation
-from simcore.show.animation import animate, frame_times
-from simcore.show.frames import FramePainter
+from simcore.show.animation import FramePainter, animate, frame_times
 from simcore.show.palette import COLORS, rgb
 from simcore.show.scene import PieceLook, Scene
 from simcore.telemetry.recording import Recording
