@@ -116,7 +116,7 @@ def test_tables_of_several_robots_and_of_one(recording):
     rows = {row[0]: row[1:] for row in tables["Robots,"].rows}
     assert rows["plays"] == ["collector:3", ""] and rows["cycles"] == ["2", "1"] and rows["alliance"] == ["blue", "red"]
     assert tables["Cycles"].rows[0] == ["robot 0", [5.0, "5 s: 1 of 2"], [8.6, "9 s: 1 of 1"]]
-    assert tables["Periods"].rows[1][0] == [4.02, "4 s teleop <1>"]
+    assert tables["Periods"].rows[1][0] == [4.0, "4 s teleop <1>"]
     alone = replace(SCENE, robots=SCENE.robots[:1])
     assert [table.title for table in tables_of(RunTrack(recording, alone), SHOTS)] == ["Shots (4)"]
     assert verdict(RunTrack(recording, alone)) == "3 points"
