@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from simcore.errors import ModelError
 from simcore.geometry.footprints import box_corners
@@ -127,6 +126,8 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def _load(path: Path) -> Any:
+    import trimesh
+
     try:
         return trimesh.load_scene(path)
     except Exception as error:  # trimesh passes on whatever its parser stumbles over
@@ -166,6 +167,8 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
     """The convex hull of some corners, every face with vertices of its own so that edges are sharp."""
+    import trimesh  # takes half a second
+
     mesh = trimesh.convex.convex_hull(corners)
     vertices = np.asarray(mesh.vertices)[np.asarray(mesh.faces)].reshape(-1, 3)
     return Solid(name, color, opacity, vertices, np.arange(len(vertices)).reshape(-1, 3))

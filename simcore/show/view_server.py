@@ -184,6 +184,8 @@ class ViewServer:
         )  # fmt: skip
         await self._stop.wait()
         server.close()
+        for connection in list(self._clients):
+            connection.transport.abort()  # a page that does not read is not waited for
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(server.wait_closed(), 1.0)
 

@@ -79,6 +79,13 @@ class Chromium:
             assert time.monotonic() < end, f"{text!r} is not on the page: {seen!r}"
             time.sleep(0.1)
 
+    def wait_for(self, condition: str, seconds: float = 60.0) -> None:
+        """Until a JavaScript expression is true."""
+        end = time.monotonic() + seconds
+        while not self.evaluate(f"Boolean({condition})"):
+            assert time.monotonic() < end, f"{condition}: {self.errors}"
+            time.sleep(0.1)
+
     def click(self, label: str) -> None:
         """Press the button of that name."""
         found = self.evaluate(
