@@ -69,6 +69,7 @@ class LiveView:
         self._frames, self._states = FrameRate(_FRAMES), FrameRate(_STATES)
         self._asked: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._restart: int | None = None
+        self._runs = 0
         self._match: Match | None = None
         self._scene: Scene | None = None
         self._layout: FrameLayout | None = None
@@ -153,7 +154,7 @@ class LiveView:
     # --- inside -------------------------------------------------------------------------------------------------
 
     def _begin(self, match: Match) -> None:
-        self._match, self._preview = match, None
+        self._match, self._preview, self._runs = match, None, self._runs + 1
         if any(robot.shooters for robot in match.robots):
             self._preview = ShotPreview(match)
         scene = self._scene = scene_of(match) if self._models is None else scene_of(match).with_models(self._models)
@@ -172,7 +173,7 @@ class LiveView:
         self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
         at_once = self._driving is not None and self._driving.data["at_once"]
         meta |= {
-            "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed,
+            "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed, "run": self._runs,
             "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
             "spawn": [supply.kind.name for supply in match.game.pieces],
             "people": [[action.name, action.summary] for action in match.rules.human_actions()],

@@ -186,8 +186,11 @@ class ViewServer:
         server.close()
         for connection in list(self._clients):
             connection.transport.abort()  # a page that does not read is not waited for
-        with contextlib.suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(server.wait_closed(), 1.0)
+        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=0.5)
+        left = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in left:
+            task.cancel()
+        await asyncio.gather(*left, return_exceptions=True)
 
     def _answer(self, connection: Any, request: Any) -> Any:
         refused = self._guard.refusal(request.headers, self._port)
@@ -219,9 +222,9 @@ class ViewServer:
             return
         number = next(self._numbers)
         try:
+            self._clients[connection] = number  # first: what is sent meanwhile may come twice, but is not missed
             for message in self._greet():
                 await connection.send(message)
-            self._clients[connection] = number
             async for text in connection:
                 try:
                     message = json.loads(text)

@@ -94,7 +94,7 @@ def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
     page.evaluate("simcore.setView('solid'); simcore.setCamera('above'); 1")
     draw = f"""(() => {{
       const p = simcore, s = p.solid, gl = s.renderer.getContext(), T = THREE;
-      s.eye.fov = 3; s.eye.updateProjectionMatrix();  // hardly any perspective
+      s.eye.fov = 3; s.eye.far = 2000; s.eye.updateProjectionMatrix();  // hardly any perspective
       s.scene.traverse((node) => {{ if (node.isMesh || node.isLineSegments) node.visible = false; }});
       const paint = new T.MeshBasicMaterial({{ color: 0xff00ff }}), group = s.robots[0].group;
       group.traverse((node) => {{ node.visible = true; }});

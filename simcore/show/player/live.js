@@ -59,7 +59,10 @@ export class Live {
   }
 
   begin(meta, bytes) {
-    if (this.player) { location.reload(); return; }  // another run is another page: nothing of the one before is left
+    if (this.player) {
+      if (meta.run !== this.meta.run) location.reload();  // another run is another page: nothing of the one before is left
+      return;
+    }
     this.meta = meta;
     const player = this.player = new Player(meta, bytes);
     player.toggle = () => {
