@@ -89,7 +89,7 @@ class FrameLayout:
         self.widths = {
             "robots": _ROBOT * len(self._robots),
             "parts": _PART * len(self._poses),
-            "pieces": sum(len(kind.ids) * (4 if kind.is_round else 8) for kind in kinds),
+            "pieces": int(np.sum([len(kind.ids) * (4 if kind.is_round else 8) for kind in kinds])),
             "lines": 3 * _MOST_CORNERS * len(self._lines),
         }
         """Columns of each group."""

@@ -213,7 +213,7 @@ def _alliances(track: RunTrack) -> list[str]:
 
 
 def _words(key: str) -> str:
-    """A key of the score sheet as people read it: `hubScore/shift1Points` is `hub score: shift 1 points`."""
+    """A key of the score sheet as people read it: `goalScore/auto1Points` is `goal score: auto 1 points`."""
     return ": ".join(map(key_in_words, key.split("/")))
 
 
@@ -235,7 +235,7 @@ def _of_sheet(recording: Recording, alliance: str, period: str) -> int | None:
     wanted = period.lower().replace(" ", "") + "points"
     keys = [key for key in recording.keys if key.startswith(f"Sim/Score/{alliance.capitalize()}/")]
     mine = [key for key in keys if key.rpartition("/")[2].lower() == wanted]
-    return round(sum(float(recording.series(key)[1][-1]) for key in mine)) if mine else None
+    return sum(int(recording.series(key)[1][-1]) for key in mine) if mine else None
 
 
 def _gain(recording: Recording, key: str, start: float, end: float) -> int:

@@ -28,7 +28,7 @@ def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
     for level in scene.levels:
         counts = snapshot.integer_arrays.get(level.key, ())
         found |= {f"{level.name}/{number}": int(count) for number, count in enumerate(counts)}
-        found[level.name] = int(sum(counts))
+        found[level.name] = int(np.sum(counts))
     return found
 
 

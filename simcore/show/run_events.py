@@ -152,7 +152,7 @@ def score_keys(scene: Scene) -> list[tuple[str, str]]:
 
 
 def lamps_now(snapshot: Snapshot) -> dict[str, bool]:
-    """What a game says of its elements: `Sim/Match/BlueHubActive` is of what its field's model names `blue_hub...`."""
+    """What a game says of its elements: `Sim/Match/BlueGoalActive` is of its model's `blue_goal...`."""
     found = {}
     for key, is_on in snapshot.booleans.items():
         if match := _LAMP.match(key):

@@ -151,11 +151,11 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
         prefix = key.removesuffix("/Robot/Pose3d")
         is_red = snapshot.booleans.get(f"{prefix}/Robot/IsRed", False)
         things.append(_thing("robot", key, "Pose3d", model=_robot_name(models, is_red)))
+        if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot before it
+            things.append(_thing("component", f"{prefix}/Robot/ComponentPoses", "Pose3d[]"))
         believed = f"{prefix}/Robot/EstimatedPose"
         if believed in snapshot.poses:
             things.append(_thing("ghost", believed, "Pose3d", model=_robot_name(models, is_red), color=_GHOST))
-        if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot before it
-            things.append(_thing("component", f"{prefix}/Robot/ComponentPoses", "Pose3d[]"))
     known = models.field.pieces if models.field is not None else {}
     for key in snapshot.pose_arrays:
         where, _, kind = key.removeprefix("Sim/").partition("/")

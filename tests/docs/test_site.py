@@ -144,7 +144,7 @@ def test_keys_of_the_driving_page_are_those_of_the_example():
     names = {44: "comma", 46: "period", 47: "slash"}
     axes = [axis[key] for axis in keyboard["axisConfig"] for key in ("decKey", "incKey") if key in axis]
     codes = [*axes, *keyboard["buttonKeys"]]
-    table = re.findall(r"^\| ([^|]*) \|", TEXT["drive.md"], re.MULTILINE)
+    table = re.findall(r"^\| ([^|]*) \|", TEXT["view.md"], re.MULTILINE)
     described = {word.strip(",") for cell in table for word in cell.split()}
     assert {names.get(code, chr(code)) for code in codes if code > 0} - described == set()
 
