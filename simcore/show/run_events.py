@@ -103,7 +103,7 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
         if key.startswith("Sim/Match/") and key not in _TOLD and value not in NOTHING:
             text = ("yes" if value else "no") if isinstance(value, bool) else str(value)
             items.append((key_in_words(key.removeprefix("Sim/Match/")), text))
-    if "Sim/Shots" in scores and len(scene.robots) == 1:
+    if scores.get("Sim/Shots") and len(scene.robots) == 1:
         items.append(("hits", f"{scores.get('Sim/Hits', 0)} of {scores['Sim/Shots']} shots"))
     held = [scores.get(f"{robot.prefix}/Intake/HeldCount") for robot in scene.robots]
     if any(count is not None for count in held):

@@ -16,7 +16,7 @@ from simcore import cli
 from simcore.match.runner import play_auto
 from simcore.show import raster
 from simcore.show.failed_run import save_failed_run
-from simcore.show.frames import FramePainter
+from simcore.show.animation import FramePainter
 from simcore.show.palette import rgb
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of

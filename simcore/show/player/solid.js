@@ -26,7 +26,7 @@ export class Solid {
     this.canvas.setAttribute("aria-label", "the field in three dimensions; drag to turn, wheel to come nearer");
     home.prepend(this.canvas);
     this.scene = new THREE.Scene();
-    this.scene.background = new THREE.Color(0xcfdbe8);
+    this.scene.background = new THREE.Color(matchMedia("(prefers-color-scheme: dark)").matches ? 0x2b3440 : 0xcfdbe8);
     this.eye = new THREE.PerspectiveCamera(45, 2, 0.05, 120);
     this.eye.up.set(0, 0, 1);
     this.control = new THREE.OrbitControls(this.eye, this.canvas);
@@ -283,32 +283,29 @@ export class Solid {
     if (name === "follow") this.kept = null;
     this.control.enabled = name !== "above";
     this.eye.fov = name === "station" ? 62 : 45;
+    if (name !== "free") this.eye.clearViewOffset();
     this.eye.updateProjectionMatrix();
     this.control.update();
     this.onCamera && this.onCamera(name);
   }
 
-  /** As near as the whole field can be seen, also in a narrow window. */
+  /** As near as the whole field can be seen, in the middle of the window, also of a narrow one. */
   fit() {
-    const [length, width] = this.run.meta.field.size, away = this.eye.position.clone().sub(this.control.target).normalize();
+    const [length, width] = this.run.meta.field.size, { eye, control } = this;
+    const away = eye.position.clone().sub(control.target).normalize();
     const corners = [0, length].flatMap((x) => [0, width].flatMap((y) => [0, 1.8].map((z) => new THREE.Vector3(x, y, z))));
-    const isSeen = (target, far) => {
-      this.eye.position.copy(away).multiplyScalar(far).add(target);
-      this.eye.lookAt(target);
-      this.eye.updateMatrixWorld();
-      return corners.every((corner) => { const seen = corner.clone().project(this.eye); return Math.abs(seen.x) < 0.97 && Math.abs(seen.y) < 0.95 && seen.z < 1; });
-    };
-    let best = [Infinity, 40, this.control.target.clone()];
-    for (const share of [0.2, 0.3, 0.4, 0.5, 0.6, 0.7]) {
-      const target = new THREE.Vector3(length / 2, share * width, 0);
-      let far = 6;
-      while (far < 80 && !isSeen(target, far)) far *= 1.03;
-      const heights = corners.map((corner) => corner.clone().project(this.eye).y);
-      const off = Math.abs(Math.max(...heights) + Math.min(...heights));  // of the middle of the window
-      if (far + off < best[0]) best = [far + off, far, target];
+    eye.clearViewOffset();
+    let low = 0, high = 0;
+    for (let far = 6; far < 80; far *= 1.02) {
+      eye.position.copy(away).multiplyScalar(far).add(control.target);
+      eye.lookAt(control.target);
+      eye.updateMatrixWorld();
+      const seen = corners.map((corner) => corner.clone().project(eye));
+      [low, high] = [Math.min(...seen.map(({ y }) => y)), Math.max(...seen.map(({ y }) => y))];
+      if (seen.every(({ x, z }) => Math.abs(x) < 0.97 && z < 1) && high - low < 1.9) break;
     }
-    this.control.target.copy(best[2]);
-    isSeen(best[2], best[1]);
+    const wide = 1000 * eye.aspect;
+    eye.setViewOffset(wide, 1000, 0, -250 * (high + low), wide, 1000);
   }
 
   moveCamera(time) {
