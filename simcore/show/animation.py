@@ -20,7 +20,7 @@ from simcore.show.field_drawing import FieldDrawing
 from simcore.show.frames import filled
 from simcore.show.palette import COLORS, flat, rgb, tint
 from simcore.show.raster import pixels
-from simcore.show.run_events import BoardItem, BoardRecord, score_keys
+from simcore.show.run_events import BoardRecord, score_keys
 from simcore.show.run_track import Placed, RunTrack
 from simcore.show.scene import RobotLook, Scene
 from simcore.show.shots import shots_of
@@ -158,7 +158,9 @@ class FramePainter:
                 self._robot(look, pose, believed, [one for one in placed if one.holder == number + 1])
         ink, right = COLORS["ink"][0], float(frame.width - 10 * _FINE)
         self._pen.text((10 * _FINE, 12 * _FINE), self._title, fill=ink, font=self._fonts[0])
-        for label, text in (("", f"{time:.2f} s"), *((item.label, _told(item, time)) for item in self._board)):
+        told = [(item.label, item.at(time)) for item in self._board]
+        for label, value in (("", f"{time:.2f} s"), *told):
+            text = value if label in ("", "period") else f"{label} {value}"
             right -= self._pen.textlength(text, font=self._fonts[1])
             paint = COLORS[label if label in ("blue", "red") else "ink"][0]
             self._pen.text((right, 11 * _FINE), text, fill=paint, font=self._fonts[1])
@@ -198,10 +200,6 @@ class FramePainter:
         self._pen.polygon(self._points(middle + arrow @ turn.T), fill=edge)
 
 
-def _told(item: BoardItem, time: float) -> str:
-    return item.at(time) if item.label == "period" else f"{item.label} {item.at(time)}"
-
-
 _SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 
@@ -219,8 +217,8 @@ def _write_gif(path: Path, frames: Iterator[Image]) -> None:
     seen = (first.quantize(255 - len(COLORS)).getpalette() or [])[: 3 * (255 - len(COLORS))]
     palette = Image.new("P", (1, 1))
     palette.putpalette([*seen, *itertools.chain(*(rgb(light) for light, _ in COLORS.values()))])
-    one, *more = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in (first, *frames))
-    one.save(path, format="GIF", save_all=True, append_images=more, duration=round(1e3 * FRAME_PERIOD), loop=0)
+    more = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in itertools.chain((first,), frames))
+    next(more).save(path, format="GIF", save_all=True, append_images=more, duration=round(1e3 * FRAME_PERIOD), loop=0)
 
 
 def _write_mp4(path: Path, frames: Iterator[Image]) -> None:
@@ -233,7 +231,7 @@ def _write_mp4(path: Path, frames: Iterator[Image]) -> None:
     with tempfile.TemporaryFile() as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as process:
         assert process.stdin is not None
         with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # what it says of it is told below
-            for frame in (first, *frames):
+            for frame in itertools.chain((first,), frames):
                 pipe.write(frame.tobytes())
         if process.wait():
             said.seek(0)

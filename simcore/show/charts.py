@@ -286,7 +286,8 @@ def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = Fals
     if not titled:
         parts.append(line(left, top, left, bottom, class_="cursor", visibility="hidden", stroke=color("ink")))
         return document((0, 0, PLOT["total"], PLOT["bottom"]), *parts)
-    parts.append(words(left, -8, chart.title, 13, ink=color("ink"), bold=True))
+    title = chart.title.removesuffix(", by robot") if len(chart.curves) > 3 else chart.title  # the legend says it
+    parts.append(words(left, -8, title, 13, ink=color("ink"), bold=True))
     x = float(right)
     sample, gap = (18, 12) if len(chart.curves) <= 3 else (12, 5)  # six robots leave the title its room
     for curve in reversed(chart.curves):

@@ -105,14 +105,6 @@ class PieceLook:
         width = np.abs(cos * edges[:, 1] - sin * edges[:, 0]).sum(axis=1)
         return np.column_stack((length, width, np.pi / 2 - (np.pi / 2 - heading) % np.pi))
 
-    def corners(self, rows: FloatArray) -> FloatArray:
-        """Corners of `rectangles` where the pieces are, field frame [m], shape (n, 4, 2)."""
-        length, width, heading = self.rectangles(rows).T
-        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-        x = 0.5 * length[:, None] * np.array([1.0, 1.0, -1.0, -1.0])
-        y = 0.5 * width[:, None] * np.array([1.0, -1.0, -1.0, 1.0])
-        return np.stack((rows[:, :1] + cos * x - sin * y, rows[:, 1:2] + sin * x + cos * y), axis=2)
-
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 """Of a type that the scene does not know."""

@@ -15,8 +15,8 @@ from games.rebuilt import REBUILT
 from simcore import cli
 from simcore.match.runner import play_auto
 from simcore.show import raster
-from simcore.show.failed_run import save_failed_run
 from simcore.show.animation import FramePainter
+from simcore.show.failed_run import save_failed_run
 from simcore.show.palette import rgb
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of
