@@ -3,4 +3,4 @@
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parent / "pages"))  # a folder of its own: one with tests/games in it would be `games`
+sys.path.append(str(Path(__file__).parent / "pages"))  # in a folder without games/

@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 __all__ = ["ResultDrawing", "difference_text", "drawings_of", "effects_of", "main_metric", "varied_metrics"]
 
 _UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
+_NAMES = {
+    "distance_m": "way driven", "min_battery_v": "lowest battery voltage", "seconds": "duration", "taken_in": "taken in",
+    "last_shot_s": "time of the last shot", "hit_share": "share of hits",
+}  # fmt: skip
+"""What a reader calls metrics whose names are those of columns."""
 _MOST_DISTRIBUTIONS = 6
 _PARTS = 8
 
@@ -93,8 +98,9 @@ def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator
                 yield ground
     for metric in varied_metrics(results)[:_MOST_DISTRIBUTIONS]:
         values = results.whole[metric].to_numpy(float)
-        chart = distribution_chart(values, metric, _UNITS.get(metric, ""))
-        yield ResultDrawing(f"{metric} of all runs", chart, "median solid; dashed: 5 and 95 %")
+        name = _NAMES.get(metric, metric)
+        chart = distribution_chart(values, name, _UNITS.get(metric, ""))
+        yield ResultDrawing(f"{name} of all runs", chart, "median solid; dashed: 5 and 95 %")
     if scene is not None and "landings" in results.table.columns:
         for name, places in landings_of(results.whole["landings"]).items():
             if len(places):
@@ -121,8 +127,13 @@ def difference_text(row: tuple[str, Any, Any, PairedDifference]) -> str:
 
 
 def varied_metrics(results: Results) -> list[str]:
-    """Metrics that are not the same in all runs."""
-    return [name for name in results.metrics if results.whole[name].nunique() > 1]
+    """Metrics that are not the same in all runs; of several with equal values in each run the first."""
+    found: dict[tuple[float, ...], str] = {}
+    for name in results.metrics:
+        values = results.whole[name]
+        if values.nunique() > 1:
+            found.setdefault(tuple(values.to_numpy(float).tolist()), name)
+    return list(found.values())
 
 
 def effects_of(results: Results, metric: str) -> tuple[FactorEffect, ...]:
