@@ -34,8 +34,8 @@ __all__ = ["ResultDrawing", "difference_text", "drawings_of", "effects_of", "mai
 
 _UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
 _NAMES = {
-    "distance_m": "way driven", "min_battery_v": "lowest battery voltage", "seconds": "duration", "taken_in": "taken in",
-    "last_shot_s": "time of the last shot", "hit_share": "share of hits",
+    "distance_m": "way driven", "min_battery_v": "lowest battery voltage", "seconds": "duration",
+    "taken_in": "taken in", "last_shot_s": "time of the last shot", "hit_share": "share of hits",
 }  # fmt: skip
 """What a reader calls metrics whose names are those of columns."""
 _MOST_DISTRIBUTIONS = 6
