@@ -7,7 +7,6 @@ import itertools
 import math
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,8 +71,9 @@ def animate(
         speed = max(1.0, math.ceil(2.0 * (end - start) / _LONGEST) / 2.0)
     times = frame_times(start, end, speed)
     painter = FramePainter(recording, scene, title, width, speed)
+    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     try:
-        (_write_gif if path.suffix.lower() == ".gif" else _write_mp4)(path, map(painter.draw, times))
+        write(path, map(painter.draw, times))
     except OSError as error:
         raise error if isinstance(error, OutputError) else output_error("animation", path, error) from error
 
@@ -132,10 +132,6 @@ class FramePainter:
         self._board = [item for item in board.items if item.label in told][::-1]
         self._title = title if speed == 1.0 else f"{title}, {speed:g} times as fast"
 
-    def pixel(self, x: float, y: float) -> tuple[float, ...]:
-        """Where a place of the field [m] is in a frame, from the left and the top."""
-        return tuple(c / _FINE for c in self._points(np.array([(100.0 * x, self._down - 100.0 * y)]))[0])
-
     def draw(self, time: float) -> Image:
         """The frame of a simulated time [s]."""
         from PIL import ImageDraw
@@ -151,7 +147,7 @@ class FramePainter:
             if rows > 1 and shot.times[-1] > time - _TRAIL:
                 ink = COLORS[shot.result if shot.result in ("hit", "miss") else "muted"][0]
                 way = 100.0 * shot.points[:rows, :2] * (1.0, -1.0) + (0.0, self._down)
-                self._pen.line(self._points(way), fill=ink, width=2 * _FINE)
+                self._pen.line(self.points(way), fill=ink, width=2 * _FINE)
         for believed, (number, look) in itertools.product((True, False), enumerate(self._scene.robots)):
             pose = self._track.robot_at(number, time, estimate=believed)
             if pose is not None:
@@ -167,8 +163,8 @@ class FramePainter:
             right -= 14 * _FINE
         return frame.reduce(_FINE)
 
-    def _points(self, places: FloatArray) -> list[tuple[float, ...]]:
-        """Places of the drawing [cm] in a frame [px]."""
+    def points(self, places: FloatArray) -> list[tuple[float, ...]]:
+        """Places of a `FieldDrawing` [cm] in a frame of twice its size [px]."""
         return [tuple(row) for row in (self._scale * (places - self._corner)).tolist()]
 
     def _piece(self, one: Placed, turn: FloatArray, middle: FloatArray) -> None:
@@ -178,26 +174,26 @@ class FramePainter:
         place = middle + turn @ (one.x, one.y)
         if look.size is None:
             r = look.reach * one.scale_x
-            self._pen.ellipse([*itertools.chain(*self._points(np.array([place - r, place + r])))], **paint)
+            self._pen.ellipse([*itertools.chain(*self.points(np.array([place - r, place + r])))], **paint)
         else:
             corners = 0.5 * _SQUARE * (one.scale_x, one.scale_y)
-            self._pen.polygon(self._points(place + corners @ _turn(one.angle).T @ turn.T), **paint)
+            self._pen.polygon(self.points(place + corners @ _turn(one.angle).T @ turn.T), **paint)
 
     def _robot(self, look: RobotLook, pose: tuple[float, float, float], believed: bool, held: Sequence[Placed]) -> None:
         """A robot with what it holds; of where it believed to be the outline."""
         middle, turn = np.array((100.0 * pose[0], self._down - 100.0 * pose[1])), _turn(-math.degrees(pose[2]))
         x, y = 50.0 * look.bumpers[0], 50.0 * look.bumpers[1]
-        box = self._points(middle + _SQUARE * (x, y) @ turn.T)
+        box = self.points(middle + _SQUARE * (x, y) @ turn.T)
         if believed:
             self._pen.line([*box, box[0]], fill=COLORS["ghost"][0], width=2 * _FINE)
             return
         edge = COLORS[look.ink][0] if look.ink else flat(tint(look.alliance)[1])
         self._pen.polygon(box, fill=edge)
-        self._pen.polygon(self._points(middle + _SQUARE * (x - 8.0, y - 8.0) @ turn.T), fill="#eceef2")
+        self._pen.polygon(self.points(middle + _SQUARE * (x - 8.0, y - 8.0) @ turn.T), fill="#eceef2")
         for one in held:
             self._piece(one, turn, middle)
         arrow = np.array([(x - 8.0, 0.0), (0.3 * x - 8.0, 0.35 * y), (0.3 * x - 8.0, -0.35 * y)])
-        self._pen.polygon(self._points(middle + arrow @ turn.T), fill=edge)
+        self._pen.polygon(self.points(middle + arrow @ turn.T), fill=edge)
 
 
 _SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -228,12 +224,11 @@ def _write_mp4(path: Path, frames: Iterator[Image]) -> None:
         "-s", f"{first.width}x{first.height}", "-r", f"{1.0 / FRAME_PERIOD:g}", "-i", "-",
         "-an", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(path),
     ]  # fmt: skip
-    with tempfile.TemporaryFile() as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as process:
-        assert process.stdin is not None
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None and process.stderr is not None
         with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # what it says of it is told below
             for frame in itertools.chain((first,), frames):
                 pipe.write(frame.tobytes())
+        said = process.stderr.read().decode(errors="replace").strip().splitlines() or ["it ended early"]
         if process.wait():
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines() or ["it ended early"]
-            raise OutputError(f"ffmpeg could not write {str(path)!r}: {words[-1]}. Ask for a .gif")
+            raise OutputError(f"ffmpeg could not write {str(path)!r}: {said[-1]}. Ask for a .gif")

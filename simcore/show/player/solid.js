@@ -148,6 +148,7 @@ export class Solid {
     const { tags, tag_size: size } = this.run.meta.field;
     for (const [id, x, y, z, w, a, b, c] of tags) {
       const plate = new THREE.Mesh(new THREE.PlaneGeometry(1.3 * size, 1.3 * size), written(String(id), "#fff", "#111", 0.62));
+      plate.material.side = THREE.FrontSide;
       plate.geometry.rotateX(Math.PI / 2);
       plate.geometry.rotateZ(Math.PI / 2);
       plate.quaternion.set(a, b, c, w);
