@@ -42,7 +42,6 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
 
     Raises:
         OutputError: The file cannot be written.
-        ModelError: A model of the scene cannot be read.
     """
     meta, data = run_data(recording, scene, title=title, subtitle=subtitle)
     write_text("page", Path(path), page_html(title, meta, data))

@@ -28,7 +28,7 @@ from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, intake_places, shots_of
 from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
 from simcore.show.svg import document, element
-from simcore.show.view_models import FieldModels, ViewModels, load_models
+from simcore.show.view_models import FieldModels, Model, ViewModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
@@ -73,9 +73,6 @@ def run_data(
         scene: What it took place on.
         title: In large letters.
         subtitle: Beside it.
-
-    Raises:
-        ModelError: A model cannot be read.
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
@@ -129,9 +126,6 @@ def layout_of(
         scene: What it takes place on.
         kinds: Of its pieces.
         source: The run, or a snapshot of it: what it publishes.
-
-    Raises:
-        ModelError: A model cannot be read.
     """
     solids = []
     for robot in scene.robots:
@@ -153,7 +147,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     rows = [[i, *np.round(pose, 4).tolist()] for i, pose in zip(tags.id_list, _tag_poses(tags), strict=True)]
     names = sorted({name.lower() for name, _ in scene.field_outlines if name.lower().startswith(("blue_", "red_"))})
     prefixes = sorted({"_".join(name.split("_")[:2]) for name in names})
-    mesh = model_solids(field.body, prefixes) if field is not None else []
+    mesh = _solids(None if field is None else field.body, prefixes)
     models: list[dict[str, Any]] = []
     seen: dict[int, int] = {}
     robots = []
@@ -226,6 +220,15 @@ def _models(folder: Path | None) -> ViewModels:
         return ViewModels()
 
 
+def _solids(model: Model | None, names: Sequence[str] = ()) -> list[Solid]:
+    """Those of a model; none of one that cannot be read."""
+    try:
+        return [] if model is None else model_solids(model, names)
+    except ModelError as error:
+        _log.warning("a page without a model: %s", error)
+        return []
+
+
 # --- the scene --------------------------------------------------------------------------------------------------------
 
 
@@ -270,7 +273,7 @@ def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]
 
 def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:
     model = field.pieces.get(kind.name) if field is not None else None
-    solids = model_solids(model) if model is not None and not kind.is_round else []
+    solids = [] if kind.is_round else _solids(model)
     size = look.size or (2.0 * look.reach,) * 3
     return {
         "name": kind.name, "count": len(kind.ids), "round": kind.is_round, "radius": look.reach, "size": list(size),

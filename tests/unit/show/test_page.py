@@ -95,6 +95,17 @@ def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:
     assert page(tmp_path, strange).meta["end"] == 9.0
 
 
+def test_models_that_cannot_be_read_cost_their_looks_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "models" / "Field3d_Broken"
+    folder.mkdir(parents=True)
+    (folder / "config.json").write_text('{"name": "Broken", "widthInches": 600, "heightInches": 300}')
+    (folder / "model.glb").write_text("version https://git-lfs.github.com/spec/v1")
+    for models in (folder.parent, tmp_path / "nowhere"):
+        run = page(tmp_path, scene=replace(SCENE, models=models))
+        assert run.meta["field"]["solids"] == [] and len(run.meta["field"]["outlines"]) == 2
+        assert run.meta["models"][0]["body"], "boxes of a robot without a model"
+
+
 def test_two_pages_of_a_run_are_the_same_bytes(tmp_path: Path) -> None:
     assert page(tmp_path).text == page(tmp_path).text
 
