@@ -1,10 +1,9 @@
 // A run as it happens: frames and the state of the run over one socket, what a person drives with, and buttons for the field.
 import { inflate } from "./data.js";
-import { drawEvents, drawTables, make, tableOf } from "./panels.js";
+import { Charts, drawEvents, drawTables, make, tableOf } from "./panels.js";
 import { Player } from "./player.js";
 
 const BEHIND = 0.02;  // [s] that pictures are behind the newest frame, to be drawn between two
-const SPEEDS = { "0.1": 0.1, "0.25": 0.25, "0.5": 0.5, "1": 1, "2": 2, "4": 4 };
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
 const find = (selector) => document.querySelector(selector);
@@ -140,7 +139,7 @@ export class Live {
     const go = (time) => player.jump(time);
     drawEvents(find(".timeline"), find(".events"), run, go);
     drawTables(find(".tables"), run, go);
-    player.charts = new player.charts.constructor(find(".charts-home"), run, go);
+    player.charts = new Charts(find(".charts-home"), run, go);
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
     const sheet = find(".sheet");
     sheet.replaceChildren(make("h2", {}, meta.verdict), ...meta.tables.slice(0, 1).map((table) => tableOf(table, go)),

@@ -1,14 +1,11 @@
 // The run in three dimensions, by three.js: field, robots with their parts, pieces, and a camera that one key moves on.
-/* global THREE */
-import { Run, turned, unpack, yawOf } from "./data.js";
+import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
-const ALLIANCE = { blue: 0x1e54b7, red: 0xc42828 };
 
 export class Solid {
-  /** @param {HTMLElement} home @param {Run} run */
   constructor(home, run) {
     this.run = run;
     this.home = home;

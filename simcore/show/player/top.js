@@ -1,5 +1,5 @@
 // The field from above, as SVG in centimeters, y down: the ground comes drawn, what moves is moved here.
-import { Run, turned, yawOf } from "./data.js";
+import { turned, yawOf } from "./data.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const HIGH = 0.35;  // [m]; a flying piece whose center is higher is drawn darker and larger
@@ -22,7 +22,6 @@ function rectangle([sx, sy, sz], [x, y, z, w]) {
 }
 
 export class Top {
-  /** @param {HTMLElement} home @param {Run} run */
   constructor(home, run) {
     this.run = run;
     this.height = 100 * run.meta.field.size[1];
