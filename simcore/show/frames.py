@@ -28,7 +28,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["AWAY", "FrameLayout", "PieceKind", "Rows", "filled", "pack", "piece_kinds"]
+__all__ = ["AWAY", "FrameLayout", "FrameRecorder", "PieceKind", "Rows", "filled", "pack", "piece_kinds"]
 
 Rows = npt.NDArray[np.int16]
 
@@ -95,19 +95,10 @@ class FrameLayout:
         """Columns of each group."""
         self._before = np.zeros(self.widths["pieces"], dtype=np.int16)
 
-    @property
-    def line_keys(self) -> list[str]:
-        """Of what cameras see, in the order of their columns."""
-        return self._lines
-
     def row(self, group: str, snapshot: Snapshot) -> Rows:
         """One group of the frame of a snapshot, shape (width,)."""
         make = {"robots": self._robot_row, "parts": self._part_row, "pieces": self._piece_row, "lines": self._line_row}
         return make[group](snapshot)
-
-    def recorder(self, times: FloatArray) -> FrameRecorder:
-        """Takes the snapshots of a run that was recorded at some times [s]."""
-        return FrameRecorder(self, times)
 
     # --- inside -------------------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
 from simcore.show.field_drawing import FieldDrawing, robot_symbol
-from simcore.show.frames import FrameLayout, PieceKind, Rows, filled, pack, piece_kinds
+from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
 from simcore.show.palette import COLORS, color, flat, tint
 from simcore.show.picture import legend
@@ -76,7 +76,7 @@ def run_data(
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
-    frames, board, lamps = layout.recorder(recording.times), BoardRecord(scene), _LampRecord()
+    frames, board, lamps = FrameRecorder(layout, recording.times), BoardRecord(scene), _LampRecord()
     for snapshot in filled(recording):
         for taker in (frames, board, lamps):
             taker.take(snapshot)

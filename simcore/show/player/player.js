@@ -32,7 +32,7 @@ export class Player {
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
     find(".key").innerHTML = meta.key;  // drawn and escaped in Python
     this.top = new Top(find(".top"), this.run);
-    this.places_ = new Places(find(".places"), this.run);
+    this.counts = new Places(find(".places"), this.run);
     this.board = new Board(find(".board"), this.run);
     this.charts = new Charts(find(".charts-home"), this.run, go);
     drawEvents(find(".timeline"), find(".events"), this.run, go);
@@ -46,6 +46,7 @@ export class Player {
       find(".solid").replaceChildren(make("p", { class: "note" }, `this browser draws no 3D: ${error.message}`));
     }
     this.bar();
+    if (this.solid) this.solid.onCamera = (name) => { this.cameraChoice.value = name; };
     this.heat();
     this.setView(this.solid ? meta.view || "both" : "top");
     if (this.solid && meta.camera) this.setCamera(meta.camera);
@@ -107,7 +108,6 @@ export class Player {
 
   setCamera(name) {
     this.solid.look(name);
-    this.cameraChoice.value = name;
     if (find(".views").dataset.view === "top") this.setView("both");
     this.draw();
   }
@@ -134,7 +134,7 @@ export class Player {
     if (this.isLive || find(".views").dataset.view !== "solid") this.top.draw(time);
     this.drawSolid();
     this.board.draw(time);
-    this.places_.draw(time);
+    this.counts.draw(time);
     if (!this.isLive || this.last === null) this.charts.draw(time);
   }
 

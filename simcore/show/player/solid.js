@@ -30,7 +30,7 @@ export class Solid {
     this.control.maxPolarAngle = 1.55;
     this.control.addEventListener("start", () => { if (!["free", "follow"].includes(this.camera)) this.look("free", true); });
     this.control.addEventListener("change", () => this.onMove());
-    this.onMove = () => {};
+    this.onMove = this.onCamera = () => {};
     this.build();
     this.look("free");
   }
@@ -284,7 +284,7 @@ export class Solid {
     if (name !== "free") this.eye.clearViewOffset();
     this.eye.updateProjectionMatrix();
     this.control.update();
-    this.onCamera && this.onCamera(name);
+    this.onCamera(name);
   }
 
   /** As near as the whole field can be seen, in the middle of the window, also of a narrow one. */
