@@ -8,6 +8,7 @@ Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.a
 
 from __future__ import annotations
 
+import lzma
 import re
 import struct
 from collections.abc import Mapping
@@ -33,6 +34,7 @@ _NUMBERS: dict[str, tuple[str, int]] = {
 _INTEGERS = "int64[]"
 _LATEST = 2**62  # [us]; a later record has a broken stamp
 _TEXT = "string"
+_XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 
@@ -228,7 +230,9 @@ def read_log(path: str | Path) -> TelemetryLog:
     path = Path(path)
     try:
         data = path.read_bytes()
-    except (OSError, ValueError) as error:  # a path with a NUL is a ValueError
+        if data.startswith(_XZ):
+            data = lzma.LZMADecompressor().decompress(data)  # of one that is cut off what is there
+    except (OSError, ValueError, lzma.LZMAError) as error:  # a path with a NUL is a ValueError
         raise LogError(f"cannot read the log {str(path)!r}: {getattr(error, 'strerror', None) or error}") from error
     if data[:6] != b"WPILOG" or len(data) < 12:
         kind = "empty" if not data else "not a .wpilog file (it does not start with WPILOG)"
