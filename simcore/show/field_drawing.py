@@ -25,6 +25,7 @@ MARGIN = 78.0
 _BUMPER = 8.0  # wide, as drawn
 _CELL = 50.0  # of a heat map
 _MOST = 150.0  # that is seen beside the field
+_FEW = 2  # robots of which it is drawn where they believed to be: more would hide the field
 _STAMP = 30  # outlines of a robot along its path, at most
 
 
@@ -91,7 +92,7 @@ class FieldDrawing:
         for number, robot in enumerate(self.scene.robots):
             ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
             times, believed = self.track.estimates[number]
-            if len(believed):
+            if len(believed) and len(self.scene.robots) <= _FEW:
                 look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
                 for way in self._ways(number, times, np.arange(len(believed)), max(1, len(believed) // 500)):
                     parts.append(polyline(self.points(believed[way]), opacity=0.9, class_="believed", **look))

@@ -22,6 +22,7 @@ _WIDTH, _LEFT, _TOP = 1600.0, 40.0, 92.0  # [px]
 _FIELD = (1280.0, 700.0)  # [px]; the field is drawn as large as fits
 _CHARTS, _CHARTS_IN_A_ROW = 6, 3
 _FEW = 2  # robots of which all shots are drawn
+_BELIEVED = "where it believed to be"
 
 
 def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title: str = "", subtitle: str = "") -> None:
@@ -60,6 +61,7 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     width, height = scale * field.box[2], scale * field.box[3]
     parts.append(nested(drawing, _LEFT, _TOP, width, height))
     marks = legend(field, intakes=len(taken))
+    marks = [mark for mark in marks if len(scene.robots) <= _FEW or mark[1] != _BELIEVED]
     for number, (mark, label) in enumerate(marks):
         y = _TOP + 40 + 30 * number
         parts.append(element("g", mark, transform=f"translate({_LEFT + width + 22:g} {y - 5:g})"))
@@ -107,7 +109,7 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         for ink in sorted({robot.alliance for robot in scene.robots}):
             marks.append((stroke(ink, "9 4" if ink == "red" else None, 4.0), f"path of a {ink} robot"))
     if any(len(times) for times, _ in field.track.estimates):
-        marks.append((stroke("ghost", "7 4"), "where it believed to be"))
+        marks.append((stroke("ghost", "7 4"), _BELIEVED))
     if shots:
         marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), "hit" if apart else f"hit ({hits})"))
         miss = stroke("miss", "6 4", 2) + end_mark(12, 0, 5, "miss")
