@@ -187,6 +187,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecor
     rows.integers[f"{prefix}/Robot/Placements"] = len(record.placements)
     last = record.placements[-1]
     rows.strings[f"{prefix}/Robot/LastPlacement"] = f"{last.reason}: {pose_text(last.pose)}"
+    if record.player:
+        rows.strings[f"{prefix}/Robot/Player"] = record.player
     # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
     px, py, yaw = (round(value, 3) for value in robot.believed_pose)
     half = 0.5 * yaw

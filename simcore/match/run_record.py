@@ -191,6 +191,8 @@ class RobotRecord:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._place = robot.chassis.pose[:2]
+        self.player = ""
+        """Who plays it in a match, e.g. `collector:3`; empty: not a player by a role."""
         self.distance = 0.0
         """How far it has driven; not from where it was to where it was put [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]

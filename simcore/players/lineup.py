@@ -120,19 +120,27 @@ def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None)
     )
 
 
-def take_seats(match: Match, seats: Sequence[Seat], me: Callable[[], Controller] | None = None) -> None:
+def take_seats(
+    match: Match,
+    seats: Sequence[Seat],
+    me: Callable[[], Controller] | None = None,
+    hand_over: Callable[[Match, int, Controller], Controller] | None = None,
+) -> None:
     """Let players drive the robots of a match while those may move.
 
     Args:
         match: With the robots of `entries`.
         seats: Of its robots.
         me: Makes what drives the robot of `ME`; None: nothing does.
+        hand_over: Makes of a scripted robot, by its number and controller, one that a person can take over.
     """
     for number, seat in enumerate(seats):
+        match.record.robots[number].player = str(seat)
         if seat.role == ME:
             match.set_controller(number, None if me is None else WhileEnabled(match, me))
-        else:
-            match.set_controller(number, WhileEnabled(match, _maker(match, number, seat)))
+            continue
+        own = WhileEnabled(match, _maker(match, number, seat))
+        match.set_controller(number, own if hand_over is None else hand_over(match, number, own))
 
 
 def play_match(
@@ -141,6 +149,7 @@ def play_match(
     *,
     me: Callable[[Match], Controller] | None = None,
     robot: RobotConfig | None = None,
+    hand_over: Callable[[Match, int, Controller], Controller] | None = None,
     seconds: float | None = None,
     options: Iterable[str] = (),
     **settings: Any,
@@ -152,6 +161,7 @@ def play_match(
         seats: Who plays, as `lineup` gives them.
         me: Makes what drives the robot of `ME`, as `plays` does; None: nothing does.
         robot: That of `ME`, in place of the game's own.
+        hand_over: As in `take_seats`.
         seconds: How long, simulated [s]; None: to the end.
         options: Of the game that are on, beside those that are on in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
@@ -161,7 +171,7 @@ def play_match(
     return play_robots(
         game,
         entries(game, seats, robot),
-        lambda match: take_seats(match, seats, None if me is None else lambda: me(match)),
+        lambda match: take_seats(match, seats, None if me is None else lambda: me(match), hand_over),
         name="match",
         players=[f"{seat.alliance} {seat}" for seat in seats],
         seconds=length,

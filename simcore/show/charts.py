@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 
 from simcore.show.palette import LINE_STYLES, color, tint
-from simcore.show.run_events import BROWNOUT
+from simcore.show.run_events import BROWNOUT, score_keys
 from simcore.show.run_track import RunTrack
 from simcore.show.svg import document, element, line, polyline, ticks, words
 from simcore.telemetry.recording import Recording, newest_rows
-from simcore.telemetry.snapshot import key_in_words
+from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.typing import FloatArray
 
-__all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "thinned"]
+__all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "thinned", "value_at"]
 
 _INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
+_POSE_ERROR = "/PoseError"  # instead of a key, of how far a robot was from where it believed to be
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
 _QUANTITIES = (
@@ -47,6 +48,8 @@ class Curve:
     """A count, which keeps its value until it jumps."""
     dashes: str = ""
     """As in `LINE_STYLES`."""
+    key: str = ""
+    """Of its values in a snapshot; empty: they are worked out of several."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +63,8 @@ class Chart:
     """A level that matters, drawn where the values come near it."""
     limit_label: str = ""
     from_zero: bool = True
+    group: str = ""
+    """What a page folds it up under; empty: nothing."""
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
@@ -69,17 +74,18 @@ def charts_of(track: RunTrack) -> list[Chart]:
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
 
     def each(key: str, one: str) -> list[tuple[str, str]]:
-        return [(str(number) if several else one, f"{robot.prefix}/{key}") for number, robot in robots]
+        return [((robot.name or str(number)) if several else one, f"{robot.prefix}/{key}") for number, robot in robots]
 
     pieces = scene.piece_names
     currents = each("Debug/BatteryCurrent", "battery")
     if len(robots) == 1:
         currents.append(("drivetrain", f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent"))
     score = [
-        replace(curve, color=tint(curve.label)[1])
-        for curve in _curves(recording, [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")], is_stepped=True)
+        replace(curve, color=tint(curve.label)[1]) for curve in _curves(recording, score_keys(scene), is_stepped=True)
     ]
-    score += _curves(recording, [("old", "Sim/Score/Old"), ("new", "Sim/Score/New")], is_stepped=True)
+    if any(robot.score_key for robot in scene.robots):
+        inks = [color(robot.ink) for robot in scene.robots]
+        score = [replace(curve, color=ink) for curve, ink in zip(score, inks, strict=True)]
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
@@ -95,10 +101,12 @@ def charts_of(track: RunTrack) -> list[Chart]:
         Chart(title=f"Pose estimate off by{of_each}", unit="m", curves=_pose_errors(track)),
         Chart(title=f"Sliding tires{of_each}", unit="m/s", curves=slips),
         *(chart for number, robot in robots
-          for chart in _mechanism_charts(recording, robot.prefix, f", robot {number}" if several else "")),
+          for chart in _mechanism_charts(recording, robot.prefix, scene.label(number) if several else "")),
         Chart(title="Tick time", unit="ms", limit=_TICK_BUDGET, limit_label="budget",
+              group="computer" if several else "",
               curves=_curves(recording, [("wall time of a tick", "Sim/Performance/TickMs")])),
-        Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True)),
+        Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
+              group="computer" if several else ""),
     ]  # fmt: skip
     return [chart for chart in charts if chart.curves]
 
@@ -113,6 +121,7 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
             times=times,
             values=values,
             is_stepped=is_stepped,
+            key=key,
         )
         for number, (label, key) in enumerate(wanted)
         if recording.has(key)
@@ -139,43 +148,67 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
         rows = newest_rows(times, at)
         values = np.hypot(*(believed[:, :2] - true[rows, :2]).T)
         values[at < track.began(number)] = math.nan
-        label = str(number) if len(track.robots) > 1 else "estimate to truth"
+        label = (track.scene.robots[number].name or str(number)) if len(track.robots) > 1 else "estimate to truth"
         style = LINE_STYLES[number % len(LINE_STYLES)]
-        curves.append(Curve(label=label, color=_INKS[number % len(_INKS)], dashes=style, times=at, values=values))
+        curve = Curve(label=label, color=_INKS[number % len(_INKS)], dashes=style, times=at, values=values)
+        curves.append(replace(curve, key=f"{track.scene.robots[number].prefix}{_POSE_ERROR}"))
     return curves
 
 
-def _mechanism_charts(recording: Recording, prefix: str, whose: str) -> Iterable[Chart]:
-    """What closed loops wanted beside what came of it, and the currents of all mechanisms."""
+def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable[Chart]:
+    """What closed loops wanted beside what came of it, what else moved, and the currents of all mechanisms."""
+    head = f"{prefix}/Debug/"
+    known = set()
     for key in recording.keys:
         found = _SETPOINT.search(key)
         if found and key == f"{prefix}{found[0]}":
-            curves = _curves(recording, [("is", key.removesuffix("Setpoint")), ("set-point", key)])
-            quantity, unit = ("velocity", "turns/s") if found[2] == "VelocityRPS" else ("position", "turns")
-            yield Chart(title=f"{key_in_words(found[1]).capitalize()} {quantity}{whose}", unit=unit, curves=curves)
-    head = f"{prefix}/Debug/"
-    for name, key, unit in _moved(recording, head):
-        yield Chart(title=f"{name}{whose}", unit=unit, curves=_curves(recording, [("is", key)]), from_zero=False)
+            known.add(f"{head}{found[1]}")
+            yield replace(_setpoint_chart(recording, f"{head}{found[1]}", found[2], key), group=group)
+    for key in [key for key in recording.keys if key.startswith(head) and key.endswith("VelocityRPS")]:
+        stem = key.removesuffix("VelocityRPS")
+        looks = [] if stem in known else [look for look in _QUANTITIES if recording.has(stem + look[0])]
+        for suffix, quantity, unit in looks[:1]:
+            values = recording.series(stem + suffix)[1]
+            if len(values) and np.ptp(values) > 0.01 * max(1.0, float(np.abs(values).max())):
+                curves = _curves(recording, [("is", stem + suffix)])
+                yield Chart(title=f"{_name(stem)} {quantity}", unit=unit, curves=curves, from_zero=False, group=group)
     currents = [key for key in recording.keys if key.startswith(head) and key.endswith("CurrentA")]
     named = [(key_in_words(key.removeprefix(head).removesuffix("CurrentA")), key) for key in currents]
     for first in range(0, len(named), 4):
         curves = _curves(recording, named[first : first + 4])
-        yield Chart(title=f"Mechanism currents{whose}", unit="A", curves=curves)
+        yield Chart(title="Mechanism currents", unit="A", curves=curves, group=group)
 
 
-def _moved(recording: Recording, head: str) -> Iterable[tuple[str, str, str]]:
-    """Title, key and unit of mechanisms that moved and of which no set-point is known, as of real robot code."""
-    known = {key.removesuffix("PositionRotSetpoint").removesuffix("VelocityRPSSetpoint") for key in recording.keys}
-    for key in [key for key in recording.keys if key.startswith(head) and key.endswith("VelocityRPS")]:
-        stem = key.removesuffix("VelocityRPS")
-        if stem in known:
-            continue
-        name = key_in_words(stem.removeprefix(head)).capitalize()
-        looks = [look for look in _QUANTITIES if recording.has(stem + look[0])]
-        for suffix, quantity, unit in looks[:1]:
-            values = recording.series(stem + suffix)[1]
-            if len(values) and np.ptp(values) > 0.01 * max(1.0, float(np.abs(values).max())):
-                yield f"{name} {quantity}", stem + suffix, unit
+def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> Chart:
+    """A closed loop's quantity and its set-point, in the unit that says most: positions as heights or angles."""
+    if kind == "VelocityRPS":
+        curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
+        return Chart(title=f"{_name(stem)} velocity", unit="turns/s", curves=curves)
+    curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
+    for suffix, quantity, unit in _QUANTITIES[:-1]:
+        if recording.has(stem + suffix) and len(curves) == 2 and np.ptp(curves[0].values) > 1e-6:
+            at, values = recording.series(stem + suffix)
+            turns = curves[0].values[newest_rows(curves[0].times, at)]
+            slope, zero = np.polyfit(turns, values, 1).tolist()  # of a linear relation, which it is
+            is_so = _curves(recording, [("is", stem + suffix)])[0]
+            want = replace(curves[1], values=slope * curves[1].values + zero, key="")
+            return Chart(title=f"{_name(stem)} {quantity}", unit=unit, curves=[is_so, want], from_zero=False)
+    return Chart(title=f"{_name(stem)} position", unit="turns", curves=curves)
+
+
+def _name(stem: str) -> str:
+    """Of a mechanism, by what its keys begin with."""
+    return key_in_words(stem.rpartition("/")[2]).capitalize()
+
+
+def value_at(snapshot: Snapshot, key: str) -> float | None:
+    """What a curve shows at a snapshot, by its key; None where it has no value."""
+    if key.endswith(_POSE_ERROR):
+        prefix = key.removesuffix(_POSE_ERROR)
+        true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
+        return None if true is None or believed is None else round(math.dist(true[:2], believed[:2]), 3)
+    value = snapshot.doubles.get(key, snapshot.integers.get(key))
+    return None if value is None or not math.isfinite(value) else round(value, 4)
 
 
 def bounds(chart: Chart) -> tuple[float, float]:
@@ -253,7 +286,8 @@ def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = Fals
     if not titled:
         parts.append(line(left, top, left, bottom, class_="cursor", visibility="hidden", stroke=color("ink")))
         return document((0, 0, PLOT["total"], PLOT["bottom"]), *parts)
-    parts.append(words(left, -8, chart.title, 13, ink=color("ink"), bold=True))
+    title = chart.title.removesuffix(", by robot") if len(chart.curves) > 3 else chart.title  # the legend says it
+    parts.append(words(left, -8, title, 13, ink=color("ink"), bold=True))
     x = float(right)
     sample, gap = (18, 12) if len(chart.curves) <= 3 else (12, 5)  # six robots leave the title its room
     for curve in reversed(chart.curves):

@@ -117,7 +117,9 @@ def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
     for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
         is_red = f"{prefix}/Robot/IsRed"
         red = recording.has(is_red) and bool(recording.series(is_red)[1][-1])
-        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue", bumpers=_BUMPERS))
+        plays = f"{prefix}/Robot/Player"
+        role = recording.strings(plays)[1][-1] if recording.has(plays) else ""
+        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue", bumpers=_BUMPERS, role=role))
     return tuple(robots)
 
 

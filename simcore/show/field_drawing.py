@@ -18,14 +18,14 @@ from simcore.show.shots import ShotResult, ShotTrace
 from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["MARGIN", "FieldDrawing", "end_mark", "piece_symbol", "robot_symbol", "side_view"]
+__all__ = ["MARGIN", "FieldDrawing", "end_mark", "piece_symbol", "robot_symbol"]
 
 MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
 _BUMPER = 8.0  # wide, as drawn
 _CELL = 50.0  # of a heat map
-_OPENING = 40.0  # half of the bar that stands for a goal's opening
 _MOST = 150.0  # that is seen beside the field
+_FEW = 2  # robots of which it is drawn where they believed to be: more would hide the field
 _STAMP = 30  # outlines of a robot along its path, at most
 
 
@@ -92,7 +92,7 @@ class FieldDrawing:
         for number, robot in enumerate(self.scene.robots):
             ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
             times, believed = self.track.estimates[number]
-            if len(believed):
+            if len(believed) and len(self.scene.robots) <= _FEW:
                 look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
                 for way in self._ways(number, times, np.arange(len(believed)), max(1, len(believed) // 500)):
                     parts.append(polyline(self.points(believed[way]), opacity=0.9, class_="believed", **look))
@@ -266,7 +266,7 @@ def robot_symbol(
         attributes: Of the group.
     """
     length, width = (100.0 * size for size in look.bumpers)
-    fill, edge = tint(look.alliance)
+    fill, edge = (color(look.ink), color(look.ink)) if look.ink else tint(look.alliance)
     box = {"x": -length / 2, "y": -width / 2, "width": length, "height": width, "rx": 5}
     tip, neck, head = length / 2 - _BUMPER, 0.5 * length - _BUMPER - 0.34 * length, 0.17 * width
     arrow = [(tip, 0.0), (neck, head), (neck, -head)]
@@ -293,15 +293,18 @@ def robot_symbol(
     ]  # fmt: skip
     if label:
         upright = f"rotate({math.degrees(yaw):.1f})"
-        badge = element("circle", r=17, fill=color("paper"), stroke=edge, stroke_width=2)
+        reach = max(17.0, 8.0 * len(label) + 6.0)
+        badge = element(
+            "rect", x=-reach, y=-17, width=2 * reach, height=34, rx=17, fill=color("paper"), stroke=edge, stroke_width=2
+        )
         number = words(0.0, 9.5, label, 27, ink=color("ink"), anchor="middle", bold=True)
         parts.append(element("g", badge, number, class_="label", transform=upright))
     return element("g", *parts, class_="robot active" if is_active else "robot", **attributes)
 
 
 def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
-    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for one that flies."""
-    if result == "flying":
+    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for a pass and for one that flies."""
+    if result in ("flying", "pass"):
         return ""
     if result == "hit":
         return element("circle", cx=x, cy=y, r=size * 0.8, fill=color("hit"), stroke=color("paper"), stroke_width=1)
@@ -311,38 +314,9 @@ def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
 
 def _flight(way: FloatArray, result: ShotResult, *, is_whole: bool = True) -> str:
     """A flight in a view: solid for hits, dashed for misses, and its mark if it is drawn to its end."""
-    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6"), "flying": ("muted", "3 4")}[result]
+    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6")}.get(result, ("muted", "3 4"))
     look = {"stroke": color(ink), "stroke_width": 2.5, "stroke_dasharray": dashes, "opacity": 0.85}
     return polyline(way, **look) + (end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, result) if is_whole else "")
-
-
-def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
-    """The shots from the side, x to the right and z up; empty without shots."""
-    if not shots:
-        return ""
-    length = 100.0 * scene.field_size[0]
-    tops = [float(shot.points[:, 2].max()) for shot in shots] + [goal.center[2] for goal in scene.goals]
-    highest = 100.0 * max(2.5, max(tops) + 0.25)
-    parts = [element("rect", width=length, height=highest, fill=color("soft"))]
-    along, up = ticks(0.0, length, 9), ticks(0.0, highest, 5)
-    for z in up:
-        parts.append(line(0, highest - z, length, highest - z, stroke=color("grid"), stroke_width=1.5))
-        parts.append(words(-12.0, highest - z + 7.0, f"{z / 100:g}", 22, anchor="end", class_="scale"))
-    for x in along:
-        parts.append(words(x, highest + 32.0, f"{x / 100:g}", 22, anchor="middle", class_="scale"))
-    parts.append(line(0, highest, length, highest, stroke=color("ink"), stroke_width=3))
-    parts.append(words(_last_gap(along), highest + 32.0, "x [m]", 22, anchor="middle", class_="scale"))
-    parts.append(words(2.0 - 1.25 * MARGIN, highest - _last_gap(up) + 7.0, "z [m]", 22, class_="scale"))
-    for goal in scene.goals:
-        (x, _, z), edge = (100.0 * c for c in goal.center), tint(goal.alliance)[1]
-        parts.append(line(x, highest, x, highest - z, stroke=edge, stroke_width=2, stroke_dasharray="4 6"))
-        opening = line(x - _OPENING, highest - z, x + _OPENING, highest - z, stroke=edge, stroke_width=6)
-        parts.append(element("g", element("title", f"{goal.alliance} goal".strip()), opening, class_="goal"))
-    for shot in shots:
-        way = np.column_stack((100.0 * shot.points[:, 0], highest - 100.0 * shot.points[:, 2]))
-        parts.append(element("g", _flight(way, shot.result), class_="shot", data_t=round(shot.time, 2)))
-    box = (-1.25 * MARGIN, -12.0, length + 1.75 * MARGIN, highest + 54.0)
-    return document(box, *parts, role="img", aria_label="shots from the side")
 
 
 def _last_gap(marks: Sequence[float]) -> float:

@@ -1,192 +1,242 @@
-"""One moment of a run as an image: pixels of the same drawing that a page shows, for animations.
+"""A run as rows of 16-bit numbers: what the player draws, offline by the hundred and live one by one.
 
-What stands still is rendered once, each look of a piece once; a frame is then put together in some milliseconds.
+A frame has four groups of columns, and each group times of its own:
+
+- `robots`: of each robot `x, y, z` [mm] and a quaternion `w, x, y, z` [1/32767]; where it believes to be, `x, y` [mm]
+  and yaw [0.1 mrad]; and 1 while its intake takes pieces. A place that nobody knows is `AWAY`.
+- `parts`: of each part of each robot a pose in the robot's frame; the quaternion of one that is not there is zero.
+- `pieces`: of each piece `x, y, z` [mm] and where it is: 0 nowhere, 1 on the field, 2 in flight, 3 + k in robot k, in
+  whose frame it is then; of kinds that are no balls also a quaternion.
+- `lines`: corners of what cameras see, `x, y, z` [mm].
+
+`simcore/show/player/data.js` is the reader.
 """
 
 from __future__ import annotations
 
-import functools
-import math
-from typing import TYPE_CHECKING
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
-from simcore.show.field_drawing import FieldDrawing, piece_symbol
-from simcore.show.palette import color
-from simcore.show.raster import pixels
-from simcore.show.run_events import board_of
-from simcore.show.run_track import AWAY, Placed, RunTrack, Table
+from simcore.geometry.rotation import multiply, rotate_back
 from simcore.show.scene import Scene
-from simcore.show.shots import shots_of
-from simcore.show.svg import document, element, words
+from simcore.show.solids import RobotSolids
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import FloatArray, IntArray
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
+__all__ = ["AWAY", "FrameLayout", "FrameRecorder", "PieceKind", "Rows", "filled", "pack", "piece_kinds"]
 
-__all__ = ["FramePainter"]
+Rows = npt.NDArray[np.int16]
 
-_HEADER, _CLOCK = 44, 150  # [px]
-_TRAIL = 0.4  # [s] for which a shot's flight stays after its end
+AWAY = -32768
+_UNIT = 32767.0
+_ROBOT, _PART = 11, 7
+_LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
+_MOST_CORNERS = 12  # of a line
+_FIELD, _HELD, _HANGING = "Sim/GamePieces/", "Sim/Held/", "Sim/Hanging"
+_MOST_ROBOTS, _MOST_PIECES = 4000, 1400  # frames
+_PERIODS = (0.02, 0.04)  # [s] between frames of robots, and of all else, at least
 
 
-class FramePainter:
-    """Draws moments of one run.
+@dataclass(frozen=True, slots=True, eq=False)
+class PieceKind:
+    """Pieces of one type."""
+
+    name: str
+    ids: IntArray
+    """Of its pieces, rising, shape (n,)."""
+    is_round: bool
+    key: str = ""
+    """Of the poses on the field; empty: `Sim/GamePieces/<name>`."""
+
+
+def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
+    """The kinds of a recorded run with all pieces that were seen in it."""
+    kinds = []
+    for key in recording.keys:
+        if key.startswith(_FIELD):
+            name = key.removeprefix(_FIELD)
+            lists = (recording.integers(f"Sim/{where}/{name}") for where in ("PieceIds", "HeldIds"))
+            ids = [found for entries in lists for _, found in entries]
+            # an old log says how many there are, not which
+            known = np.unique(np.concatenate(ids)) if ids else np.arange(recording.most_poses(key))
+            kinds.append(PieceKind(name, known, scene.look(name).size is None))
+    if recording.most_poses(_HANGING):
+        kinds.append(PieceKind("Hanging", np.arange(recording.most_poses(_HANGING)), False, _HANGING))
+    return kinds
+
+
+class FrameLayout:
+    """Makes frames of snapshots.
 
     Args:
-        recording: The run.
-        scene: What it took place on.
-        title: In the upper left corner.
-        width: Of a frame [px].
-        speed: Shown beside the clock, if it is not 1.
-
-    Raises:
-        OutputError: A library is missing.
+        scene: With the robots.
+        solids: Of each of them.
+        kinds: Of the pieces.
+        lines: Keys of what cameras see, in the order of their columns.
     """
 
-    def __init__(self, recording: Recording, scene: Scene, *, title: str = "", width: int = 960, speed: float = 1.0):
-        self._track = RunTrack(recording, scene)
-        self._field = FieldDrawing(self._track, shots_of(recording, scene))
-        self._board = [item for item in board_of(recording) if item.label != "time left"]
-        self._title, self._speed, self._width = title, speed, width
-        self._left, self._top, across, down = self._field.box
-        self._scale = width / across
-        self._height = 2 * math.ceil((_HEADER + down * self._scale) / 2.0)  # even, for video
-        ground = pixels(self._field.drawing(self._field.ground()), width)
-        from PIL import Image  # there, or `pixels` has said that it is not
+    def __init__(
+        self, scene: Scene, solids: Sequence[RobotSolids], kinds: Sequence[PieceKind], lines: Iterable[str] = ()
+    ) -> None:
+        self._robots = [(robot.pose_key, f"{robot.prefix}/Robot/EstimatedPose", robot.prefix) for robot in scene.robots]
+        self._poses = [pose for one in solids for _, pose in one.parts]
+        self.kinds, self._lines = list(kinds), [key for key in lines if _LINE.match(key)]
+        self.widths = {
+            "robots": _ROBOT * len(self._robots),
+            "parts": _PART * len(self._poses),
+            "pieces": int(np.sum([len(kind.ids) * (4 if kind.is_round else 8) for kind in kinds])),
+            "lines": 3 * _MOST_CORNERS * len(self._lines),
+        }
+        """Columns of each group."""
+        self._before = np.zeros(self.widths["pieces"], dtype=np.int16)
 
-        self._ground = Image.new("RGB", (width, self._height), "#ffffff")
-        self._ground.paste(ground, (0, _HEADER), ground)
-        self._resting = self._ground.copy()
-        self._before = self._track.table(-math.inf)
-        self._at_rest = np.full_like(self._before, AWAY)
-        largest = max((scene.look(name).reach for name in self._track.types), default=0.1)
-        self._largest = math.ceil(150.0 * largest * self._scale) + 3
-        """Half of the largest piece that lies [px]."""
-        self._piece = functools.lru_cache(maxsize=4096)(self._rendered_piece)
-        self._title_and_board = functools.lru_cache(maxsize=2)(self._rendered_head)
-
-    def pixel(self, x: float, y: float) -> tuple[float, float]:
-        """Where a place of the field [m] is in a frame, from the left and the top."""
-        return self._on_frame(100.0 * x, self._field.width - 100.0 * y)
-
-    def draw(self, time: float) -> Image:
-        """The frame of a simulated time [s]."""
-        table = self._track.table(time)
-        self._update_resting(table)
-        frame = self._resting.copy()
-        moving = (table[:, 0] == 0) & (self._at_rest[:, 0] != 0)
-        for placed in self._track.placed(np.where(moving[:, None], table, AWAY)):
-            self._put(frame, placed)
-        self._put_moving(frame, time)
-        frame.paste(self._head(time), (0, 0))
-        return frame
+    def row(self, group: str, snapshot: Snapshot) -> Rows:
+        """One group of the frame of a snapshot, shape (width,)."""
+        make = {"robots": self._robot_row, "parts": self._part_row, "pieces": self._piece_row, "lines": self._line_row}
+        return make[group](snapshot)
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _on_frame(self, x: float, y: float) -> tuple[float, float]:
-        return (x - self._left) * self._scale, _HEADER + (y - self._top) * self._scale
+    def _robot_row(self, snapshot: Snapshot) -> Rows:
+        row = np.zeros((len(self._robots), _ROBOT))
+        for number, (key, estimate, prefix) in enumerate(self._robots):
+            pose, believed = snapshot.poses.get(key), snapshot.poses.get(estimate)
+            row[number, 0] = row[number, 7] = AWAY
+            if pose is not None:
+                row[number, :3], row[number, 3:7] = 1000.0 * pose[:3], _UNIT * pose[3:]
+            if believed is not None:
+                w, z = believed[3], believed[6]
+                row[number, 7:9] = 1000.0 * believed[:2]
+                row[number, 9] = 1e4 * np.arctan2(2.0 * w * z, 1.0 - 2.0 * z * z)
+            row[number, 10] = snapshot.booleans.get(f"{prefix}/Debug/IntakeZoneActive", False)
+        return _short(row).ravel()
 
-    def _put(self, frame: Image, placed: Placed, left: int = 0, top: int = 0) -> None:
-        """Draw a piece into an image whose corner is at a pixel of the frame."""
-        x, y = self._on_frame(placed.x, placed.y)
-        shift = (round(4 * (x % 1)) / 4, round(4 * (y % 1)) / 4)  # a quarter of a pixel is what an eye can see
-        look = (self._track.kinds[placed.row], placed.scale_x, placed.scale_y, placed.angle, placed.in_air)
-        sprite = self._piece(look, shift)
-        half = sprite.width // 2
-        frame.paste(sprite, (math.floor(x) - half - left, math.floor(y) - half - top), sprite)
+    def _part_row(self, snapshot: Snapshot) -> Rows:
+        row = np.zeros((len(self._poses), _PART))
+        for number, pose in enumerate(self._poses):
+            found = pose(snapshot)
+            if found is not None and np.isfinite(found).all():
+                row[number, :3], row[number, 3:] = 1000.0 * found[:3], _UNIT * found[3:]
+        return _short(row).ravel()
 
-    def _update_resting(self, table: Table) -> None:
-        """Keep an image of all that lies still, as most pieces do: a frame draws only what moves.
+    def _piece_row(self, snapshot: Snapshot) -> Rows:
+        row, first = self._before.copy(), 0
+        for kind in self.kinds:
+            width = 4 if kind.is_round else 8
+            mine = row[first : first + width * len(kind.ids)].reshape(-1, width)
+            first += width * len(kind.ids)
+            mine[:, 3] = 0
+            if kind.key:
+                _put(mine, np.arange(len(kind.ids)), snapshot.pose_arrays.get(kind.key, _NONE), 1)
+                continue
+            for key, id_key, state in (
+                (_FIELD, "Sim/PieceIds/", 1 if f"Sim/InFlightIds/{kind.name}" in snapshot.integer_arrays else 2),
+                ("Sim/InFlight/", "Sim/InFlightIds/", 2),
+            ):
+                poses = snapshot.pose_arrays.get(key + kind.name, _NONE)
+                ids = snapshot.integer_arrays.get(id_key + kind.name)
+                rows = np.arange(len(poses)) if ids is None else np.searchsorted(kind.ids, ids)
+                if ids is not None or key == _FIELD:
+                    _put(mine, rows, poses, state)
+            self._put_held(mine, kind, snapshot)
+        self._before = row
+        return row
 
-        Where a piece leaves, the ground and its neighbors are drawn anew.
-        """
-        for row in np.nonzero((self._at_rest[:, 0] == 0) & (table != self._at_rest).any(axis=1))[0].tolist():
-            x, y = self._on_frame(*self._at_rest[row, 1:3].tolist())
-            self._at_rest[row, 0] = AWAY
-            left, top = math.floor(x) - self._largest, math.floor(y) - self._largest
-            patch = self._ground.crop((left, top, left + 2 * self._largest, top + 2 * self._largest))
-            away = np.abs(self._at_rest[:, 1:3] - self._at_rest[row, 1:3]).max(axis=1)
-            near = away < 2 * self._largest / self._scale
-            for placed in self._track.placed(np.where(near[:, None], self._at_rest, AWAY)):
-                self._put(patch, placed, left, top)
-            self._resting.paste(patch, (left, top))
-        new = (table[:, 0] == 0) & (self._at_rest[:, 0] != 0) & (table == self._before).all(axis=1)
-        for placed in self._track.placed(np.where(new[:, None], table, AWAY)):
-            self._put(self._resting, placed)
-        self._at_rest[new] = table[new]
-        self._before = table
+    def _put_held(self, mine: Rows, kind: PieceKind, snapshot: Snapshot) -> None:
+        """Pieces in robots, each in the frame of the nearest one: two of them cannot be at one place."""
+        poses = snapshot.pose_arrays.get(_HELD + kind.name, _NONE)
+        ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", ())
+        robots = {number: snapshot.poses[key] for number, (key, *_) in enumerate(self._robots) if key in snapshot.poses}
+        for piece, pose in zip(ids, poses, strict=False):
+            if not robots or not np.isfinite(pose).all():
+                continue
+            holder = min(robots, key=lambda number: float(np.hypot(*(robots[number][:2] - pose[:2]))))
+            x, y, z = (pose[:3] - robots[holder][:3]).tolist()
+            w, a, b, c = robots[holder][3:].tolist()
+            inside = rotate_back((a, b, c, w), (x, y, z))
+            d, e, f, g = pose[3:].tolist()
+            e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
+            _put(mine, np.searchsorted(kind.ids, [piece]), np.array([(*inside, d, e, f, g)]), 3 + holder)
 
-    def _rendered_piece(self, look: tuple[int, int, int, int, int], shift: tuple[float, float]) -> Image:
-        """A piece of one look, its middle in the middle pixel, moved by parts of a pixel."""
-        kind, scale_x, scale_y, angle, in_air = look
-        shape = self._track.scene.look(self._track.types[kind])
-        reach = 100.0 * shape.reach if shape.size is None else 50.0
-        half = math.ceil(1.5 * reach * max(scale_x, scale_y) / 100.0 * self._scale) + 2
-        size = 2 * half + 1
-        place = f"translate({half + shift[0]:g} {half + shift[1]:g}) scale({self._scale:g}) rotate({angle})"
-        if shape.size is None:
-            symbol = piece_symbol(shape, in_air=bool(in_air))
-            body = element("g", symbol, transform=f"{place} scale({scale_x / 100:g} {scale_y / 100:g})")
-        else:  # resvg scales strokes with their shapes
-            fill = shape.air_color if in_air else shape.color
-            body = element(
-                "rect", x=-scale_x / 2, y=-scale_y / 2, width=scale_x, height=scale_y, fill=fill,
-                stroke=shape.edge_color, stroke_width=1.4, transform=place,
-            )  # fmt: skip
-        return pixels(document((0, 0, size, size), body), size)
-
-    def _put_moving(self, frame: Image, time: float) -> None:
-        """Robots with what they hold, and flights of the last moments: rendered where there is any, in one piece."""
-        places = [
-            (100.0 * pose[0], self._field.width - 100.0 * pose[1])
-            for number in range(len(self._track.robots))
-            for estimate in (False, True)
-            if (pose := self._track.robot_at(number, time, estimate=estimate)) is not None
-        ]
-        for shot in self._field.shots:
-            if shot.times[0] <= time + 1e-9 and shot.times[-1] >= time - _TRAIL:
-                places += self._field.points(shot.points).tolist()
-        if not places:
-            return
-        xs, ys = zip(*places, strict=True)
-        step = 1.0 / self._scale  # whole pixels, so that nothing is blurred
-        left = self._left + step * math.floor((min(xs) - 90.0 - self._left) / step)
-        top = self._top + step * math.floor((min(ys) - 90.0 - self._top) / step)
-        across = math.ceil((max(xs) + 90.0 - left) / step)
-        down = math.ceil((max(ys) + 90.0 - top) / step)
-        body = self._field.moment(time, pieces=False) + self._field.shot_traces(time, time - _TRAIL)
-        drawing = document((left, top, across * step, down * step), self._field.symbols(), body)
-        x, y = self._on_frame(left, top)
-        moving = pixels(drawing, across)
-        frame.paste(moving, (round(x), round(y)), moving)
-
-    def _head(self, time: float) -> Image:
-        """Title, score board and clock; only the clock is new in most frames."""
-        speed = f" ({self._speed:g}x)" if self._speed != 1.0 else ""
-        says = [(item.label, item.at(time)) for item in self._board]
-        head = self._title_and_board(tuple(says)).copy()
-        back = element("rect", width=_CLOCK, height=_HEADER, fill=color("paper"))
-        clock = words(_CLOCK - 14.0, 28, f"{time:.1f} s{speed}", 17, ink=color("ink"), anchor="end", bold=True)
-        head.paste(pixels(document((0, 0, _CLOCK, _HEADER), back, clock), _CLOCK), (self._width - _CLOCK, 0))
-        return head
-
-    def _rendered_head(self, says: tuple[tuple[str, str], ...]) -> Image:
-        title = _cut(self._title, int(0.4 * self._width / 8.6))
-        parts = [
-            element("rect", width=self._width, height=_HEADER, fill=color("paper")),
-            words(14, 28, title, 16, ink=color("ink")),
-        ]
-        x = 14.0 + 8.6 * len(title) + 24.0
-        for label, said in says:  # what counts least is left out first
-            text = said if label == "period" else label if said == "yes" else f"{label} {said}"
-            if said != "no" and x + 8.4 * len(text) < self._width - _CLOCK:
-                ink = color(label) if label in ("blue", "red") else color("muted")
-                parts.append(words(x, 28, text, 15, ink=ink, bold=label in ("blue", "red")))
-                x += 8.4 * len(text) + 20.0
-        return pixels(document((0, 0, self._width, _HEADER), *parts), self._width)
+    def _line_row(self, snapshot: Snapshot) -> Rows:
+        row = np.full((len(self._lines), _MOST_CORNERS, 3), float(AWAY))
+        for number, key in enumerate(self._lines):
+            corners = snapshot.pose_arrays.get(key, _NONE)[:_MOST_CORNERS, :3]
+            row[number, : len(corners)] = 1000.0 * corners
+        return _short(row).ravel()
 
 
-def _cut(text: str, most: int) -> str:
-    """As much of a text as there is room for."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+class FrameRecorder:
+    """Makes frames of a run, as many as a page needs.
+
+    Args:
+        layout: Of the frames.
+        times: Of the snapshots [s], shape (n,).
+    """
+
+    def __init__(self, layout: FrameLayout, times: FloatArray) -> None:
+        self._layout, self._end = layout, float(times[-1]) if len(times) else 0.0
+        span = self._end - float(times[0]) if len(times) else 0.0
+        pieces = max(_PERIODS[1], span / _MOST_PIECES)
+        self._periods = dict.fromkeys(layout.widths, pieces) | {"robots": max(_PERIODS[0], span / _MOST_ROBOTS)}
+        self._rows: dict[str, list[Rows]] = {group: [] for group in layout.widths}
+        self._times: dict[str, list[float]] = {group: [] for group in layout.widths}
+
+    def take(self, snapshot: Snapshot) -> None:
+        """The next snapshot, with the newest of all arrays; the last one is always taken."""
+        for group, times in self._times.items():
+            due = times[0] + self._periods[group] * len(times) - 1e-6 if times else snapshot.time
+            if self._layout.widths[group] and (snapshot.time >= min(due, self._end)):
+                self._rows[group].append(self._layout.row(group, snapshot))
+                times.append(snapshot.time)
+
+    def groups(self) -> dict[str, tuple[FloatArray, Rows]]:
+        """Times [s], shape (n,), and frames, shape (n, width), of each group."""
+        widths = self._layout.widths
+        return {
+            group: (np.array(self._times[group]), np.array(rows, dtype=np.int16).reshape(len(rows), widths[group]))
+            for group, rows in self._rows.items()
+        }
+
+
+_NONE = np.empty((0, 7))
+
+
+def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int) -> None:
+    """Write poses into the columns of some pieces; what is not finite, or has no row, is left out."""
+    rows, poses = rows[: len(poses)], poses[: len(rows)]
+    is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
+    rows, poses = rows[is_there], poses[is_there]
+    mine[rows, :3] = _short(1000.0 * poses[:, :3])
+    mine[rows, 3] = state
+    if mine.shape[1] > 4:
+        mine[rows, 4:] = _short(_UNIT * poses[:, 3:])
+
+
+def _short(values: FloatArray) -> Rows:
+    found: Rows = np.rint(np.clip(values, AWAY, 32767.0)).astype(np.int16)
+    return found
+
+
+def filled(recording: Recording) -> Iterator[Snapshot]:
+    """The snapshots of a recording, each with the newest of all arrays."""
+    poses: dict[str, FloatArray] = {}
+    integers: dict[str, IntArray] = {}
+    for snapshot in recording.snapshots():
+        poses, integers = poses | dict(snapshot.pose_arrays), integers | dict(snapshot.integer_arrays)
+        yield replace(snapshot, pose_arrays=poses, integer_arrays=integers)
+
+
+def pack(rows: Rows) -> bytes:
+    """16-bit numbers as bytes that compress well: differences down each column, all low bytes before all high ones.
+
+    >>> pack(np.array([[1, 256], [2, 256]], dtype=np.int16)).hex(" ")
+    '01 01 00 00 00 00 01 00'
+    """
+    steps = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), dtype=rows.dtype))
+    return steps.T.astype("<i2").tobytes()[::2] + steps.T.astype("<i2").tobytes()[1::2]

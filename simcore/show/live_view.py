@@ -1,83 +1,89 @@
-"""The view of a run as it happens: the run's sink, its pace, and the buttons that pause, slow down and restart it."""
+"""The view of a run as it happens: frames to the page, its pace, and what the page asks for."""
 
 from __future__ import annotations
 
-import html
+import json
+import math
+import queue
+import struct
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from simcore.match.human_actions import ALLIANCES
 from simcore.match.match import Match
+from simcore.show.charts import value_at
+from simcore.show.frames import FrameLayout, PieceKind
 from simcore.show.pacing import FrameRate, Pacer
+from simcore.show.page import packed, page_html
+from simcore.show.place_board import counts_now
+from simcore.show.run_data import Block, layout_of, report_data, scene_data, static_data
+from simcore.show.run_events import board_now, lamps_now
+from simcore.show.scene import Scene, scene_of
 from simcore.show.shot_preview import ShotPreview
-from simcore.show.view_buttons import FieldButtons
-from simcore.show.view_charts import RecentSignals, ViewCharts
-from simcore.show.view_clip import ClipButton, RecentSnapshots
 from simcore.show.view_driving import ViewDriving
-from simcore.show.view_models import ViewModels
-from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
+from simcore.show.view_server import ViewServer
+from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["LiveView"]
 
+_FRAMES, _STATES = 60.0, 10.0  # a second of the wall clock at most
 _PREVIEW_TIME = 0.004  # [s] of a tick's spare time that previews of shots may take
 _PREVIEW_TICKS = 5  # a run that is late spares a little time each so many ticks
+_AHEAD = 1.2  # [m] from the middle of the robot to a new piece
+_MARK = 0.15 * np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))])
 
 
 class LiveView:
-    """Watch one run after another on the same page.
+    """Watch one run after another on the same page, and act on it.
 
     Args:
-        models: What to draw.
-        host: Where to listen.
+        host: Where to listen; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
-        robot: Name of the robot model; empty: the first.
         title: Of the page.
         seed: Shown at first.
-        rate: Frames a second at most.
-        driving: The person at the page, if there is a robot to drive.
+        driving: The persons at the pages, if there are robots to drive.
+        models: Folder with the user's own models; None: the game's.
 
     Raises:
         OutputError: The extra `view` is not installed, or the port is taken.
         ConfigError: No such port.
-        ModelError: A model cannot be read.
-        UnknownNameError: No robot model of that name.
     """
 
     def __init__(
         self,
-        models: ViewModels,
         *,
         host: str = "127.0.0.1",
         port: int = 0,
-        robot: str = "",
         title: str = "simcore",
         seed: int = 0,
-        rate: float = 30.0,
         driving: ViewDriving | None = None,
+        models: Path | None = None,
     ) -> None:
-        self.page = ViewPage(models, host=host, port=port, robot=robot, title=title, driving=driving)
-        self._driving = driving
-        self.url = self.page.url
+        self._driving, self._title, self._seed, self._models = driving, title, seed, models
         self.pacer = Pacer()
-        self._rate, self._state_rate = FrameRate(rate), FrameRate(3.0)
+        self._frames, self._states = FrameRate(_FRAMES), FrameRate(_STATES)
+        self._asked: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._restart: int | None = None
+        self._runs = 0
         self._match: Match | None = None
+        self._scene: Scene | None = None
+        self._layout: FrameLayout | None = None
+        self._kinds: list[PieceKind] = []
+        self._curves: list[str] = []
         self._preview: ShotPreview | None = None
-        self._signals = RecentSignals()
-        server = self.page.server
-        gui = server.gui
-        self._state = gui.add_html(_state_html(["waiting for the run"]))
-        self._pause = gui.add_button("pause")
-        self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
-        self._seed = gui.add_number("seed", seed, min=0, step=1)
-        self._again = gui.add_button("restart with this seed")
-        self._recent = RecentSnapshots()
-        ClipButton(server, self._recent, title, order=CHARTS - 2)
-        self._buttons = FieldButtons(server, lambda: self.page.robot, order=CHARTS - 1)
-        self._charts = ViewCharts(server, self._signals, order=CHARTS)
-        self._pause.on_click(lambda _: self.set_paused(not self.pacer.paused))
-        self._speed.on_update(lambda _: self._set_speed())
-        self._again.on_click(lambda _: self.restart(int(self._seed.value)))
+        self._greeting: list[str | bytes] = []
+        self._server = ViewServer(host, port, page_html(title), lambda: self._greeting, self._take)
+        self.url = self._server.url
+
+    @property
+    def has_viewers(self) -> bool:
+        """Whether somebody looks."""
+        return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
         """What a run writes to; each run gets its own, the page stays when it is closed."""
@@ -85,7 +91,7 @@ class LiveView:
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
         """Return when somebody looks, or `should_stop` returns true."""
-        while not (self.page.has_viewers or should_stop()):
+        while not (self.has_viewers or should_stop()):
             time.sleep(0.05)
 
     def after_tick(self, match: Match, *, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -93,20 +99,16 @@ class LiveView:
         if match is not self._match:
             self._begin(match)
         self._work_on_preview(match)
-        if self._state_rate.due():
-            self._say(self._progress())
         while True:
+            has_acted = self._act(match)
+            if has_acted and self.pacer.paused:  # what a page asks for is seen at once
+                match.control.before_tick()
+                self.show(match.snapshot(), now=True)
             self.pacer.wait(
-                match.time, should_stop=lambda: should_stop() or self.wants_restart or self._buttons.is_pressed
+                match.time, should_stop=lambda: should_stop() or self.wants_restart or not self._asked.empty()
             )
-            if not self._buttons.is_pressed:
+            if self._asked.empty():
                 return
-            self._buttons.is_pressed = False
-            if not self.pacer.paused:
-                return  # the next tick begins with it
-            match.control.before_tick()
-            self.page.show(match.snapshot())
-            self._say(self._progress())
 
     @property
     def wants_restart(self) -> bool:
@@ -115,55 +117,114 @@ class LiveView:
 
     def restart(self, seed: int) -> None:
         """Request another run."""
-        self.set_paused(False)
+        self.pacer.paused = False
         self._restart = max(0, seed)
 
-    def set_paused(self, paused: bool) -> None:
-        """Stop or go on."""
-        self.pacer.paused = paused
-        self._pause.label = "go on" if paused else "pause"
-        if paused:
-            self._say("paused")
-
-    def next_seed(self, last: Snapshot, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
+    def next_seed(self, recording: Recording, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
         """Show how a run ended and wait for a restart; its seed, or None when `should_stop` returns true first."""
-        self._end()
-        if not self.wants_restart:
-            self.show(last)
-            self._charts.update(now=True)
-            self._say("the run is over: restart it here, or press Ctrl-C where it was started to leave")
+        match, self._match, self._preview = self._match, None, None
+        if not self.wants_restart and match is not None and self._scene is not None:
+            block = Block()
+            meta = report_data(recording, self._scene, block, self._kinds)
+            self._say({"type": "end", "meta": meta, "data": packed(block.data)}, keep=True)
         while not self.wants_restart:
+            self._act(match)
             if should_stop():
                 return None
-            time.sleep(0.05)
-        seed, self._restart = self._restart, None
-        self._say("the next run begins")
-        self.page.scene.forget()
-        return seed
+            time.sleep(0.02)
+        self._seed, self._restart = self._restart or 0, None
+        return self._seed
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Draw a snapshot, and take its numbers into the charts."""
-        self._signals.note(snapshot)
-        self.page.show(snapshot)
-        self._charts.update()
+    def show(self, snapshot: Snapshot, *, now: bool = False) -> None:
+        """Send a snapshot to the pages, and some times a second what their boards and charts show."""
+        if self._layout is None or self._scene is None:
+            return
+        rows = [self._layout.row(group, snapshot) for group in ("robots", "parts", "pieces", "lines")]
+        frame = struct.pack("<d", snapshot.time) + b"".join(row.astype("<i2").tobytes() for row in rows)
+        self._server.send(frame, is_frame=True)
+        if now or self._states.due():
+            self._states.take()
+            self._say(self._state(snapshot, self._scene))
 
     def close(self) -> None:
         """Stop serving."""
-        self._end()
-        self.page.close()
+        self._match = self._preview = None
+        self._server.close()
 
     # --- inside -------------------------------------------------------------------------------------------------
 
     def _begin(self, match: Match) -> None:
-        self._end()
-        self._match = match
-        self._buttons.attach(match)
+        self._match, self._preview, self._runs = match, None, self._runs + 1
         if any(robot.shooters for robot in match.robots):
             self._preview = ShotPreview(match)
+        scene = self._scene = scene_of(match) if self._models is None else scene_of(match).with_models(self._models)
+        snapshot, kind_of = match.snapshot(), match.pieces.state.kind
+        self._kinds = [
+            PieceKind(supply.kind.name, np.nonzero(kind_of == number)[0], scene.look(supply.kind.name).size is None)
+            for number, supply in enumerate(match.game.pieces)
+        ]
+        if match.hanging:
+            self._kinds.append(PieceKind("Hanging", np.arange(len(match.hanging)), False, "Sim/Hanging"))
+        self._layout, solids = layout_of(scene, self._kinds, snapshot)
+        recording, block = Recording(), Block()
+        recording.write(snapshot)
+        meta = scene_data(scene, self._kinds, solids, block) | report_data(recording, scene, block, self._kinds)
+        meta |= static_data(recording, scene, self._title, "")
+        self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
+        at_once = self._driving is not None and self._driving.data["at_once"]
+        meta |= {
+            "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed, "run": self._runs,
+            "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
+            "spawn": [supply.kind.name for supply in match.game.pieces],
+            "people": [[action.name, action.summary] for action in match.rules.human_actions()],
+            "drive": {"robots": []} if self._driving is None else self._driving.data,
+            "view": "solid" if at_once else "both", "camera": "station" if at_once else "free",
+        }  # fmt: skip
+        self._greeting = []
+        self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)
 
-    def _end(self) -> None:
-        self._preview = self._match = None
-        self.page.scene.previews = []
+    def _say(self, message: dict[str, Any], *, keep: bool = False) -> None:
+        """Send to all pages; what is kept, to those too that come later."""
+        text = json.dumps(message, separators=(",", ":"), allow_nan=False)
+        if keep:
+            self._greeting = [*self._greeting, text]
+        self._server.send(text)
+
+    def _state(self, snapshot: Snapshot, scene: Scene) -> dict[str, Any]:
+        values = [value_at(snapshot, key) for key in self._curves]
+        paths = self._preview.paths if self._preview is not None else []
+        several = len(scene.robots) > 1
+        says = [f"shot now{f' of robot {path.robot}' if several else ''}: {path}" for path in paths]
+        results = () if self._match is None else self._match.control.results
+        says += [f"{'' if results[-1].is_done else 'not done: '}{results[-1].text}"] if results else []
+        wants = None if self._driving is None else self._driving.input()
+        says += [] if wants is None else [f"driving: {wants.device}"]
+        lines = [np.zeros((0, 2, 3))]
+        for path in paths:  # a whole line and a cross at its end for a shot that would score, a dashed one for a miss
+            segments = np.stack((path.points[:-1], path.points[1:]), axis=1)
+            lines += [segments, path.landing + _MARK] if path.zone else [segments[::2]]
+        left = snapshot.doubles.get("Sim/Match/TimeLeft")
+        clock = None
+        if left is not None:
+            clock = {
+                "left": left, "time": snapshot.doubles.get("Sim/Match/Time", snapshot.time),
+                "period": snapshot.strings.get("Sim/Match/Period", ""),
+                "enabled": snapshot.booleans.get("Sim/Match/Enabled", True),
+                "blue": snapshot.integers.get("Sim/Score/Blue"), "red": snapshot.integers.get("Sim/Score/Red"),
+            }  # fmt: skip
+        return {
+            "type": "state", "time": round(snapshot.time, 3), "board": board_now(snapshot, scene),
+            "lamps": lamps_now(snapshot), "values": values, "says": says, "paused": self.pacer.paused, "clock": clock,
+            "reached": self._pace(), "previews": np.round(np.concatenate(lines), 3).ravel().tolist(),
+            "cells": counts_now(snapshot, scene),
+        }  # fmt: skip
+
+    def _pace(self) -> str:
+        reached, asked = self.pacer.reached, self.pacer.speed
+        if reached is None:
+            return "its own pace"
+        words = f"{reached:.2g}x real time"
+        return words if reached > 0.9 * asked or asked > 10.0 else f"{words}, not {asked:g}x: this computer is too slow"
 
     def _work_on_preview(self, match: Match) -> None:
         if self._preview is None:
@@ -171,60 +232,78 @@ class LiveView:
         spare = self.pacer.spare(match.time)
         if spare > _PREVIEW_TIME or match.ticks % _PREVIEW_TICKS == 0:
             self._preview.work(min(_PREVIEW_TIME, max(0.0, 0.5 * spare)))
-            self.page.scene.previews = self._preview.paths
 
-    def _progress(self) -> str:
-        if self.pacer.paused:
-            return "paused"
-        reached, asked = self.pacer.reached, self.pacer.speed
-        if reached is None:
-            return "running"
-        words = f"running at <b>{reached:.2g}x</b> real time"
-        return words if reached > 0.9 * asked or asked > 10.0 else f"{words}, not {asked:g}x: this computer is too slow"
+    # --- what pages ask for -------------------------------------------------------------------------------------
 
-    def _say(self, progress: str) -> None:
-        self._state_rate.take()
-        wants = None if self._driving is None else self._driving.input()
-        lines = [progress] if wants is None else [progress, f"driving: {wants.device}"]
-        if self._preview is not None:
-            paths = self._preview.paths
-            several = len(self._match.robots) > 1 if self._match is not None else False
-            lines += [f"shot now{f' of robot {path.robot}' if several else ''}: {path}" for path in paths]
-            lines += [] if paths else ["shot now: none, the shooter's wheels are too slow"]
-        if self._buttons.result:
-            lines.append(html.escape(self._buttons.result))
-        self._state.content = _state_html(lines)
+    def _take(self, page: int, message: dict[str, Any] | None) -> None:
+        """In the server's thread: what drives counts at once, all else between two ticks."""
+        if message is None or "drive" in message:
+            if self._driving is not None:
+                self._driving.take(page, None if message is None else message["drive"])
+        else:
+            self._asked.put(message)
 
-    def _set_speed(self) -> None:
-        self.pacer.speed = SPEEDS[self._speed.value]
+    def _act(self, match: Match | None) -> bool:
+        """Do what pages have asked for; whether the field has been acted on. What cannot be done is passed over."""
+        has_acted = False
+        while not self._asked.empty():
+            message = self._asked.get()
+            what, value = message.get("do"), message.get("value")
+            if what == "pause":
+                self.pacer.paused = value is True
+                if match is not None and self._match is not None:
+                    self.show(match.snapshot(), now=True)
+            elif what == "speed" and isinstance(value, int | float) and 0.05 <= value <= 100.0:
+                self.pacer.speed = float(value)
+            elif what == "restart":
+                seed = message.get("seed")
+                self.restart(seed if type(seed) is int and seed < 2**32 else 0)
+            elif match is not None and self._match is not None:
+                has_acted = self._act_on_field(match, what, message) or has_acted
+        return has_acted
+
+    def _act_on_field(self, match: Match, what: object, message: dict[str, Any]) -> bool:
+        control, number = match.control, message.get("robot")
+        robot = match.robots[number] if type(number) is int and 0 <= number < len(match.robots) else None
+        name, alliance = message.get("name"), message.get("alliance")
+        if what == "reset":
+            control.reset_field()
+        elif what == "start" and robot is not None:
+            control.place_at_start(robot.number)
+        elif what == "spawn" and robot is not None:
+            x, y, yaw = robot.chassis.pose
+            length, width = match.game.field.size
+            place = (
+                min(max(x + _AHEAD * math.cos(yaw), 0.0), length),
+                min(max(y + _AHEAD * math.sin(yaw), 0.0), width),
+            )
+            control.spawn(str(message.get("kind")), [place])
+        elif what == "human" and alliance in ALLIANCES and isinstance(name, str):
+            control.human_action(alliance, name)
+        elif what == "leave" and alliance in ALLIANCES:
+            control.take_over(alliance, by_person=False)
+        else:
+            return False
+        return True
 
 
 class _ViewSink:
-    """Hands snapshots of one run to the page, some thirty a second of the wall clock."""
+    """Hands snapshots of one run to the page, some sixty a second of the wall clock."""
 
     def __init__(self, view: LiveView) -> None:
         self._view = view
         self._closed = False
 
     def due(self, time: float) -> bool:
-        """Whether the page wants a frame, by the wall clock, or a clip one, by the simulated time [s]."""
-        return not self._closed and (self._view._rate.due() or self._view._recent.due(time))
+        """Whether the page wants a frame, by the wall clock."""
+        return not self._closed and self._view.has_viewers and self._view._frames.due()
 
     def write(self, snapshot: Snapshot) -> None:
-        """Show and keep it."""
-        if self._view._recent.due(snapshot.time):
-            self._view._recent.note(snapshot)
-        if self._view._rate.due():
-            self._view._rate.take()
+        """Show it."""
+        if self.due(snapshot.time):
+            self._view._frames.take()
             self._view.show(snapshot)
 
     def close(self) -> None:
         """The run is over."""
         self._closed = True
-
-
-def _state_html(lines: list[str]) -> str:
-    return (
-        '<div style="padding:4px 14px;font:14px/1.5 system-ui,sans-serif" aria-live="polite">'
-        f"{'<br>'.join(lines)}</div>"
-    )

@@ -26,7 +26,7 @@ from simcore.telemetry.sinks import require_writable
 from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.units import TICK
 
-__all__ = ["add_arguments", "draw_log", "game_of_log", "recording_of", "run", "scene_of_log"]
+__all__ = ["add_arguments", "draw_log", "game_of_log", "recorded_game", "recording_of", "run", "scene_of_log"]
 
 _LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from html import escape
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
 from simcore.show.run_track import RunTrack
-from simcore.show.shots import ShotTrace
+from simcore.show.shots import ShotTrace, shot_rows
 from simcore.telemetry.recording import Recording, newest_rows
+from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["USES", "PeriodRow", "RobotRow", "cycles_html", "period_rows", "periods_html", "robot_rows", "use_rows"]
+__all__ = [
+    "USES", "Cell", "PeriodRow", "RobotRow", "Table", "period_rows", "robot_rows", "score_sheet", "tables_of",
+    "use_rows", "verdict",
+]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
 """What a robot does with a second; the first that is true."""
@@ -22,6 +27,24 @@ USES = ("shooting", "collecting", "driving", "standing", "disabled")
 _BURST = 3.0  # [s]; shots that are farther apart belong to different cycles
 _AIMING = 0.5  # [s] before and after a shot that count as shooting
 _MOVING = 0.2  # [m/s]
+
+Cell: TypeAlias = "str | list[float | str]"
+"""A text, or a time [s] and a text that goes there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of a page."""
+
+    title: str
+    head: list[str]
+    rows: list[list[Cell]]
+    is_open: bool = False
+    is_wide: bool = False
+
+    def data(self) -> dict[str, object]:
+        """As the player takes it."""
+        return {"title": self.title, "head": self.head, "rows": self.rows, "open": self.is_open, "wide": self.is_wide}
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +57,11 @@ class PeriodRow:
     end: float
     """[s]"""
     points: dict[str, int]
-    """Scored in it, by alliance; with what fouls of the other one gave."""
+    """Of it by the score sheet, by alliance, where the sheet has periods; else scored in it, without fouls."""
     shots: dict[str, tuple[int, int]]
-    """Hits and shots that left in it, by alliance."""
+    """Hits and shots that left in it, without passes, by alliance."""
+    fouls: dict[str, int] = field(default_factory=dict)
+    """Given in it by fouls of the other alliance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,24 +88,22 @@ def period_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[PeriodRow]:
     starts = [float(at[row]) for row in first]
     sides = _alliances(track)
     rows = []
-    for row, start, end in zip(first, starts, [*starts[1:], track.span[1]], strict=True):
-        points, tried = {}, {}
+    for row, start, end in zip(first, starts, [*starts[1:], math.inf], strict=True):
+        points, tried, fouls = {}, {}, {}
         for alliance in ("blue", "red"):
-            key = f"Sim/Score/{alliance.capitalize()}"
-            if recording.has(key):
-                points[alliance] = round(
-                    _at(recording, key, end - 0.5 * TICK) - _at(recording, key, start - 0.5 * TICK)
-                )
+            head = f"Sim/Score/{alliance.capitalize()}"
+            fouls[alliance] = _gain(recording, f"{head}/foulPoints", start, end)
+            if recording.has(head):
+                points[alliance] = _gain(recording, head, start, end) - fouls[alliance]
             mine = [shot for shot in shots if start <= shot.time < end and sides[shot.robot] == alliance]
+            mine = [shot for shot in mine if shot.result != "pass"]
             tried[alliance] = (len([shot for shot in mine if shot.scored]), len(mine))
-        rows.append(PeriodRow(names[row], start, end, points, tried))
-    if rows and shots:  # what counted in the last tick is the last period's
-        last = rows[-1]
-        for alliance in last.points:
-            key = f"Sim/Score/{alliance.capitalize()}"
-            last.points[alliance] += round(
-                float(recording.series(key)[1][-1]) - _at(recording, key, last.end - 0.5 * TICK)
-            )
+        rows.append(PeriodRow(names[row], start, min(end, track.span[1]), points, tried, fouls))
+    for alliance in ("blue", "red"):
+        sheet = [_of_sheet(recording, alliance, row.name) for row in rows]
+        if any(known is not None for known in sheet):  # the sheet knows of a grace after a period, differences do not
+            for period, known in zip(rows, sheet, strict=True):
+                period.points[alliance] = known or 0
     return rows
 
 
@@ -122,40 +145,61 @@ def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
     return rows + [(use, [f"{robot.seconds[use]:.1f} s" for robot in robots]) for use in USES]
 
 
-def periods_html(rows: Sequence[PeriodRow]) -> str:
-    """Points and shots of each period as a table whose buttons go there; empty without periods."""
-    if not rows:
-        return ""
-    lines = []
-    for row in rows:
+def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
+    """The tables of a page: of a match its score sheet, periods, robots and cycles; of one robot its shots."""
+    scene = track.scene
+    several = len(scene.robots) > 1
+    tables = []
+    sheet = score_sheet(track.recording)
+    is_match = several and not any(robot.score_key for robot in scene.robots)
+    if sheet and is_match:
+        tables.append(Table("Score sheet", ["", "blue", "red"], sheet, is_open=True))
+    periods = period_rows(track, shots) if is_match else []
+    if periods:
+        heads = ["", "blue points", "by red's fouls", "shots hit", "red points", "by blue's fouls", "shots hit"]
+        tables.append(Table(f"Periods ({len(periods)})", heads, [_period_cells(row) for row in periods], is_open=True))
+    robots = robot_rows(track, shots) if several else []
+    rows = shot_rows(shots, len(scene.robots)) if shots else []
+    if robots:
+        line_up = [("alliance", [robot.alliance for robot in robots])] if is_match else []
+        line_up += [("plays", [look.role for look in scene.robots])] if any(look.role for look in scene.robots) else []
+        heads = ["", *(look.name or f"robot {number}" for number, look in enumerate(scene.robots))]
+        cells: list[list[Cell]] = [[name, *values] for name, values in [*line_up, *rows, *use_rows(robots)]]
+        tables.append(Table(f"Robots, {len(shots)} shots", heads, cells, is_open=True, is_wide=True))
+    elif rows:
+        cells = [[name, *values] for name, values in rows]
+        tables.append(Table(f"Shots ({len(shots)})", ["", "all"], cells, is_open=True))
+    most = max((len(robot.cycles) for robot in robots), default=0)
+    if most:
         cells = []
-        for alliance in ("blue", "red"):
-            hits, tried = row.shots[alliance]
-            cells += [f"{row.points.get(alliance, 0):+d}", f"{hits} of {tried}"]
-        lines.append(
-            f'<tr><th scope=row><button type="button" data-to="{row.start:.2f}">{row.start:.0f} s</button> '
-            f"{escape(row.name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
-        )
-    heads = "".join(f"<th scope=col>{one}</th>" for one in ("blue points", "shots hit", "red points", "shots hit"))
-    return (
-        f'<details open class="several"><summary>Periods ({len(rows)})</summary><div class="wide"><table>'
-        f"<thead><tr><td></td>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table></div></details>"
-    )
+        for one in robots:
+            bursts: list[Cell] = [[time, f"{time:.0f} s: {hits} of {tried}"] for time, hits, tried in one.cycles]
+            cells += [[scene.label(one.number), *bursts]] if bursts else []
+        tables.append(Table("Cycles by robot", ["", *map(str, range(1, most + 1))], cells, is_wide=True))
+    return tables
 
 
-def cycles_html(robots: Sequence[RobotRow]) -> str:
-    """The cycles of each robot as a list whose buttons go there; empty without any."""
-    lines = "".join(
-        f"<li>robot {row.number}: "
-        + ", ".join(
-            f'<button type="button" data-to="{time:.2f}">{time:.0f} s</button> {hits} of {tried}'
-            for time, hits, tried in row.cycles
-        )
-        + "</li>"
-        for row in robots
-        if row.cycles
-    )
-    return f"<details><summary>Cycles by robot</summary><ol>{lines}</ol></details>" if lines else ""
+def score_sheet(recording: Recording) -> list[list[Cell]]:
+    """What the score is made of at the end, as the game counts it: a row each, blue and red; zeros of both left out."""
+    rows: dict[str, list[Cell]] = {}
+    for column, alliance in enumerate(("Blue", "Red"), 1):
+        head = f"Sim/Score/{alliance}/"
+        for key in recording.keys:
+            if key.startswith(head):
+                row = rows.setdefault(key.removeprefix(head), [_words(key.removeprefix(head)), "0", "0"])
+                row[column] = f"{recording.series(key)[1][-1]:.0f}"
+    found = [row for row in rows.values() if row[1:] != ["0", "0"]]
+    return found and [*found, ["score", *(_final(recording, alliance) for alliance in ("Blue", "Red"))]]
+
+
+def verdict(track: RunTrack) -> str:
+    """Who won, in a few words; of robots of one alliance their points."""
+    blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
+    sides = {robot.alliance for robot in track.scene.robots}
+    if len(sides) == 1:
+        return f"{red if sides == {'red'} else blue} points"
+    who = "blue wins" if blue > red else "red wins" if red > blue else "a tie"
+    return f"{who}, {max(blue, red)} to {min(blue, red)}"
 
 
 # --- inside -------------------------------------------------------------------------------------------------------
@@ -166,6 +210,39 @@ def _alliances(track: RunTrack) -> list[str]:
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]
+
+
+def _words(key: str) -> str:
+    """A key of the score sheet as people read it: `goalScore/auto1Points` is `goal score: auto 1 points`."""
+    return ": ".join(map(key_in_words, key.split("/")))
+
+
+def _final(recording: Recording, alliance: str) -> str:
+    key = f"Sim/Score/{alliance}"
+    return f"{recording.series(key)[1][-1]:.0f}" if recording.has(key) else "0"
+
+
+def _period_cells(row: PeriodRow) -> list[Cell]:
+    cells: list[Cell] = [[row.start, f"{row.start:.0f} s {row.name}"]]
+    for alliance in ("blue", "red"):
+        hits, tried = row.shots[alliance]
+        cells += [f"{row.points.get(alliance, 0)}", f"{row.fouls[alliance]}", f"{hits} of {tried}"]
+    return cells
+
+
+def _of_sheet(recording: Recording, alliance: str, period: str) -> int | None:
+    """Points of a period by the score sheet, whose keys end as it is called: `shift1Points` of `shift 1`."""
+    wanted = period.lower().replace(" ", "") + "points"
+    keys = [key for key in recording.keys if key.startswith(f"Sim/Score/{alliance.capitalize()}/")]
+    mine = [key for key in keys if key.rpartition("/")[2].lower() == wanted]
+    return sum(int(recording.series(key)[1][-1]) for key in mine) if mine else None
+
+
+def _gain(recording: Recording, key: str, start: float, end: float) -> int:
+    """By how much a count rose from a time [s] on until another one."""
+    if not recording.has(key):
+        return 0
+    return round(_at(recording, key, end - 0.5 * TICK) - _at(recording, key, start - 0.5 * TICK))
 
 
 def _at(recording: Recording, key: str, time: float) -> float:

@@ -19,7 +19,7 @@ import trimesh.visual
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.show.glb import linear_rgba
+from simcore.show.palette import linear_rgba
 from simcore.units import inches
 
 __all__ = [

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from simcore.typing import alliance_in
 
-__all__ = ["COLORS", "LINE_STYLES", "color", "css_variables", "flat", "rgb", "shade", "tint"]
+__all__ = [
+    "COLORS",
+    "LINE_STYLES",
+    "color",
+    "css_variables",
+    "flat",
+    "linear_rgba",
+    "rgb",
+    "screen_color",
+    "shade",
+    "tint",
+]
 
 COLORS: dict[str, tuple[str, str]] = {
     "paper": ("#ffffff", "#14171c"),
@@ -92,3 +104,25 @@ def shade(hexadecimal: str, part: float) -> str:
     '#402010'
     """
     return "#" + "".join(f"{round(part * value):02x}" for value in rgb(hexadecimal))
+
+
+def linear_rgba(color: Sequence[int]) -> list[float]:
+    """A color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
+
+    Source: IEC 61966-2-1 (sRGB).
+
+    >>> [round(c, 3) for c in linear_rgba((255, 128, 0))]
+    [1.0, 0.216, 0.0, 1.0]
+    """
+    red, green, blue, alpha = (*(c / 255.0 for c in color), 1.0)[:4]
+    return [*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)), alpha]
+
+
+def screen_color(linear: Sequence[float]) -> str:
+    """The inverse of `linear_rgba`, without opacity.
+
+    >>> screen_color(linear_rgba((255, 128, 0)))
+    '#ff8000'
+    """
+    screen = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1.0 / 2.4) - 0.055 for c in linear[:3])
+    return "#" + "".join(f"{round(255.0 * c):02x}" for c in screen)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from simcore.show.charts import PLOT, chart_drawing, charts_of
-from simcore.show.field_drawing import FieldDrawing, end_mark, side_view
+from simcore.show.field_drawing import FieldDrawing, end_mark
 from simcore.show.palette import color
 from simcore.show.place_board import PlaceBoard
 from simcore.show.raster import save_drawing, writable_picture
@@ -21,6 +21,8 @@ __all__ = ["draw_summary", "legend"]
 _WIDTH, _LEFT, _TOP = 1600.0, 40.0, 92.0  # [px]
 _FIELD = (1280.0, 700.0)  # [px]; the field is drawn as large as fits
 _CHARTS, _CHARTS_IN_A_ROW = 6, 3
+_FEW = 2  # robots of which all shots are drawn
+_BELIEVED = "where it believed to be"
 
 
 def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title: str = "", subtitle: str = "") -> None:
@@ -44,8 +46,10 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     taken = intake_places(recording)
     board = PlaceBoard(recording, scene)
     counts = board.field_counts(end, field.width)
-    around = "".join((field.ground(), field.paths(stamps=True), field.intake_marks(taken), field.shot_traces()))
-    drawing = field.drawing(field.symbols(), around, field.moment(end), counts)
+    around = [field.ground(), field.paths(stamps=len(scene.robots) == 1)]
+    if len(scene.robots) <= _FEW:  # a match has hundreds: they would hide the field
+        around += [field.intake_marks(taken), field.shot_traces()]
+    drawing = field.drawing(field.symbols(), *around, field.moment(end), counts)
 
     parts = [
         words(_LEFT, 44, title, 27, ink=color("ink"), bold=True),
@@ -57,17 +61,12 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     width, height = scale * field.box[2], scale * field.box[3]
     parts.append(nested(drawing, _LEFT, _TOP, width, height))
     marks = legend(field, intakes=len(taken))
+    marks = [mark for mark in marks if len(scene.robots) <= _FEW or mark[1] != _BELIEVED]
     for number, (mark, label) in enumerate(marks):
         y = _TOP + 40 + 30 * number
         parts.append(element("g", mark, transform=f"translate({_LEFT + width + 22:g} {y - 5:g})"))
         parts.append(words(_LEFT + width + 54, y, label, 14, ink=color("ink")))
     bottom = _TOP + max(height, 40.0 + 30.0 * len(marks)) + 10
-    side = side_view(scene, shots)
-    if side:
-        parts.append(words(_LEFT, bottom + 16, "Shots from the side", 15, ink=color("ink"), bold=True))
-        tall = width * _aspect(side)
-        parts.append(nested(side, _LEFT, bottom + 24, width, tall))
-        bottom += tall + 34
     wide = (_WIDTH - 2 * _LEFT - 40) / _CHARTS_IN_A_ROW
     tall = wide * (PLOT["bottom"] + 22) / PLOT["total"]
     drawings = [board.board(alliance, end, titled=True) for alliance in board.alliances]
@@ -101,27 +100,21 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         shape = {"fill": look.color, "stroke": look.edge_color}
         ball, box = element("circle", r=6, **shape), element("rect", x=-7, y=-5, width=14, height=10, **shape)
         marks.append((box if look.size else ball, name.lower()))
-    inks = {robot.alliance for robot in scene.robots} if len(scene.robots) > 1 else {"path"}
-    marks += [
-        (
-            stroke(ink, "9 4" if ink == "red" else None, 4.0),
-            f"path of a {ink} robot" if ink != "path" else "path, darker with time",
-        )
-        for ink in sorted(inks)
-    ]
+    apart = any(robot.score_key for robot in scene.robots)
+    if apart:  # two runs
+        marks += [(stroke(robot.ink, None, 4.0), f"path, {robot.name}") for robot in scene.robots]
+    elif len(scene.robots) == 1:
+        marks.append((stroke("path", None, 4.0), "path"))
+    else:
+        for ink in sorted({robot.alliance for robot in scene.robots}):
+            marks.append((stroke(ink, "9 4" if ink == "red" else None, 4.0), f"path of a {ink} robot"))
     if any(len(times) for times, _ in field.track.estimates):
-        marks.append((stroke("ghost", "7 4"), "where it believed to be"))
+        marks.append((stroke("ghost", "7 4"), _BELIEVED))
     if shots:
-        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), f"hit ({hits})"))
+        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), "hit" if apart else f"hit ({hits})"))
         miss = stroke("miss", "6 4", 2) + end_mark(12, 0, 5, "miss")
-        marks.append((miss, f"miss ({misses})"))
+        marks.append((miss, "miss" if apart else f"miss ({misses})"))
     if intakes:
         cross = element("path", d="M-5 0h10m-5 -5v10", stroke=color("path"), stroke_width=2)
-        marks.append((cross, f"taken in ({intakes})"))
+        marks.append((cross, "taken in" if apart else f"taken in ({intakes})"))
     return marks
-
-
-def _aspect(drawing: str) -> float:
-    """Height of a drawing by its width."""
-    _, _, width, height = map(float, drawing.partition('viewBox="')[2].partition('"')[0].split())
-    return height / width

@@ -10,15 +10,26 @@ from simcore.show.palette import color, tint
 from simcore.show.scene import LevelLook, Scene
 from simcore.show.svg import document, element, words
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import IntArray
 
-__all__ = ["PlaceBoard"]
+__all__ = ["PlaceBoard", "counts_now"]
 
 _WIDTH, _TOP, _HEIGHT = 360.0, 22.0, 200.0  # as a chart is, so that both stand in one row
 _LEFT, _RIGHT = 44.0, 306.0  # of the cells
 _ROW = 30.0  # at most
 _MOST_NAMES, _LONGEST = 16, 3  # of the columns, and letters of a name
 _LINE, _SIZE = 21.0, 20.0  # of counts on the field [cm]
+
+
+def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
+    """How many pieces are in each place, `<level>/<number>`, and on each level, `<level>`."""
+    found: dict[str, int] = {}
+    for level in scene.levels:
+        counts = snapshot.integer_arrays.get(level.key, ())
+        found |= {f"{level.name}/{number}": int(count) for number, count in enumerate(counts)}
+        found[level.name] = int(np.sum(counts))
+    return found
 
 
 class PlaceBoard:

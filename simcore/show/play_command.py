@@ -19,7 +19,6 @@ from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
-from simcore.match.scoring import Alliance
 from simcore.match.scripted import DriverControls
 from simcore.physics.engine_choice import add_engine_option
 from simcore.players.driven_robot import HandedOver
@@ -142,11 +141,10 @@ def _play(options: argparse.Namespace) -> int:
                 return 130
             while seed is not None:
                 played = _run(options, plan, seed, [*sinks, *watch.sinks()], watch, interrupted)
-                final = played.match.snapshot()
                 played.match.close()  # the log is whole from here on
                 if not watch.wants_restart:
                     _report(options, played, outputs)
-                seed = None if interrupted() else watch.next_seed(final, interrupted)
+                seed = None if interrupted() else watch.next_seed(outputs.recording, interrupted)
                 if seed is not None:
                     outputs = _outputs(options, plan)
                     sinks = outputs.sinks()
@@ -164,7 +162,7 @@ class _Plan:
     seconds: float
     play: Callable[..., AutoRun]
     driving: ViewDriving | None
-    """The person at the page, where there is one and a robot to drive."""
+    """The persons at the pages, where there are some and a robot to drive."""
 
 
 def _plan(options: argparse.Namespace, game: Game) -> _Plan:
@@ -175,20 +173,24 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     if options.match and options.auto is not None and not me:
         raise ConfigError(f"--auto {options.auto} is what {ME!r} plays in a match, and {ME!r} is in no line-up")
     period, driving = game.clock.phases[0].name, None
+    if options.view and _can_be_driven(game):
+        actions = tuple((game.driving or DriverControls()).actions)
+        at_once = me or options.auto == _DRIVE
+        driving = ViewDriving(actions, robots=len(seats) or 1, at_once=at_once)
+
+    def hand_over(match: Match, number: int, own: Controller) -> Controller:
+        if driving is None or not isinstance(match.robots[number].config.drivetrain, SwerveConfig):
+            return own
+        person = partial(driving.input, number)
+        return HandedOver(match, match.alliances[number], own, person, from_teleop=options.match)
+
     if options.match and not me:
-        play = partial(play_match, game, seats)
+        play = partial(play_match, game, seats, hand_over=hand_over)
         return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
     auto = _auto(options, game)
-    if options.view and _can_be_driven(game):
-        driving = ViewDriving(tuple((game.driving or DriverControls()).actions))
-
-    def controller(match: Match, alliance: Alliance) -> Controller:
-        own = auto.controller(match, alliance)
-        return own if driving is None else HandedOver(match, alliance, own, driving.input, from_teleop=options.match)
-
-    mine = replace(auto, controller=controller)
+    mine = replace(auto, controller=lambda match, alliance: hand_over(match, 0, auto.controller(match, alliance)))
     if options.match:
-        play = partial(play_match, game, seats, me=plays(mine))
+        play = partial(play_match, game, seats, me=plays(mine), hand_over=hand_over)
         return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
     play = partial(play_auto, game, mine, alliance=options.alliance)
     length = auto_seconds(game) if auto.name in game.autos else match_seconds(game)

@@ -11,19 +11,29 @@ from typing import Literal
 
 import numpy as np
 
+from simcore.match.runner import NOTHING
 from simcore.show.scene import Scene
 from simcore.show.shots import ShotTrace
 from simcore.telemetry.recording import Recording, newest_rows
-from simcore.telemetry.snapshot import key_in_words
+from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "ending_of", "events_of", "phases_of"]
+__all__ = [
+    "BROWNOUT", "BoardItem", "BoardRecord", "EventKind", "RunEvent", "board_now", "ending_of", "events_of", "lamps_now",
+    "phases_of", "score_keys",
+]  # fmt: skip
 
-EventKind = Literal["mode", "put", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
+EventKind = Literal[
+    "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"
+]
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
+_MOST_LIGHTS = 24  # squares of a strip
+_TOLD = frozenset(f"Sim/Match/{name}" for name in ("Time", "TimeLeft", "Period", "Enabled", "Game", "LastFoul"))
+_LIGHTS = re.compile(r"^Sim/(?:Robots/\d+/)?Lights/([^/]+)/Colors$")
+_LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)Active$")
 _TOGETHER = 0.5  # [s]; what happens again within this time is one event
 BROWNOUT = 6.75
 """Voltage at which a roboRIO 2 holds outputs off, for logs that do not say whether it did [V]."""
@@ -55,14 +65,14 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
     """Modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
-        whose = f"robot {shot.robot}: " if len(scene.robots) > 1 else ""
+        whose = f"{scene.label(shot.robot)}: " if len(scene.robots) > 1 else ""
         side = f", {shot.side}" if shot.side else ""
         speed = f", {shot.speed:.1f} m/s" if math.isfinite(shot.speed) else ""
         numbers = f" ({shot.distance:.1f} m{speed})" if shot.is_over else " at the end"
-        events.append(RunEvent(shot.time, shot.result, f"{whose}shot, {shot.result}{side}{numbers}"))
-    for alliance in ("Blue", "Red", "Old", "New"):
-        for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
-            events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
+        what = "passed on" if shot.result == "pass" else f"shot, {shot.result}{side}"
+        events.append(RunEvent(shot.time, shot.result, f"{whose}{what}{numbers}"))
+    for label, key in score_keys(scene):
+        events += [RunEvent(time, "score", f"{label} {rise:+.0f}") for time, rise in _rises(recording, key)]
     for key in recording.keys:
         if key.startswith("Sim/Placed/"):
             name = key_in_words(key.removeprefix("Sim/Placed/"))
@@ -71,31 +81,83 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
         for time, text in zip(*_changes(*recording.strings("Sim/Match/LastFoul")), strict=True):
             events.append(RunEvent(time, "foul", text.partition(" ")[2]))
     for number, robot in enumerate(scene.robots):
-        whose = f"robot {number}: " if len(scene.robots) > 1 else ""
+        whose = f"{scene.label(number)}: " if len(scene.robots) > 1 else ""
         events += [RunEvent(t, kind, whose + text) for t, kind, text in _troubles(recording, robot.prefix)]
     return sorted(events, key=lambda event: event.time)
 
 
-def board_of(recording: Recording) -> list[BoardItem]:
-    """The lines of the score board: period, time left, scores, and what counts now."""
+def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
+    """The lines of the score board at a snapshot: label and text; lights are `led:` and their colors, `ff0000,...`."""
     items = []
-    if recording.has("Sim/Match/Period") or recording.has("Sim/Match/Enabled"):
-        items.append(BoardItem("period", *_modes(recording)))
-    if recording.has("Sim/Match/TimeLeft"):
-        times, left = recording.series("Sim/Match/TimeLeft")
-        clocks = [f"{int(second) // 60}:{int(second) % 60:02d}" for second in np.ceil(left - 1e-6).tolist()]
-        items.append(BoardItem("time left", *_changes(times, clocks)))
-    for alliance in ("blue", "red", "old", "new"):
-        key = f"Sim/Score/{alliance.capitalize()}"
-        if recording.has(key):
-            times, points = recording.series(key)
-            items.append(BoardItem(alliance, *_changes(times, [f"{value:.0f}" for value in points.tolist()])))
-    for key in recording.keys:
-        if re.match(r"Sim/Match/(?!Enabled$)\w+$", key) and recording.is_boolean(key):
-            times, flags = recording.series(key)
-            words = _changes(times, ["yes" if flag else "no" for flag in flags.tolist()])
-            items.append(BoardItem(key_in_words(key.removeprefix("Sim/Match/")), *words))
+    match, scores = snapshot.strings, snapshot.integers
+    if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
+        words = [match.get("Sim/Match/Period", "")]
+        words += [] if snapshot.booleans.get("Sim/Match/Enabled", True) else ["disabled"]
+        items.append(("period", ", ".join(filter(None, words))))
+    left = snapshot.doubles.get("Sim/Match/TimeLeft")
+    if left is not None:
+        seconds = math.ceil(left - 1e-6)
+        items.append(("time left", f"{seconds // 60}:{seconds % 60:02d}"))
+    items += [(label, str(scores[key])) for label, key in score_keys(scene) if key in scores]
+    for key, value in {**snapshot.booleans, **scores, **match}.items():
+        if key.startswith("Sim/Match/") and key not in _TOLD and value not in NOTHING:
+            text = ("yes" if value else "no") if isinstance(value, bool) else str(value)
+            items.append((key_in_words(key.removeprefix("Sim/Match/")), text))
+    if scores.get("Sim/Shots") and len(scene.robots) == 1:
+        items.append(("hits", f"{scores.get('Sim/Hits', 0)} of {scores['Sim/Shots']} shots"))
+    held = [scores.get(f"{robot.prefix}/Intake/HeldCount") for robot in scene.robots]
+    if any(count is not None for count in held):
+        items.append(("held", ", ".join("-" if count is None else str(count) for count in held)))
+    volts = [snapshot.doubles.get(f"{robot.prefix}/Debug/BatteryVoltage") for robot in scene.robots]
+    if len(volts) == 1 and volts[0] is not None:
+        items.append(("battery", f"{volts[0]:.1f} V"))
+    for key, colors in snapshot.integer_arrays.items():
+        if found := _LIGHTS.match(key):
+            step = max(1, math.ceil(len(colors) / _MOST_LIGHTS))
+            strip = ",".join(f"{color:06x}" if color >= 0 else "" for color in colors[::step].tolist())
+            items.append((found[1], f"led:{strip}"))
     return items
+
+
+class BoardRecord:
+    """The lines of the score board over a run, each from when it changed.
+
+    Args:
+        scene: What the run took place on.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._items: dict[str, BoardItem] = {}
+
+    def take(self, snapshot: Snapshot) -> None:
+        """The next snapshot, with the newest of all arrays."""
+        for label, text in board_now(snapshot, self._scene):
+            item = self._items.setdefault(label, BoardItem(label, [], []))
+            if not item.texts or item.texts[-1] != text:
+                item.times.append(snapshot.time)
+                item.texts.append(text)
+
+    @property
+    def items(self) -> list[BoardItem]:
+        """The lines."""
+        return list(self._items.values())
+
+
+def score_keys(scene: Scene) -> list[tuple[str, str]]:
+    """Label and key of each score: of alliances, or of two runs on one page by the names of their robots."""
+    names = [robot.name for robot in scene.robots if robot.score_key]
+    keys = [robot.score_key for robot in scene.robots if robot.score_key]
+    return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
+
+
+def lamps_now(snapshot: Snapshot) -> dict[str, bool]:
+    """What a game says of its elements: `Sim/Match/BlueGoalActive` is of its model's `blue_goal...`."""
+    found = {}
+    for key, is_on in snapshot.booleans.items():
+        if match := _LAMP.match(key):
+            found[key_in_words(match[1]).replace(" ", "_")] = is_on
+    return found
 
 
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:

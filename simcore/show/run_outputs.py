@@ -175,7 +175,10 @@ def _title(run: AutoRun) -> str:
 
 def _result(report: RunReport) -> str:
     shots = f"{report.hits} of {report.shots} shots hit, " if report.shots else ""
-    return f"{report.score.total} points, {shots}{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
+    points = f"{report.score.total} points"
+    if report.players:
+        points = f"blue {report.score.blue}, red {report.score.red} points"
+    return f"{points}, {shots}{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
 
 
 def _speed(report: RunReport) -> str:

@@ -134,16 +134,6 @@ class RunTrack:
                     self._put(table, kind, np.array([piece]), drawn)
         return table
 
-    def held_by(self, number: int, time: float) -> dict[int, FloatArray]:
-        """Poses of the pieces in a robot by their rows of a table, field frame, shape (7,)."""
-        poses = [self.robot_at(other, time) for other in range(len(self.robots))]
-        return {
-            int(self._first[kind] + np.searchsorted(self._ids[kind], piece)): row
-            for kind, name in enumerate(self.types)
-            for row, piece in zip(*self._rows(_HELD + name, f"Sim/HeldIds/{name}", time), strict=True)
-            if _nearest(poses, row) == number
-        }
-
     def placed(self, table: Table) -> list[Placed]:
         """Those pieces of a table that are somewhere."""
         rows = np.nonzero(table[:, 0] != AWAY)[0]

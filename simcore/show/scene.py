@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -105,14 +105,6 @@ class PieceLook:
         width = np.abs(cos * edges[:, 1] - sin * edges[:, 0]).sum(axis=1)
         return np.column_stack((length, width, np.pi / 2 - (np.pi / 2 - heading) % np.pi))
 
-    def corners(self, rows: FloatArray) -> FloatArray:
-        """Corners of `rectangles` where the pieces are, field frame [m], shape (n, 4, 2)."""
-        length, width, heading = self.rectangles(rows).T
-        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-        x = 0.5 * length[:, None] * np.array([1.0, 1.0, -1.0, -1.0])
-        y = 0.5 * width[:, None] * np.array([1.0, -1.0, -1.0, 1.0])
-        return np.stack((rows[:, :1] + cos * x - sin * y, rows[:, 1:2] + sin * x + cos * y), axis=2)
-
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 """Of a type that the scene does not know."""
@@ -132,7 +124,17 @@ class RobotLook:
     config: RobotConfig | None = None
     """What it is built of; None where only its telemetry is left."""
     models: Path | None = None
-    """Folder with the models of its body and components, for the view from its side."""
+    """Folder with the models of its body and components; None: it is drawn as boxes."""
+    model: str = ""
+    """Which robot of that folder; empty: the first."""
+    name: str = ""
+    """What a page calls it; empty: its number."""
+    role: str = ""
+    """Who plays it in a match, e.g. `collector:3`."""
+    ink: str = ""
+    """Name of its color; empty: that of its alliance."""
+    score_key: str = ""
+    """Of its own score, where it stands for a run of its own."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -190,6 +192,10 @@ class Scene:
     """What shots are aimed at."""
     levels: Sequence[LevelLook] = ()
     """Of the places where pieces stay, as the game lists them."""
+    models: Path | None = None
+    """Folder with the model of the field; None: its outlines are drawn."""
+    tags: str | Path = ""
+    """Layout of the AprilTags, as `FieldDefinition.tags`; empty: none."""
 
     def __post_init__(self) -> None:
         require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -205,6 +211,22 @@ class Scene:
         'ball, crate'
         """
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
+
+    def label(self, number: int) -> str:
+        """What texts call a robot: its name, or its number."""
+        robot = self.robots[number] if number < len(self.robots) else None
+        return robot.name if robot is not None and robot.name else f"robot {number}"
+
+    def with_models(self, folder: Path, robot: str = "") -> Scene:
+        """The same with the models of a folder, as far as it has any.
+
+        Args:
+            folder: With `Field3d_...` and `Robot_...` folders.
+            robot: Name of the robot model; empty: the first.
+        """
+        models = list(folder.glob("Robot_*")) and folder
+        robots = [replace(look, models=models or look.models, model=robot) for look in self.robots]
+        return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:
         """Of a type of piece; a plain one for a type that the scene does not know."""
@@ -241,6 +263,7 @@ def scene_of(match: Match) -> Scene:
             prefix=robot_prefix(robot.number),
             intakes=intake_outlines(robot.config),
             config=robot.config,
+            role=match.record.robots[robot.number].player,
             models=match.game.models if [part.name for part in robot.config.components] == parts else None,
         )
         robots.append(look)
@@ -255,6 +278,8 @@ def _scene(game: Game, geometry: FieldGeometry, robots: Sequence[RobotLook]) -> 
         goals=[goal for zone in game.zones for goal in _goals(zone)],
         pieces={supply.kind.name: piece_look(supply.kind) for supply in game.pieces},
         levels=_levels(game.places),
+        models=game.models,
+        tags=game.field.tags,
     )
 
 

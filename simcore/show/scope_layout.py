@@ -21,7 +21,7 @@ from simcore.match.match import Match
 from simcore.match.registry import find_game
 from simcore.show.elastic_layout import elastic_layout
 from simcore.show.log_page import game_of_log
-from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
+from simcore.show.scope_assets import HANGING, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import read_log
@@ -33,6 +33,7 @@ _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
 """AdvantageScope's own for graphs."""
 _BLUE, _RED, _GOLD, _GRAY = "#2b66a2", "#af2437", "#e5b31b", "#858584"
+_GHOST = "#00ff00"
 _LINE = "#00ffff"  # cyan, of AdvantageScope's for the field
 _TAB_GRAPH, _TAB_FIELD, _TAB_TABLE = 1, 3, 4
 
@@ -47,8 +48,10 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
     volts = _in_order(key for key in snapshot.doubles if key.endswith("/Debug/BatteryVoltage"))
     ticks = _present(snapshot.doubles, "Sim/Performance/TickMs", "Sim/Performance/RealTimeFactor")
-    turning = [key for name, key in debug.items() if name.endswith("VelocityRPS")]
-    placed = [key for name, key in debug.items() if re.search(r"(AngleDeg|ExtendedPct|HeightM)$", name)]
+    turning, angles, heights, shares = (
+        [key for name, key in debug.items() if re.search(rf"{unit}(Setpoint)?$", name)]
+        for unit in ("VelocityRPS", "AngleDeg", "HeightM", "ExtendedPct")
+    )
     flags = [key for key in snapshot.booleans if re.match(r"Sim/(Debug|Sensors)/", key)]
     battery = ("Sim/Debug/BatteryCurrent", "Sim/Debug/DrivetrainCurrent")
     currents = [key for name, key in debug.items() if name.endswith("CurrentA")]
@@ -67,9 +70,10 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
         _graph(
             "Mechanisms",
             _colored(turning),
-            _colored(placed, start=len(turning)),
+            _colored(angles, start=len(turning)),  # an axis has one unit
             discrete={key: ("Boolean", color) for key, color in _colored(flags).items()},
         ),
+        *([_graph("Heights", _colored(heights), _colored(shares, start=len(heights)))] if heights or shares else []),
         _graph("Tick time", _colored(ticks), {"Sim/Performance/AwakePieces": _GRAY}),
         _tab(_TAB_TABLE, "Table", [_key(name) for name in _table(snapshot)]),
     ]
@@ -80,14 +84,14 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """What a match of a game publishes, with so many of its own robots; blue and red in turn.
+    """What a match of a game publishes, with so many of its own robots; the first half is blue, as in whole matches.
 
     Raises:
         ConfigError: The game has not so many robots.
     """
     if not 1 <= robots <= game.robots:
         raise ConfigError(f"--robots: a match of {game.name} has 1 to {game.robots} robots, got {robots}")
-    entries = [RobotEntry(alliance="red" if number % 2 else "blue") for number in range(robots)]
+    entries = [RobotEntry(alliance="red" if 2 * number >= robots and number else "blue") for number in range(robots)]
     with Match(game, robots=entries) as match:
         match.last_tick_ms = 1.0
         match.tick()
@@ -149,13 +153,14 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
         things.append(_thing("robot", key, "Pose3d", model=_robot_name(models, is_red)))
         if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot before it
             things.append(_thing("component", f"{prefix}/Robot/ComponentPoses", "Pose3d[]"))
+        believed = f"{prefix}/Robot/EstimatedPose"
+        if believed in snapshot.poses:
+            things.append(_thing("ghost", believed, "Pose3d", model=_robot_name(models, is_red), color=_GHOST))
     known = models.field.pieces if models.field is not None else {}
     for key in snapshot.pose_arrays:
         where, _, kind = key.removeprefix("Sim/").partition("/")
-        if where in ("GamePieces", "Held"):
+        if where in ("GamePieces", "Held"):  # those in flight are among them, and are drawn once
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind))
-        elif where == "InFlight" and kind + IN_FLIGHT in known:  # they are among all pieces, too
-            things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind + IN_FLIGHT))
         elif key == f"Sim/{HANGING}" and HANGING in known:
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=HANGING))
         elif key.endswith(("/DirectionLine", "/SeenTags")):

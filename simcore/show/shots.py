@@ -19,8 +19,9 @@ from simcore.units import GRAVITY, TICK
 __all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
 
 MissSide = Literal["short", "long", "left", "right"]
-ShotResult = Literal["hit", "miss", "flying"]
+ShotResult = Literal["hit", "miss", "pass", "flying"]
 MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
+_BEYOND = 0.3  # [m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +39,10 @@ class ShotTrace:
     """False: the run ended while it flew."""
     robot: int = 0
     """Number of the robot that shot it."""
+    piece: int = 0
+    """Its id."""
+    is_pass: bool = False
+    """Whether it left beyond the own goal, as seen from the own wall, and did not score: for another robot to take."""
     side: MissSide | None = None
     """Of a miss, as its robot sees the goal; None without a goal."""
     distance: float = math.nan
@@ -46,7 +51,7 @@ class ShotTrace:
     @property
     def result(self) -> ShotResult:
         """What came of it."""
-        return "hit" if self.scored else "miss" if self.is_over else "flying"
+        return "hit" if self.scored else "flying" if not self.is_over else "pass" if self.is_pass else "miss"
 
     @property
     def seconds(self) -> float:
@@ -89,7 +94,7 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
             flight.times.append(time)
             flight.points.append(_place_of(recording, robot, time))
         is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
-        shots.append(_trace(scene, time, flight, bool(hit), is_over, robot))
+        shots.append(_trace(scene, time, flight, bool(hit), is_over, robot, piece))
     return shots[::-1]
 
 
@@ -133,10 +138,13 @@ def _flights(recording: Recording) -> dict[int, list[_Flight]]:
     return found
 
 
-def _trace(scene: Scene, time: float, flight: _Flight, scored: bool, is_over: bool, robot: int) -> ShotTrace:
+def _trace(
+    scene: Scene, time: float, flight: _Flight, scored: bool, is_over: bool, robot: int, piece: int
+) -> ShotTrace:
     points = np.array(flight.points)
     goal = _goal_of(scene, points, robot) if is_over else None
     target = points[-1] if goal is None else np.array(goal.center)
+    is_pass = goal is not None and not scored and _is_beyond(scene, goal, robot, float(points[0, 0]))
     return ShotTrace(
         time=time,
         times=np.array(flight.times),
@@ -144,7 +152,9 @@ def _trace(scene: Scene, time: float, flight: _Flight, scored: bool, is_over: bo
         scored=scored,
         is_over=is_over,
         robot=robot,
-        side=None if scored or goal is None else _side(points, target),
+        piece=piece,
+        is_pass=is_pass,
+        side=None if scored or goal is None or is_pass else _side(points, target),
         distance=float(np.linalg.norm(target[:2] - points[0, :2])) if is_over else math.nan,
     )
 
@@ -161,6 +171,13 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
         return -float(to_goal @ ahead) / max(distance, 1e-9), distance
 
     return min(goals, key=aside, default=None)
+
+
+def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
+    """Whether a place is farther from the own wall than the own goal."""
+    alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
+    way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
+    return goal.alliance == alliance and way > _BEYOND
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
@@ -200,18 +217,27 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
 
     rows = [
         ("shots", [str(len(mine)) for mine in of_each]),
-        ("hits", [_share([shot for shot in mine if shot.scored], mine) for mine in of_each]),
+        ("hits", [_share([shot for shot in mine if shot.scored], _tried(mine)) for mine in of_each]),
         ("distance to the goal", [span([shot.distance for shot in mine], "m", 2) for mine in of_each]),
         ("exit speed", [span([shot.speed for shot in mine], "m/s", 1) for mine in of_each]),
         ("time of flight", [span([shot.seconds for shot in mine if shot.is_over], "s", 2) for mine in of_each]),
     ]
     endings: list[tuple[str, ShotResult, MissSide | None]] = [(f"missed {side}", "miss", side) for side in MISS_SIDES]
-    endings += [("missed, no goal known", "miss", None), ("flying at the end", "flying", None)]
+    endings += [
+        ("missed, no goal known", "miss", None),
+        ("passed on", "pass", None),
+        ("flying at the end", "flying", None),
+    ]
     for name, result, side in endings:
         counts = [len([shot for shot in mine if (shot.result, shot.side) == (result, side)]) for mine in of_each]
         if side is not None or any(counts):
             rows.append((name, [str(count) for count in counts]))
     return rows
+
+
+def _tried(shots: Sequence[ShotTrace]) -> list[ShotTrace]:
+    """Those that were meant to score."""
+    return [shot for shot in shots if shot.result != "pass"]
 
 
 def _share(part: Sequence[object], whole: Sequence[object]) -> str:

@@ -23,21 +23,37 @@ _OWN = ("Sim/Robot/", "Sim/Debug/", "Sim/Intake/")
 _OF_ONE = ("Sim/Robots/", "Sim/Score/", "Sim/Placed/", "Sim/Performance/")
 _FLYING = "Sim/InFlight"
 _OF_BOTH = (_FLYING, "Sim/Held", "Sim/Shot", "Sim/TakenInPlaces")
+_SUMS = ("Sim/Shots", "Sim/Hits", "Sim/TakenIn")
+_SCORES = ("Sim/Score/Old", "Sim/Score/New")
+_INKS = ("path", "miss")
 _APART = 100_000  # between the numbers of the pieces of the two runs
 _Value = TypeVar("_Value")
 
 
 def write_page_of_two(
-    path: str | Path, old: str | Path, new: str | Path, *, title: str = "", subtitle: str = ""
+    path: str | Path, old: str | Path, new: str | Path, *, names: tuple[str, str], title: str = "", subtitle: str = ""
 ) -> None:
-    """Write the page of two logs: one robot each, robot 0 of the old run and robot 1 of the new one.
+    """Write the page of two logs: the first robot of each, with a name and a color of its own.
+
+    Args:
+        path: By custom a `.html` file.
+        old: A log, whose pieces lie on the field.
+        new: Another one.
+        names: What the two are called.
+        title: In large letters.
+        subtitle: Beside it.
 
     Raises:
         LogError: One cannot be read, or there is no run in it.
         OutputError: The page cannot be written.
     """
     both = merged(recording_of(read_log(old)), recording_of(read_log(new)))
-    write_page(path, both, scene_of_log(both), title=title, subtitle=subtitle)
+    scene = scene_of_log(both)
+    robots = [
+        replace(look, name=name, ink=ink, score_key=key)
+        for look, name, ink, key in zip(scene.robots, names, _INKS, _SCORES, strict=False)
+    ]
+    write_page(path, both, replace(scene, robots=robots), title=title, subtitle=subtitle)
 
 
 def merged(old: Recording, new: Recording) -> Recording:
@@ -74,12 +90,10 @@ def _landed(end: Snapshot | None) -> Snapshot | None:
 
 
 def _both(old: Snapshot, new: Snapshot) -> Snapshot:
-    integers = _kept(old.integers, new.integers)
-    for name in ("Shots", "Hits", "TakenIn"):
-        integers[f"Sim/{name}"] = old.integers.get(f"Sim/{name}", 0) + new.integers.get(f"Sim/{name}", 0)
-    for name, run in (("Old", old), ("New", new)):
+    integers = {key: value for key, value in _kept(old.integers, new.integers).items() if key not in _SUMS}
+    for key, run in zip(_SCORES, (old, new), strict=True):
         is_red = run.booleans.get("Sim/Robot/IsRed", False)
-        integers[f"Sim/Score/{name}"] = run.integers.get(f"Sim/Score/{'Red' if is_red else 'Blue'}", 0)
+        integers[key] = run.integers.get(f"Sim/Score/{'Red' if is_red else 'Blue'}", 0)
     poses, ids = _kept(old.pose_arrays, new.pose_arrays), _kept(old.integer_arrays, new.integer_arrays)
     for key, rows in new.pose_arrays.items():
         if key.startswith(_OF_BOTH):

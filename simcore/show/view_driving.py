@@ -1,30 +1,18 @@
-"""A person drives a robot from the page: what its keys and gamepad say, by way of a script and a socket of our own.
-
-The page has the script only where there is a robot to drive. The socket is under the same guard as the page itself.
-"""
+"""A person drives a robot from the page: what keys, gamepads and sticks on a screen say, as a robot understands it."""
 
 from __future__ import annotations
 
-import asyncio
-import json
 import math
 import time
 from collections.abc import Callable, Sequence
-from importlib.resources import files
-from typing import Any
 
 from simcore.errors import ConfigError
 from simcore.players.driven_robot import DriverInput
 from simcore.quantities import shown
 
-__all__ = ["KEYS", "LONGEST", "SUBPROTOCOL", "ViewDriving", "read_input"]
+__all__ = ["KEYS", "ViewDriving", "read_input"]
 
-SUBPROTOCOL = "simcore-driving"
-"""Of the socket."""
-LONGEST = 1000
-"""Characters of a message at most."""
 _PATIENCE = 0.25  # [s] without a message after which nobody drives
-_SILENCE = 2.0  # [s] without a message after which a socket is closed
 _DEAD_BAND = 0.1  # of a stick that was let go
 _KEY_TURN, _SLOWLY = 0.5, 0.35  # shares of full speed: of the keys that turn, and of all keys with Shift
 _AHEAD, _LEFT, _TURN = "ahead", "left", "turn"
@@ -45,28 +33,28 @@ _FACES, _LEFT_HAND, _RIGHT_HAND = (0, 1, 2, 3), (4, 6), (5, 7)
 _PRESSED = 0.5  # of a trigger
 
 
-def read_input(text: str | bytes) -> DriverInput:
-    """What a message of the page asks for.
+def read_input(message: object) -> tuple[int, DriverInput]:
+    """Which robot a message of a page is for, and what it asks for.
 
     Args:
-        text: JSON with `keys`, the codes of those that are down; with a gamepad also its `axes` and `buttons`, -1 to 1.
+        message: With `keys`, the codes of those that are down; with a gamepad or sticks on a screen also `axes` and
+            `buttons`, -1 to 1; with several robots which `robot`.
 
     Raises:
         ConfigError: It is no such message.
 
-    >>> read_input('{"keys": ["KeyW", "ShiftLeft"]}').ahead
+    >>> read_input({"keys": ["KeyW", "ShiftLeft"]})[1].ahead
     0.35
-    >>> read_input('{"keys": [], "axes": [0.0, -1.0, 0.05, 0.0], "buttons": []}').ahead
+    >>> read_input({"keys": [], "axes": [0.0, -1.0, 0.05, 0.0], "buttons": []})[1].ahead
     1.0
     """
-    if not isinstance(text, str) or len(text) > LONGEST:
-        raise ConfigError(f"driving: a message must be text of at most {LONGEST} characters, got {shown(text[:40])}")
-    try:
-        message = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ConfigError(f"driving: a message must be JSON, got {shown(text[:40])}") from error
-    if not isinstance(message, dict) or not {"keys"} <= message.keys() <= {"keys", "axes", "buttons"}:
-        raise ConfigError(f"driving: a message must have keys, and may have axes and buttons, got {shown(message)}")
+    if not isinstance(message, dict) or not {"keys"} <= message.keys() <= {"keys", "axes", "buttons", "robot"}:
+        raise ConfigError(
+            f"driving: a message must have keys, and may have axes, buttons and robot, got {shown(message)}"
+        )
+    robot = message.get("robot", 0)
+    if type(robot) is not int:
+        raise ConfigError(f"driving: robot must be a number, got {shown(robot)}")
     keys = message["keys"]
     if not isinstance(keys, list) or not all(isinstance(key, str) and key in KEYS for key in keys):
         raise ConfigError(f"driving: keys must be some of {', '.join(sorted(KEYS))}, got {shown(keys)}")
@@ -82,7 +70,7 @@ def read_input(text: str | bytes) -> DriverInput:
     size = max(1.0, math.hypot(way[_AHEAD], way[_LEFT]))
     actions = [_ACTIONS[key] for key in keys if key in _ACTIONS] + [n for n in _FACES if n in pressed]
     actions += [] if pressed.isdisjoint(_RIGHT_HAND) else [0]
-    return DriverInput(
+    return robot, DriverInput(
         ahead=way[_AHEAD] / size,
         left=way[_LEFT] / size,
         turn=max(-1.0, min(1.0, way[_TURN])),
@@ -107,48 +95,49 @@ def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
 
 
 class ViewDriving:
-    """The person at the page who drives; one page at a time.
+    """The persons at the pages who drive, each a robot of their own.
 
     Args:
-        actions: What people call the actions of the robot, in the order of their buttons.
+        actions: What people call the actions of the robots, in the order of their buttons.
+        robots: How many robots there are to drive.
+        at_once: Whether a page drives as soon as it is open.
         clock: Says the time [s].
     """
 
-    def __init__(self, actions: Sequence[str] = (), *, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._driver: Any = None  # the socket of the page that drives
-        self._latest: tuple[float, DriverInput] | None = None
+    def __init__(
+        self,
+        actions: Sequence[str] = (),
+        *,
+        robots: int = 1,
+        at_once: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._clock, self._robots = clock, robots
+        self._drivers: dict[int, tuple[int, float, DriverInput]] = {}  # by robot: page, time and what it wants
         words = ["W A S D or arrows drive", "Q E turn", "Shift slowly", "F intake"]
         words += [f"{number}{' or Space' if number == 1 else ''} {name}" for number, name in enumerate(actions, 1)]
-        script = files(__package__).joinpath("view_driving.js").read_text(encoding="utf-8")
-        for name, value in (("KEYS", sorted(KEYS)), ("HELP", ", ".join(words)), ("SUBPROTOCOL", SUBPROTOCOL)):
-            script = script.replace(f'"${name}"', json.dumps(value).replace("</", "<\\/"))
-        self.script = script
-        """Of the page."""
+        self.data = {
+            "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
+            "help": ", ".join(words),
+        }  # fmt: skip
+        """What a page needs."""
 
-    def input(self) -> DriverInput | None:
-        """What the person wants now; None while nobody drives, and when the last message is too old."""
-        latest = self._latest
-        return None if latest is None or self._clock() > latest[0] + _PATIENCE else latest[1]
+    def input(self, robot: int = 0) -> DriverInput | None:
+        """What a person wants of a robot now; None while nobody drives it, and when the last message is too old."""
+        _, at, wants = self._drivers.get(robot, (0, -math.inf, None))
+        return None if self._clock() > at + _PATIENCE else wants
 
-    async def serve(self, socket: Any) -> None:
-        """Listen to a page until it lets go, says nothing, or says nonsense."""
-        from websockets.exceptions import ConnectionClosed
+    def take(self, page: int, message: object) -> None:
+        """What a page wants; None: it lets go. A robot that another page drives is left to it.
 
-        if self._driver is not None:
-            await socket.close(1013, "another page drives")
+        Raises:
+            ConfigError: It is no such message.
+        """
+        if message is None:
+            self._drivers = {robot: entry for robot, entry in self._drivers.items() if entry[0] != page}
             return
-        self._driver = socket
-        try:
-            while True:
-                wants = read_input(await asyncio.wait_for(socket.recv(), _SILENCE))
-                self._latest = self._clock(), wants
-        except ConfigError as error:
-            self._latest = None
-            await socket.close(1007, str(error).encode("ascii", "replace")[:120].decode())
-        except asyncio.TimeoutError:
-            await socket.close(1008, "the page says nothing")
-        except ConnectionClosed:
-            pass
-        finally:
-            self._driver = self._latest = None
+        robot, wants = read_input(message)
+        if robot not in range(self._robots):
+            raise ConfigError(f"driving: robot must be 0 to {self._robots - 1}, got {shown(robot)}")
+        if self.input(robot) is None or self._drivers[robot][0] == page:
+            self._drivers[robot] = page, self._clock(), wants

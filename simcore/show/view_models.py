@@ -1,4 +1,4 @@
-"""AdvantageScope's folders of models, read: what the browser view draws, and what `scripts/check_models.py` checks.
+"""AdvantageScope's folders of models, read: what the player draws, and what `scripts/check_models.py` checks.
 
 A game or a team hands over one folder with `Field3d_*` and `Robot_*` folders in it, as AdvantageScope's "custom assets
 folder" has them. So one set of files serves both, and a new year's game costs the view nothing.
@@ -6,10 +6,9 @@ folder" has them. So one set of files serves both, and a new year's game costs t
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,9 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ModelError, UnknownNameError
-from simcore.match.registry import find_game, installed_games
-from simcore.show.scene import PieceLook
 from simcore.typing import FloatArray
 
-__all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "find_models", "load_models"]
+__all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "load_models"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,8 +61,6 @@ class ViewModels:
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
-    pieces: Mapping[str, PieceLook] = dataclasses.field(default_factory=dict)
-    """Looks of pieces by type name, for types of which the field has no model."""
 
     def robot(self, name: str = "") -> RobotModels | None:
         """The robot of a name, or the first.
@@ -79,27 +74,6 @@ class ViewModels:
             if robot.name == name:
                 return robot
         raise UnknownNameError("robot model", name, (robot.name for robot in self.robots))
-
-    def with_field(self, field: FieldModels | None) -> ViewModels:
-        """The same robots on another field."""
-        return dataclasses.replace(self, field=field)
-
-
-def find_models(game: str = "", *, say: Callable[[str], object] | None = None) -> ViewModels:
-    """The models of an installed game; nothing to draw but plain shapes if no game is installed.
-
-    Args:
-        game: Its name; empty: the newest.
-        say: Told which game was taken, if it was not named; None: the log.
-
-    Raises:
-        UnknownNameError: No game of that name is installed.
-        ModelError: Its folder cannot be used.
-    """
-    if not game and not installed_games():
-        return ViewModels()
-    folder = find_game(game or None, say=say).models
-    return ViewModels() if folder is None else load_models(folder)
 
 
 def load_models(folder: str | Path) -> ViewModels:

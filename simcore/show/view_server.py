@@ -1,83 +1,251 @@
-"""The web server of the view: viser, started where it was asked for, guarded and silent."""
+"""The web server of the live view: one page and one socket, for this computer's own pages alone.
+
+A website in the same browser can send requests to a server on this computer. The browser says which site asks in
+`Origin`, and which name it took the address for in `Host`; under DNS rebinding that is the site's own name. So whoever
+comes with another host or origin than the view's own is refused, before anything else is looked at.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import ipaddress
+import itertools
+import json
+import logging
 import os
 import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-import rich
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from http import HTTPStatus
+from typing import Any, Protocol
 
 from simcore.errors import ConfigError, OutputError
 from simcore.install_text import install_command
-from simcore.show.view_driving import ViewDriving
-from simcore.show.view_guard import ViewGuard
 
-if TYPE_CHECKING:
-    import viser
+__all__ = ["LONGEST", "MOST_VIEWERS", "Guard", "ViewServer", "open_browser"]
 
-__all__ = ["address", "open_browser", "start_server", "stop_server"]
+MOST_VIEWERS = 16
+"""Open pages at once; each costs the run some time."""
+LONGEST = 1000
+"""Characters of a message of a page at most."""
+_BACKLOG = 200_000  # [bytes] that wait for a slow page, which then gets no frames
+_LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
+_SOCKET = "/live"
+_HEADERS = {
+    "Content-Type": "text/html; charset=utf-8",
+    "Cache-Control": "no-store",
+    "X-Frame-Options": "DENY",  # no other site shows the buttons inside of its own page
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+}
 
-_quiet_lock = threading.Lock()
-_quiet_count = 0
+
+class Headers(Protocol):
+    """Of a request."""
+
+    def get_all(self, key: str) -> Sequence[str]:
+        """All values of a header, of any case."""
+        ...
 
 
-def start_server(host: str, port: int, title: str, driving: ViewDriving | None = None) -> viser.ViserServer:
-    """Start to serve an empty page.
+class Guard:
+    """Decides about each request.
 
     Args:
-        host: Where to listen.
+        host: Where the view listens. On another address than the loopback's, every name of this computer and every
+            numeric address will do: a site's own name is neither.
+    """
+
+    def __init__(self, host: str) -> None:
+        self._names = set(_LOOPBACK)
+        self._any_address = host.lower() not in _LOOPBACK | {"::1"}
+        if self._any_address:
+            own = socket.gethostname().lower()
+            self._names |= {host.lower(), own, f"{own}.local"}
+
+    def refusal(self, headers: Headers, port: int) -> str:
+        """Why a request is not answered; empty if it is.
+
+        Args:
+            headers: Of the request.
+            port: At which it came in.
+        """
+        hosts = headers.get_all("Host")
+        if len(hosts) != 1 or not self._is_own(hosts[0].lower(), port):
+            return f"this is not the address of the view: Host {', '.join(hosts) or 'missing'}"
+        origins = headers.get_all("Origin")
+        if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
+            return f"the view does not answer other sites: Origin {', '.join(origins)}"
+        # a request without Origin: an image, a script or a frame of another site; but a link may be followed
+        site, mode, target = (", ".join(headers.get_all(f"Sec-Fetch-{name}")) for name in ("Site", "Mode", "Dest"))
+        if site in ("cross-site", "same-site") and (mode, target) != ("navigate", "document"):
+            return f"the view does not answer other sites: Sec-Fetch-Site {site}"
+        return ""
+
+    def _is_own(self, host: str, port: int) -> bool:
+        name, colon, number = host.rpartition(":")
+        if not colon or number.endswith("]"):
+            name, number = host, "80"
+        if number != str(port):
+            return False
+        if name in self._names:
+            return True
+        if self._any_address:
+            with contextlib.suppress(ValueError):
+                ipaddress.ip_address(name.strip("[]"))
+                return True
+        return False
+
+
+class ViewServer:
+    """Serves a page and its socket from a thread of its own.
+
+    Args:
+        host: Where to listen; `0.0.0.0` lets other computers look.
         port: 0 takes a free one.
-        title: Of the page.
-        driving: The person at the page; None: nobody can drive.
+        page: The page, HTML.
+        greet: What a page that has just come is sent.
+        take: Told what a page sends, its number and a JSON object, from the server's thread; None: the page has gone.
 
     Raises:
-        OutputError: The extra `view` is not installed, the port is taken, or this viser cannot be guarded.
+        OutputError: The extra `view` is not installed, or the port is taken.
         ConfigError: No such port.
     """
-    if not 0 <= port <= 65535:
-        raise ConfigError(f"a port is 1 to 65535, or 0 for a free one, got {port}")
-    try:
-        import viser
-    except ImportError as error:
-        raise OutputError(f"the browser view needs the extra 'view': {install_command('view')} ({error})") from error
-    with socket.socket() as probe:
-        if sys.platform != "win32":
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        page: str,
+        greet: Callable[[], Iterable[str | bytes]],
+        take: Callable[[int, dict[str, Any] | None], None],
+    ) -> None:
+        if not 0 <= port <= 65535:
+            raise ConfigError(f"a port is 1 to 65535, or 0 for a free one, got {port}")
         try:
-            probe.bind((host, port))
+            from websockets.asyncio.server import broadcast, serve
+        except ImportError as error:
+            raise OutputError(f"the live view needs the extra 'view': {install_command('view')} ({error})") from error
+        self._broadcast, self._serve = broadcast, serve
+        self._page, self._greet, self._take, self._guard = page.encode(), greet, take, Guard(host)
+        self._clients: dict[Any, int] = {}
+        self._numbers = itertools.count(1)
+        self._loop = asyncio.new_event_loop()
+        listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
+        if sys.platform != "win32":
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((host, port))
+            listening.listen(100)  # from here on nobody is refused, and who comes early waits
         except OSError as error:
+            listening.close()
             raise OutputError(
                 f"cannot serve the view on {host or 'any address'}:{port}: {error.strerror or error}. "
                 "Another view may be running: end it, or leave the port out for a free one"
             ) from error
-        free: Any = probe.getsockname()[1]
-    with _quiet(), ViewGuard(host, driving).guarding():
-        server = viser.ViserServer(host=host, port=int(free), label=title, verbose=False)
-    if not ViewGuard.is_asked(address(host), server.get_port()):
-        stop_server(server)
-        raise OutputError(
-            f"viser {viser.__version__} cannot be kept from answering websites, so the view is not served: "
-            "python -m pip install 'viser==1.1.1'"
-        )
-    return server
+        self._port: int = listening.getsockname()[1]
+        self.url = f"http://{'127.0.0.1' if host in ('', '0.0.0.0') else host}:{self._port}"
+        self._stop = asyncio.Event()
+        self._thread = threading.Thread(target=self._run, args=(listening,), daemon=True)
+        self._thread.start()
 
+    @property
+    def has_viewers(self) -> bool:
+        """Whether somebody looks."""
+        return bool(self._clients)
 
-def stop_server(server: viser.ViserServer) -> None:
-    """Stop serving. The port is free at once; a browser's spare connection is not waited for."""
-    stopping = threading.Thread(target=_stop, args=(server,), daemon=True)
-    stopping.start()
-    stopping.join(0.3)
+    def send(self, message: str | bytes, *, is_frame: bool = False) -> None:
+        """Send to all pages; returns at once. A page that is slow to read misses frames."""
+        if self._clients:
+            self._loop.call_soon_threadsafe(self._send, message, is_frame)
 
+    def close(self) -> None:
+        """Stop serving; may be called twice."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join(2.0)
 
-def address(host: str) -> str:
-    """Under which this computer reaches a server that listens there."""
-    return "127.0.0.1" if host in ("", "0.0.0.0") else host
+    # --- in the server's thread ---------------------------------------------------------------------------------
+
+    def _run(self, listening: socket.socket) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_until_complete(self._main(listening))
+
+    async def _main(self, listening: socket.socket) -> None:
+        silent = logging.getLogger(f"{__name__}.connections")  # whoever knocks and says nothing sensible: no line of it
+        silent.setLevel(logging.CRITICAL + 1)
+        server = await self._serve(
+            self._talk, sock=listening, process_request=self._answer, max_size=4 * LONGEST, compression=None,
+            logger=silent, server_header=None, close_timeout=0.3,
+        )  # fmt: skip
+        await self._stop.wait()
+        server.close()
+        for connection in list(self._clients):
+            connection.transport.abort()  # a page that does not read is not waited for
+        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=0.5)
+        left = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in left:
+            task.cancel()
+        await asyncio.gather(*left, return_exceptions=True)
+
+    def _answer(self, connection: Any, request: Any) -> Any:
+        refused = self._guard.refusal(request.headers, self._port)
+        status, text = HTTPStatus.FORBIDDEN, refused
+        is_socket = any(value.lower() == "websocket" for value in request.headers.get_all("Upgrade"))
+        if not refused and is_socket and request.path == _SOCKET:
+            if len(self._clients) < MOST_VIEWERS:
+                return None
+            status, text = HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} pages look already; close one"
+        elif not refused:
+            status, text = HTTPStatus.NOT_FOUND, f"the view is at {self.url}"
+            if request.path.partition("?")[0] == "/":
+                status, text = HTTPStatus.OK, ""
+        answer = connection.respond(status, f"{escape(text)}\n")
+        headers = {**_HEADERS, "Content-Length": str(len(self._page))} if status == HTTPStatus.OK else _HEADERS
+        if status == HTTPStatus.OK:
+            answer.body = self._page
+        for name, value in headers.items():
+            if name in answer.headers:
+                del answer.headers[name]
+            answer.headers[name] = value
+        return answer
+
+    async def _talk(self, connection: Any) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        if len(self._clients) >= MOST_VIEWERS:  # they came at the same time
+            await connection.close(1013, f"{MOST_VIEWERS} pages look already")
+            return
+        number = next(self._numbers)
+        try:
+            self._clients[connection] = number  # first: what is sent meanwhile may come twice, but is not missed
+            for message in self._greet():
+                await connection.send(message)
+            async for text in connection:
+                try:
+                    message = json.loads(text)
+                    if not isinstance(message, dict):
+                        raise ConfigError("a message must be an object")
+                    self._take(number, message)
+                except (ValueError, RecursionError) as error:  # ConfigError, too
+                    await connection.close(1007, str(error).encode("ascii", "replace")[:120].decode())
+        except ConnectionClosed:
+            pass
+        finally:
+            self._clients.pop(connection, None)
+            self._take(number, None)
+
+    def _send(self, message: str | bytes, is_frame: bool) -> None:
+        ready = [
+            one
+            for one in self._clients
+            if not is_frame or one.transport is None or one.transport.get_write_buffer_size() < _BACKLOG
+        ]
+        self._broadcast(ready, message)
 
 
 def open_browser(url: str) -> str:
@@ -90,27 +258,3 @@ def open_browser(url: str) -> str:
     except (webbrowser.Error, OSError):
         opened = False
     return f"the view is at {url}" if opened else f"no browser found: open {url} yourself"
-
-
-def _stop(server: viser.ViserServer) -> None:
-    with _quiet():
-        server.stop()  # viser waits up to ten seconds for the spare connection that a browser keeps
-        loop = getattr(getattr(server, "_websock_server", None), "_server_thread", None)
-        if loop is not None:
-            loop.join(15.0)  # its last word shall be unheard too
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep viser's messages off stdout, which is for the report: it prints them through rich's console."""
-    global _quiet_count
-    console = rich.get_console()
-    with _quiet_lock:
-        _quiet_count += 1
-        console.quiet = True
-    try:
-        yield
-    finally:
-        with _quiet_lock:
-            _quiet_count -= 1
-            console.quiet = _quiet_count > 0

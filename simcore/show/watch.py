@@ -9,6 +9,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from simcore.errors import SimcoreError
@@ -18,9 +19,10 @@ from simcore.quantities import PORT, number_flag
 from simcore.show.live_view import LiveView
 from simcore.show.pacing import Pacer
 from simcore.show.view_driving import ViewDriving
-from simcore.show.view_models import ViewModels, load_models
+from simcore.show.view_models import load_models
 from simcore.show.view_server import open_browser
-from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import TelemetrySink
 
 __all__ = ["Watch", "add_options"]
 
@@ -39,7 +41,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--nt-port", type=number_flag(PORT), default=5810, help="of --live (default: 5810, as AdvantageScope expects)"
     )
     group.add_argument("--no-browser", action="store_true", help="do not open a browser")
-    group.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders for --view")
+    group.add_argument(
+        "--models", type=Path, metavar="FOLDER", help="your own Robot_... and Field3d_... folders for --view"
+    )
 
 
 class Watch:
@@ -103,19 +107,19 @@ class Watch:
 
     def wait(self, should_stop: Callable[[], bool]) -> None:
         """Before the first run: wait until somebody looks at the page."""
-        if self._view is not None and not self._view.page.has_viewers:
+        if self._view is not None and not self._view.has_viewers:
             _say("the run begins when the page is open; Ctrl-C leaves")
             self._view.wait_for_viewer(should_stop=should_stop)
 
-    def next_seed(self, final: Snapshot, should_stop: Callable[[], bool]) -> int | None:
-        """After a run that ended like this: the seed of the next one, or None for no other; waits for Ctrl-C."""
+    def next_seed(self, played: Recording, should_stop: Callable[[], bool]) -> int | None:
+        """After a run: the seed of the next one, or None for no other; waits for Ctrl-C."""
         if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:
             stays = "the page stays" if self._view is not None else "its last values stay on NetworkTables"
             _say(f"the run is over; {stays}. Press Ctrl-C to leave")
         if self._view is not None:
-            return self._view.next_seed(final, should_stop=should_stop)
+            return self._view.next_seed(played, should_stop=should_stop)
         while not should_stop():
             time.sleep(0.05)
         return None
@@ -139,13 +143,12 @@ class Watch:
 
 
 def _open(options: argparse.Namespace, game: Game, driving: ViewDriving | None) -> LiveView:
-    own = ViewModels() if game.models is None else load_models(game.models)
-    models = own if options.models is None else load_models(options.models)
-    if models.field is None:  # a team's folder may hold its robot alone
-        models = models.with_field(own.field)
+    if options.models is not None:
+        load_models(options.models)  # one that cannot be read is said before the run
     return LiveView(
-        models, host=options.host, port=options.port, title=game.heading, seed=options.seed, driving=driving
-    )
+        host=options.host, port=options.port, title=game.heading, seed=options.seed, driving=driving,
+        models=options.models,
+    )  # fmt: skip
 
 
 def _serve(port: int) -> Any:

@@ -101,7 +101,7 @@ def run(options: argparse.Namespace) -> int:
     for failure, count in Counter(row["error"] for row in results.failures).most_common(5):
         print(f"{count} runs ended with an error: {failure}")
     named = _named(results, sides, (options.old, options.new))
-    print(save_results(named, options.out)["page.html"])
+    print(save_results(named, options.out, compared=difference)["page.html"])
     if sides[0].kind != _RESULTS:
         print(_page_of_both(results, options, difference))
     return 1 if results.failures else 0
@@ -229,6 +229,7 @@ def _page_of_both(results: Results, options: argparse.Namespace, difference: Pai
         play_values(results.experiment.common, one, log)
     page: Path = options.out / "both.html"
     says = [f"{word}: {by[seed]:g}" for word, by in zip((options.old, options.new), by_seed, strict=True)]
-    title = f"{options.old} (robot 0) and {options.new} (robot 1), seed {seed}"
-    write_page_of_two(page, *logs, title=title, subtitle=f"{options.metric} of {', '.join(says)}; {difference}")
+    title = f"{options.old} and {options.new}, seed {seed}"
+    says = [f"{options.metric} of {', '.join(says)}; {difference}", f"pieces that lie are those of {options.old}"]
+    write_page_of_two(page, *logs, names=(options.old, options.new), title=title, subtitle="\n".join(says))
     return page

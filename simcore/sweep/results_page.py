@@ -7,7 +7,7 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,6 +42,11 @@ _MOST_DISTRIBUTIONS = 6
 _PARTS = 8  # of the runs, where a factor has more values than are shown each
 _NARROW, _WIDE = 720, 1200  # of pictures [px]
 _UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
+_NAMES = {
+    "distance_m": "way driven", "min_battery_v": "lowest battery voltage", "seconds": "duration",
+    "taken_in": "taken in", "last_shot_s": "time of the last shot", "hit_share": "share of hits",
+}  # fmt: skip
+"""What a reader calls metrics whose names are those of columns."""
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
@@ -76,7 +81,12 @@ def summary_text(results: Results, condition: str = "") -> str:
 
 
 def save_results(
-    results: Results, folder: str | Path, condition: str = "", *, scene: Scene | None = None
+    results: Results,
+    folder: str | Path,
+    condition: str = "",
+    *,
+    scene: Scene | None = None,
+    compared: PairedDifference | None = None,
 ) -> dict[str, Path]:
     """Write `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
 
@@ -85,6 +95,8 @@ def save_results(
         folder: Where to.
         condition: What a success is; empty: that of the experiment's stop rule, if it has one.
         scene: The bare field, for heat maps of `landings`; None: that of the game.
+        compared: Of two values of the first factor: what is said of their difference, as it was judged; the page is
+            about these two then.
 
     Returns:
         The files by their names.
@@ -98,9 +110,9 @@ def save_results(
         from simcore.show.scene import bare_scene
 
         scene = bare_scene(game_of(results.experiment.game))
-    drawings = drawings_of(results, condition, scene)
+    drawings = drawings_of(results, condition, scene) if compared is None else _of_each(results, condition, scene)
     written = [results.save_table(folder), folder / "page.html"]
-    write_text("page", written[-1], _page(results, drawings, condition, folder))
+    write_text("page", written[-1], _page(results, drawings, condition, folder, compared))
     for drawing in drawings:
         path = folder / "pictures" / drawing.file_name
         save_drawing(drawing.drawing, path, _WIDE if drawing.is_wide else _NARROW)
@@ -108,7 +120,24 @@ def save_results(
     return {path.name: path for path in written}
 
 
-def _page(results: Results, drawings: Sequence[ResultDrawing], condition: str, folder: Path) -> str:
+def _of_each(results: Results, condition: str, scene: Scene | None) -> list[ResultDrawing]:
+    """The drawings of each of two values that are compared: runs of both together say nothing."""
+    first, *rest = results.experiment.factors
+    found = []
+    for value in first.values:
+        mine = [{k: v for k, v in row.items() if k != first.name} for row in results.rows if row[first.name] == value]
+        one = Results(mine, replace(results.experiment, factors=tuple(rest)))
+        found += [replace(drawing, title=f"{value}: {drawing.title}") for drawing in drawings_of(one, condition, scene)]
+    return found
+
+
+def _page(
+    results: Results,
+    drawings: Sequence[ResultDrawing],
+    condition: str,
+    folder: Path,
+    compared: PairedDifference | None,
+) -> str:
     figures = "\n".join(
         f'<figure class="{"side" if drawing.is_wide else "chart"}"><figcaption><strong>{escape(drawing.title)}</strong>'
         f" <span>{escape(drawing.note)}</span></figcaption>{drawing.drawing}</figure>"
@@ -123,8 +152,8 @@ def _page(results: Results, drawings: Sequence[ResultDrawing], condition: str, f
     tables += _table(f"Runs with the lowest {main}. {again}", (*heads, *_varied_metrics(results)[:6]), lowest)
     tables += _table(f"Runs that ended with an error. {again}", (*heads, "error"), results.failures[:_MOST_ERRORS])
     return _PAGE.format(
-        title=escape(_title(results)),
-        summary=escape(summary_text(results, condition)),
+        title=escape(_title(results) if compared is None else " against ".join(_compared(results))),
+        summary=escape(summary_text(results, condition) if compared is None else _comparison(results, compared)),
         figures=figures,
         tables=tables,
         style=page_style(),
@@ -153,6 +182,20 @@ _PAGE = """<!DOCTYPE html>
 </body>
 </html>
 """
+
+
+def _compared(results: Results) -> list[str]:
+    """The two values that are compared, the older one first."""
+    return [str(value) for value in results.experiment.factors[0].values]
+
+
+def _comparison(results: Results, difference: PairedDifference) -> str:
+    """Of two values: their difference as it was judged, and medians of each."""
+    lines, name, main = [_headline(results), f"difference: {difference}"], results.factors[0], _main_metric(results)
+    for value in _compared(results) if main else ():
+        own = [row[main] for row in results.finished if str(row[name]) == value and row.get(main) is not None]
+        lines.append(f"median {main}, {value}: {number_text(float(np.median(own)))}" if own else f"{value}: no run")
+    return "\n".join(lines)
 
 
 # --- words --------------------------------------------------------------------------------------------------------
@@ -194,8 +237,13 @@ def _main_metric(results: Results, condition: str = "") -> str:
 
 
 def _varied_metrics(results: Results) -> list[str]:
-    """Metrics that are not the same in all runs."""
-    return [name for name in results.metrics if len({row.get(name) for row in results.finished} - {None}) > 1]
+    """Metrics that are not the same in all runs; of several with equal values in each run the first."""
+    found: dict[tuple[Any, ...], str] = {}
+    for name in results.metrics:
+        values = tuple(row.get(name) for row in results.finished)
+        if len({*values} - {None}) > 1:
+            found.setdefault(values, name)
+    return list(found.values())
 
 
 def _percentiles(values: FloatArray, at: Sequence[float]) -> list[float]:
@@ -302,8 +350,9 @@ def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator
             note = f"{said.get(factor, '')}median; whiskers: 90 % of the runs"
             yield ResultDrawing(f"{main} over {factor}", chart, note)
     for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]:
-        chart = distribution_chart(results.values(metric), metric, _UNITS.get(metric, ""))
-        yield ResultDrawing(f"{metric} of all runs", chart, "median solid; dashed: 5 and 95 %")
+        name = _NAMES.get(metric, metric)
+        chart = distribution_chart(results.values(metric), name, _UNITS.get(metric, ""))
+        yield ResultDrawing(f"{name} of all runs", chart, "median solid; dashed: 5 and 95 %")
     if scene is not None:
         for name, places in landings_of(row.get("landings") for row in results.finished).items():
             if len(places):

@@ -34,6 +34,7 @@ __all__ = [
 
 _BULK = 64  # rows of an array
 _RECORD = ("Sim/Shot", "Sim/TakenIn")
+_PARTS = "/ComponentPoses"  # a third of the log of a match, were they in it each tick
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
 SCHEMA_TYPE = "structschema"
@@ -88,11 +89,11 @@ class TelemetrySink(Protocol):
 
 
 def is_bulk(key: str, rows: int) -> bool:
-    """Whether an array is kept less often than the rest: over 64 rows of what moves.
+    """Whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
 
     The record of a run (`Sim/ShotIds`, `Sim/TakenInPlaces`) changes with its events alone, and is always whole.
     """
-    return rows > _BULK and not key.startswith(_RECORD)
+    return key.endswith(_PARTS) or (rows > _BULK and not key.startswith(_RECORD))
 
 
 def pose_bytes(key: str, pose: FloatArray) -> bytes:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import lzma
 import re
 import struct
 from collections.abc import Mapping
@@ -70,7 +71,7 @@ class WpilogSink:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 
         Args:
-            path: Where the log goes, by custom `*.wpilog`.
+            path: Where the log goes, by custom `*.wpilog`; `*.wpilogxz` is compressed, an eighth in size.
             period: Simulated time between two snapshots [s].
             bulk_period: The same for arrays of more than 64 rows [s].
             prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
@@ -90,6 +91,7 @@ class WpilogSink:
         self._values: dict[str, bytes] = {}
         self._arrays: dict[str, FloatArray | IntArray] = {}  # last written, by key: the same object is not looked into
         self._numbers: dict[str, dict[str, float]] = {"double": {}, "int64": {}, "boolean": {}}  # by type, by key
+        self._packer = lzma.LZMACompressor(preset=1) if self.path.suffix == ".wpilogxz" else None
         self._file: io.FileIO | None = None
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -151,7 +153,7 @@ class WpilogSink:
         """
         if self._file is None:
             return
-        self._flush(self._flushed_at)
+        self._flush(self._flushed_at, ends=True)
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -213,11 +215,14 @@ class WpilogSink:
         self._buffer += _LONG.pack(_LONG_HEAD, entry, len(payload), micros)
         self._buffer += payload
 
-    def _flush(self, micros: int) -> None:
+    def _flush(self, micros: int, *, ends: bool = False) -> None:
         if self._file is None:
             return
+        data = bytes(self._buffer)
+        if self._packer is not None:
+            data = self._packer.compress(data) + (self._packer.flush() if ends else b"")
         try:
-            rest = memoryview(self._buffer)
+            rest = memoryview(data)
             while rest:
                 rest = rest[self._file.write(rest) :]
         except OSError as error:
@@ -242,6 +247,7 @@ _NUMBERS: dict[str, tuple[str, int]] = {
 _INTEGERS = "int64[]"
 _LATEST = 2**62  # [us]; a later record has a broken stamp
 _TEXT = "string"
+_XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 
@@ -437,7 +443,9 @@ def read_log(path: str | Path) -> TelemetryLog:
     path = Path(path)
     try:
         data = path.read_bytes()
-    except (OSError, ValueError) as error:  # a path with a NUL is a ValueError
+        if data.startswith(_XZ):
+            data = lzma.LZMADecompressor().decompress(data)  # of one that is cut off what is there
+    except (OSError, ValueError, lzma.LZMAError) as error:  # a path with a NUL is a ValueError
         raise LogError(f"cannot read the log {str(path)!r}: {getattr(error, 'strerror', None) or error}") from error
     if data[:6] != b"WPILOG" or len(data) < 12:
         kind = "empty" if not data else "not a .wpilog file (it does not start with WPILOG)"

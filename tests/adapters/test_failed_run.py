@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import shutil
@@ -12,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from page_reader import PageReader
 
 import simcore
 
@@ -67,13 +67,13 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     assert run.returncode != 0 and "no robot does that" in said, said[-3000:]
     files = {path.suffix: path for path in project.rglob("test_drives_ten.*")}
     assert set(files) == {".html", ".png", ".wpilog"}, said[-3000:]
-    page = files[".html"].read_text(encoding="utf-8")
-    assert "driven &gt;= 10" in page and "Tick time" in page, "the wall time of ticks is known there too"
-    run_in_page = json.loads(page.partition('id="run">')[2].partition("</script>")[0])
-    (x, y, _), (to_x, to_y, _) = (run_in_page["frames"][row]["robots"][0] for row in (0, -1))
+    page = PageReader(files[".html"])
+    assert "driven >= 10" in page.words and "Tick time" in page.words, "the wall time of ticks is known there too"
+    times, _ = page.group("robots")
+    (x, y, *_), (to_x, to_y, *_) = (100.0 * page.robot(0, time)[0] for time in times[[0, -1]])
     assert math.hypot(to_x - x, to_y - y) > 50.0, "half a meter [cm]"
-    (at_x, at_y, _), (believed_x, believed_y, _) = (run_in_page["frames"][0][key][0] for key in ("robots", "ghosts"))
+    (at_x, at_y, *_), (believed_x, believed_y, _) = (100.0 * place for place in page.robot(0, times[0]))
     assert (at_x, at_y) != (believed_x, believed_y), (
         "CTRE's drivetrain begins at the corner of the field, the robot not"
     )
-    assert "Pose estimate off by [m]" in page and "transition" in page
+    assert "Pose estimate off by" in page.words and "transition" in page.words

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCES = sorted(path for kind in ("py", "js", "css") for path in (ROOT / "simcore").rglob(f"*.{kind}"))
+OWN = (path for kind in ("py", "js", "css", "html") for path in (ROOT / "simcore").rglob(f"*.{kind}"))
+SOURCES = sorted(path for path in OWN if path.parent.name != "vendor")
 
 WORDS = re.compile(
     r"\w*fuel\w*|rebuilt\w*|\bhubs?\b|\w+_hub\b|(?:red|blue)_?hub\w*|reefscape|\bcorals?\b|\balgae\b"

@@ -281,7 +281,7 @@ def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
 def test_a_taken_port_is_one_sentence_and_the_run_goes_on_unpaced(here, capsys, monkeypatch, option):
     if "--view" in option:
-        pytest.importorskip("viser", reason="the extra 'view' is not installed")
+        pytest.importorskip("websockets", reason="the extra 'view' is not installed")
     monkeypatch.setattr("simcore.show.pacing.Pacer.wait", lambda *_, **__: pytest.fail("nobody looks on"))
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -294,7 +294,7 @@ def test_a_taken_port_is_one_sentence_and_the_run_goes_on_unpaced(here, capsys, 
 
 
 def test_without_the_extra_the_view_is_missed_in_one_sentence(here, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "viser", None)
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 0
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert install_command("view") in line and "the run goes on" in line

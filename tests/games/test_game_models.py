@@ -116,7 +116,7 @@ def test_the_layouts_show_only_what_is_published_and_what_there_are_models_for(g
     assert field["game"] == f"FRC:{models.field.name}"
     drawn = [item for item in field["sources"] if item["type"] == "robot"]
     assert [item["options"]["model"] for item in drawn] == [
-        f"Simcore {game.name.title()}{' (red)' if number % 2 else ''}" for number in range(robots)
+        f"Simcore {game.name.title()}{' (red)' if number and 2 * number >= robots else ''}" for number in range(robots)
     ]
     for item in field["sources"]:
         if item["type"] == "gamePiece":

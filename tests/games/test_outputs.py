@@ -15,8 +15,8 @@ from games.rebuilt import REBUILT
 from simcore import cli
 from simcore.match.runner import play_auto
 from simcore.show import raster
+from simcore.show.animation import FramePainter
 from simcore.show.failed_run import save_failed_run
-from simcore.show.frames import FramePainter
 from simcore.show.palette import rgb
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of
@@ -69,7 +69,8 @@ def test_frames_of_a_real_run_show_fuel_where_the_engine_had_it(depot):
     run, recording, truth = depot
     scene = scene_of(run.match)
     painter = FramePainter(recording, scene)
-    (left, top), (right, _) = painter.pixel(0.0, 0.0), painter.pixel(1.0, 0.0)
+    below = 100.0 * scene.field_size[1]
+    (left, top), (right, _) = np.array(painter.points(np.array([(0.0, below), (100.0, below)]))) / 2.0
     scale = right - left
     for time in (0.3, 4.2, 8.1):
         image = np.asarray(painter.draw(time), dtype=int)

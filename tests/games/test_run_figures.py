@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from game_table import GAMES
+from page_reader import PageReader
 from rich.console import Console
 
 import simcore
@@ -84,17 +85,19 @@ def of_match(match: Match) -> Figures:
 
 
 def of_page(path: Path) -> Figures:
-    text = path.read_text(encoding="utf-8")
-    facts = dict(re.findall(r"<li><span>([^<]*)</span><b>([^<]*)</b></li>", text.partition("</ul>")[0]))
-    facts = {name.removesuffix(" by robot 0").removesuffix(" of robot 0"): value for name, value in facts.items()}
+    page = PageReader(path)
+    facts = {name.removesuffix(", robot 0"): value for name, value in page.facts.items()}
     hits, shots = map(int, facts.get("shots hit", "0 of 0").split(" of "))
     taken = next((int(value) for name, value in facts.items() if name.endswith("taken in")), 0)
-    # On the page itself: the table of shots, the key of the drawing, and what is drawn
-    assert shots == number(r"<summary>Shots \((\d+)\)|<summary>Robots, (\d+) shots", text)
-    assert text.count('class="shot"') == 2 * shots, "from above and from the side"
-    row = re.search(r"<th scope=row>hits</th>(.*?)</tr>", text)
-    assert hits == sum(map(int, re.findall(r"<td>(\d+)", row[1] if row else ""))) == number(r"hit \((\d+)\)", text)
-    assert taken == number(r"taken in \((\d+)\)", text)
+    # The same in the table of shots, in the key of the drawing, and in what is drawn
+    results = [shot["result"] for shot in page.meta["shots"]]
+    assert shots == len(results) and hits == results.count("hit") == number(r"hit \((\d+)\)", page.meta["key"])
+    assert taken == len(page.meta["taken"]) == number(r"taken in \((\d+)\)", page.meta["key"])
+    for table in page.meta["tables"]:
+        rows = {row[0]: row[1:] for row in table["rows"] if isinstance(row[0], str)}
+        if "hits" in rows:
+            assert hits == sum(int(cell.split()[0]) for cell in rows["hits"])
+            assert shots == sum(map(int, rows["shots"])) == number(r"(\d+)", table["title"])
     return Figures(
         blue=int(facts["score blue"]),
         red=int(facts["score red"]),
@@ -257,8 +260,8 @@ def test_a_robot_that_is_put_elsewhere_has_not_driven_there(tmp_path):
     auto = replace(depot, controller=put_twice)
     told = played(tmp_path, "rebuilt", auto, seconds=7.0)
     require_same(told)
-    text = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert text.count("put there, reset: (2.00, 4.00) m") == 2, "in the time line, and in the list of events"
+    page = PageReader(tmp_path / "a.html")
+    assert "put there, reset: (2.00, 4.00) m, 0 deg" in [text for _, kind, text in page.meta["events"] if kind == "put"]
     log = read_log(tmp_path / "run.wpilog")
     assert log.snapshot_at(log.span[1]).integers["Sim/Robot/Placements"] == 3
 
@@ -319,9 +322,8 @@ def test_the_page_of_a_failed_test_says_what_the_test_saw(tmp_path):
     told |= {"chart": of_chart(recording, scene_of_log(recording), float(told["page"].volts), within=0.006)}
     require_same(told)
     assert said.shots > 5 and float(said.driven) < 8.0, run.stdout[-2000:]
-    text = page.read_text(encoding="utf-8")
-    assert "&gt;= 800" in text, "what failed"
-    assert "put there, carried" in text, "red's start is not where the match has begun"
+    assert any(">= 800" in note for note in PageReader(page).meta["notes"]), "what failed"
+    assert "put there, carried" in PageReader(page).words, "red's start is not where the match has begun"
 
 
 @pytest.mark.slow

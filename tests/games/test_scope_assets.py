@@ -48,4 +48,5 @@ def test_a_game_gets_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
     shown = {source["logKey"]: source["options"] for source in field["sources"]}
     assert shown["NT:/Sim/Robots/1/Robot/Pose3d"] == {"model": red.name}
     for supply in game.pieces:
-        assert shown[f"NT:/Sim/InFlight/{supply.kind.name}"] == {"variant": f"{supply.kind.name} in flight"}
+        assert shown[f"NT:/Sim/GamePieces/{supply.kind.name}"] == {"variant": supply.kind.name}
+    assert not any("/InFlight/" in key for key in shown), "those in flight are among them, and are drawn once"

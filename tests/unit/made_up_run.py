@@ -19,7 +19,7 @@ SCENE = Scene(
     ],
     robots=(RobotLook(alliance="red", bumpers=(0.8, 0.8)),),
     pieces={"Fuel": PieceLook(radius=0.075, color="#ffd923", air_color="#ff9800", edge_color="#7d6400")},
-    goals=(Goal(alliance="red", center=(4.0, 3.0, 0.9)), Goal(alliance="blue", center=(3.0, 1.0, 0.9))),
+    goals=(Goal(alliance="", center=(4.0, 3.0, 0.9)), Goal(alliance="blue", center=(3.0, 1.0, 0.9))),
 )
 
 

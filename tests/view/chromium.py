@@ -1,4 +1,4 @@
-"""A headless Chromium for tests, spoken to over its DevTools protocol; viser brings the websocket client."""
+"""A headless Chromium for tests, spoken to over its DevTools protocol."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """One page. Every request that it makes is noted in `requests`."""
+    """One page. Every request that it makes is noted in `requests`, and what goes wrong in its scripts in `errors`."""
 
     def __init__(self, url: str, profile: Path) -> None:
         from websockets.sync.client import connect
@@ -38,12 +38,14 @@ class Chromium:
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self._ids = itertools.count(1)
         self.requests: list[str] = []
+        self.errors: list[str] = []
         try:
             port = self._port(profile / "DevToolsActivePort")
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=20) as answer:
                 page = next(target for target in json.load(answer) if target["type"] == "page")
             self._socket = connect(page["webSocketDebuggerUrl"], max_size=None)
-            self.call("Network.enable")
+            for domain in ("Network", "Runtime", "Log"):
+                self.call(f"{domain}.enable")
             self.call("Page.enable")
             self.call("Page.navigate", url=url)
         except BaseException:
@@ -58,6 +60,8 @@ class Chromium:
             message = json.loads(self._socket.recv(timeout=60))
             if message.get("method") == "Network.requestWillBeSent":
                 self.requests.append(message["params"]["request"]["url"])
+            if message.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded"):
+                self.errors.append(json.dumps(message["params"]))
             if message.get("id") == number:
                 assert "error" not in message, message
                 return message["result"]
@@ -73,6 +77,13 @@ class Chromium:
         end = time.monotonic() + seconds
         while text not in (seen := self.evaluate("document.body ? document.body.innerText : ''")):
             assert time.monotonic() < end, f"{text!r} is not on the page: {seen!r}"
+            time.sleep(0.1)
+
+    def wait_for(self, condition: str, seconds: float = 60.0) -> None:
+        """Until a JavaScript expression is true."""
+        end = time.monotonic() + seconds
+        while not self.evaluate(f"Boolean({condition})"):
+            assert time.monotonic() < end, f"{condition}: {self.errors}"
             time.sleep(0.1)
 
     def click(self, label: str) -> None:

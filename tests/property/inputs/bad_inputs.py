@@ -559,7 +559,7 @@ def _flag(number: int, rng: random.Random, folder: Path) -> Case:
                 ["play", "rebilt"],
                 ["play", "--sed=3"],
                 ["view", str(folder / "none.wpilog")],
-                ["view", "x", "--port=70000"],
+                ["view", "x", "--seconds=1"],
                 ["page"],
                 ["play", "rebuilt", "--seed"],
                 ["new-game", "1 2"],

@@ -16,8 +16,7 @@ from scipy import ndimage
 
 from simcore.errors import ConfigError, OutputError
 from simcore.show import animation
-from simcore.show.animation import animate, frame_times
-from simcore.show.frames import FramePainter
+from simcore.show.animation import FramePainter, animate, frame_times
 from simcore.show.palette import COLORS, rgb
 from simcore.show.scene import PieceLook, Scene
 from simcore.telemetry.recording import Recording
@@ -30,8 +29,9 @@ RED, BLUE, HIT, MISS = (COLORS[name][0] for name in ("red", "blue", "hit", "miss
 
 def to_pixels(scene: Scene) -> tuple[float, float, float]:
     """Pixels per meter, and the origin's place from the left and the top."""
-    painter = FramePainter(Recording(), scene)
-    (left, top), (right, _) = painter.pixel(0.0, 0.0), painter.pixel(1.0, 0.0)
+    below = 100.0 * scene.field_size[1]
+    corners = FramePainter(Recording(), scene).points(np.array([(0.0, below), (100.0, below)]))
+    (left, top), (right, _) = np.array(corners) / 2.0
     return right - left, left, top
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_up_run import SCENE, recorded, snapshot
+from page_reader import PageReader
 from wpiutil.log import DataLogReader
 
 from simcore.show import failed_run
@@ -19,7 +20,7 @@ def test_log_picture_and_page_are_left_and_named(tmp_path: Path) -> None:
     assert {left.log, left.picture, left.page} == set((tmp_path / "new").iterdir())
     assert all(path is not None and path.stem == "test_auto_red_3" and str(path) in str(left) for path in
                (left.log, left.picture, left.page))  # fmt: skip
-    assert left.page is not None and "assert 3 &gt;= 20" in left.page.read_text(encoding="utf-8")
+    assert left.page is not None and PageReader(left.page).meta["notes"] == ["assert 3 >= 20"]
     assert left.picture is not None and left.picture.read_bytes().startswith(b"\x89PNG")
     assert DataLogReader(str(left.log)).isValid()
 

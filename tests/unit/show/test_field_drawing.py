@@ -1,4 +1,4 @@
-"""What is seen of a field: all that stands at its edge, and the goals that shots are aimed at."""
+"""What is seen of a field: all that stands at its edge."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from dataclasses import replace
 import numpy as np
 from made_up_run import SCENE, recorded
 
-from simcore.show.field_drawing import FieldDrawing, side_view
+from simcore.show.field_drawing import FieldDrawing
 from simcore.show.run_track import RunTrack
-from simcore.show.scene import Goal
-from simcore.show.shots import shots_of
 
 
 def test_what_stands_across_the_edge_is_seen_to_its_end_and_far_away_things_do_not_shrink_the_field() -> None:
@@ -23,11 +21,3 @@ def test_what_stands_across_the_edge_is_seen_to_its_end_and_far_away_things_do_n
     x, y = drawing.points(station).T
     assert left <= x.min() and top <= y.min()
     assert left + across == 100.0 * length + 150.0 and top + down == 100.0 * width + 150.0
-
-
-def test_shots_from_the_side_have_their_goals_also_above_their_flight() -> None:
-    scene = replace(SCENE, goals=(Goal(alliance="red", center=(3.0, 1.0, 4.0)),))
-    drawn = side_view(scene, shots_of(recorded(), scene))
-    assert drawn.count('class="goal"') == 1 and "<title>red goal</title>" in drawn
-    assert 'y1="25' in drawn[drawn.index('class="goal"') :], "a quarter of a meter below the upper edge"
-    assert side_view(scene, []) == ""

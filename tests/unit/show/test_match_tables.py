@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.show.match_tables import USES, cycles_html, period_rows, periods_html, robot_rows, use_rows
-from simcore.show.page import write_page
+from simcore.show.match_tables import USES, period_rows, robot_rows, tables_of, verdict
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import RobotLook, Scene
 from simcore.show.shots import ShotTrace
@@ -86,12 +85,38 @@ def test_each_second_goes_to_one_use(recording):
     assert red.seconds["shooting"] == pytest.approx(1.0, abs=0.03) and red.seconds["driving"] == 0.0
 
 
-def test_the_page_of_several_robots_has_the_tables(recording, tmp_path):
-    track = RunTrack(recording, SCENE)
-    assert "teleop &lt;1&gt;" in periods_html(period_rows(track, SHOTS))
-    assert 'data-to="8.60">9 s</button> 1 of 1' in cycles_html(robot_rows(track, SHOTS))
-    assert dict(use_rows(robot_rows(track, SHOTS)))["cycles"] == ["2", "1"]
-    write_page(tmp_path / "two.html", recording, SCENE)
-    write_page(tmp_path / "one.html", recording, replace(SCENE, robots=SCENE.robots[:1]))
-    assert "Periods (2)" in (tmp_path / "two.html").read_text(encoding="utf-8")
-    assert "Periods" not in (tmp_path / "one.html").read_text(encoding="utf-8")
+def test_the_score_sheet_knows_the_points_of_a_period_better_than_differences(recording):
+    """What counts in a grace after a period is the period's; fouls stand apart."""
+    kept = Recording()
+    for snapshot in recording.snapshots():
+        rows = {
+            "Sim/Score/Blue/hub/autoPoints": 2,
+            "Sim/Score/Blue/hub/teleop<1>Points": 1,
+            "Sim/Score/Blue/foulPoints": 0,
+        }
+        rows["Sim/Score/Red/foulPoints"] = 5 * (snapshot.time > 9.99)
+        kept.write(replace(snapshot, integers={**snapshot.integers, **rows}))
+    track = RunTrack(kept, SCENE)
+    auto, teleop = period_rows(track, SHOTS)
+    assert [row.points for row in (auto, teleop)] == [{"blue": 2, "red": 0}, {"blue": 1, "red": 0}]
+    assert teleop.fouls == {"blue": 0, "red": 5}
+    sheet, periods, *_ = tables_of(track, SHOTS)
+    assert ["hub: auto points", "2", "0"] in sheet.rows and sheet.rows[-1] == ["score", "3", "5"]
+    assert [row[1:] for row in periods.rows] == [
+        ["2", "0", "0 of 0", "0", "0", "0 of 1"],
+        ["1", "0", "2 of 3", "0", "5", "0 of 0"],
+    ]
+
+
+def test_tables_of_several_robots_and_of_one(recording):
+    scene = replace(SCENE, robots=[replace(SCENE.robots[0], role="collector:3"), SCENE.robots[1]])
+    track = RunTrack(recording, scene)
+    tables = {table.title.partition(" ")[0]: table for table in tables_of(track, SHOTS)}
+    assert list(tables) == ["Periods", "Robots,", "Cycles"] and verdict(track) == "red wins, 5 to 3"
+    rows = {row[0]: row[1:] for row in tables["Robots,"].rows}
+    assert rows["plays"] == ["collector:3", ""] and rows["cycles"] == ["2", "1"] and rows["alliance"] == ["blue", "red"]
+    assert tables["Cycles"].rows[0] == ["robot 0", [5.0, "5 s: 1 of 2"], [8.6, "9 s: 1 of 1"]]
+    assert tables["Periods"].rows[1][0] == [4.0, "4 s teleop <1>"]
+    alone = replace(SCENE, robots=SCENE.robots[:1])
+    assert [table.title for table in tables_of(RunTrack(recording, alone), SHOTS)] == ["Shots (4)"]
+    assert verdict(RunTrack(recording, alone)) == "3 points"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,6 @@ import pytest
 import trimesh
 
 from simcore.errors import ModelError, UnknownNameError
-from simcore.show.glb import look_mesh
-from simcore.show.scene import PieceLook
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
@@ -201,17 +198,3 @@ def test_a_folder_without_models(tmp_path: Path) -> None:
         check_folder(tmp_path / "none")
     with pytest.raises(ModelError, match="looks at no other"):
         check_folder(tmp_path)
-
-
-def test_a_piece_without_a_model_is_a_ball_or_a_box_of_its_look() -> None:
-    vertices, faces, color = look_mesh(PieceLook(radius=0.2, color="#0e8a43"))
-    assert np.linalg.norm(vertices, axis=1) == pytest.approx(np.full(len(vertices), 0.2)) and len(faces) == 80
-    assert color == (14, 138, 67)
-    vertices, faces, _ = look_mesh(PieceLook(size=(0.3, 0.1, 0.2), color="#0e8a43"))
-    assert np.ptp(vertices, axis=0) == pytest.approx((0.3, 0.1, 0.2)) and len(faces) == 12
-
-
-def test_another_field_keeps_robots_and_looks(field: Path, robot: Path) -> None:
-    models = replace(load_models(robot.parent), pieces={"Crate": PieceLook(radius=0.1, color="#0e8a43")})
-    other = models.with_field(None)
-    assert other.field is None and other.robots == models.robots and set(other.pieces) == {"Crate"}

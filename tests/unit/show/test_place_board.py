@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_up_run import SCENE
+from page_reader import PageReader
 
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.game import Game
@@ -75,9 +76,10 @@ def test_a_board_has_a_row_a_level_and_a_mark_for_what_is_taken(scene) -> None:
 
 def test_page_and_picture_have_boards_and_a_run_without_places_has_none(scene, tmp_path: Path) -> None:
     write_page(tmp_path / "run.html", recorded(), scene)
-    text = (tmp_path / "run.html").read_text(encoding="utf-8")
-    for words in ("Placed for blue", "<strong>Placed</strong>", "placed, blue top +1", "placed, shelf -1"):
-        assert words in text, words
+    page = PageReader(tmp_path / "run.html")
+    assert "Placed for blue" in page.meta["places"][0] and "<strong>Placed</strong>" in page.meta["places"][1]
+    assert {"placed, blue top +1", "placed, shelf -1"} <= {text for _, _, text in page.meta["events"]}
+    assert page.meta["cells"]["BlueTray"] == [[0.0, 0], [2.0, 3]]
     draw_summary(tmp_path / "run.svg", recorded(), scene)
     drawn = (tmp_path / "run.svg").read_text(encoding="utf-8")
     assert "Placed for blue" in drawn and f'fill="{COLORS["blue"][0]}" class="mark" visibility="hidden"' in drawn

@@ -33,18 +33,6 @@ def test_a_box_is_seen_from_above_as_it_lies() -> None:
     assert seen[:, 2] == pytest.approx([0.0, math.radians(-50), 0.0, math.pi / 2, 0.0])
 
 
-def test_corners_hold_every_corner_of_the_box() -> None:
-    look = PieceLook(size=(0.3, 0.12, 0.1), color="#ffffff")
-    rotations = Rotation.random(50, random_state=3)
-    signs = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
-    for rotation, outline in zip(rotations, look.corners(rows(*rotations)), strict=True):
-        box = rotation.apply(signs * (0.3, 0.12, 0.1))[:, :2] + (1.0, 2.0)
-        side = np.roll(outline, -1, axis=0) - outline
-        out = np.column_stack((-side[:, 1], side[:, 0]))
-        assert ((box[:, None] - outline) * out).sum(axis=2).max() < 1e-9, "outside of the outline"
-        assert np.linalg.norm(outline - (1.0, 2.0), axis=1).max() < look.reach + 0.05
-
-
 def test_a_disk_and_derived_colors() -> None:
     look = PieceLook(radius=0.1, color="#804020")
     assert look.rectangles(rows(Rotation.identity())).tolist() == [[0.2, 0.2, 0.0]]

@@ -69,7 +69,8 @@ def test_a_game_without_models_is_shown_with_those_of_advantagescope() -> None:
         "Sim/Robots/10/Debug/BatteryVoltage",
     ]
     assert rows(shown["Currents"]["leftSources"]) == [("stepped", "Sim/Debug/LiftCurrentA")]
-    assert rows(shown["Mechanisms"]["rightSources"]) == [("stepped", "Sim/Debug/LiftHeightM")]
+    assert rows(shown["Mechanisms"]["rightSources"]) == [], "an axis has one unit"
+    assert rows(shown["Heights"]["leftSources"]) == [("stepped", "Sim/Debug/LiftHeightM")]
     assert rows(shown["Mechanisms"]["discreteSources"]) == [("stripes", "Sim/Sensors/Limit")]
     assert rows(shown["Score"]["discreteSources"]) == [
         ("stripes", "Sim/Match/Period"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up_run import SCENE, flight, recorded
 
-from simcore.show.run_events import board_of, events_of
+from simcore.show.run_events import BoardRecord, events_of
 from simcore.show.scene import Goal
 from simcore.show.shots import intake_places, shots_of
 from simcore.telemetry.recording import Recording
@@ -23,7 +23,7 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
     )
     assert hit.points == pytest.approx(np.array([flight(time, 0.4)[:3] for time in hit.times]))
     assert hit.speed == pytest.approx(np.hypot(5.0, 3.0), abs=1e-9), "the parabola's own start"
-    assert (hit.distance, hit.side) == (pytest.approx(1.0), None), "to the goal of the red robot's alliance"
+    assert (hit.distance, hit.side) == (pytest.approx(1.0), None), "to the goal in its direction"
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
         poses = {"Sim/InFlight/Fuel": row[None][:flies]}
         ids = results | {"Sim/InFlightIds/Fuel": np.array([5])[:flies]}
         recording.write(Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=ids))
-    (shot,) = shots_of(recording, replace(SCENE, goals=(Goal(alliance="red", center=goal),)))
+    (shot,) = shots_of(recording, replace(SCENE, goals=(Goal(alliance="", center=goal),)))
     assert shot.side == side
 
 
@@ -61,6 +61,14 @@ def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
     assert [shot.time for shot in thin] == pytest.approx([shot.time for shot in full])
     assert len(thin[1].points) == 1 < len(full[1].points)
     assert thin[0].distance == pytest.approx(full[0].distance, abs=2.0), "from where its robot was"
+
+
+def test_what_leaves_beyond_the_own_goal_and_does_not_score_is_a_pass() -> None:
+    """Red's wall is at the right: a robot at x = 3 that shoots to the right is beyond a goal at x = 4."""
+    hit, miss = shots_of(recorded(), replace(SCENE, goals=(Goal(alliance="red", center=(4.0, 3.0, 0.9)),)))
+    assert (hit.result, miss.result, miss.side) == ("hit", "pass", None)
+    _, near = shots_of(recorded(), replace(SCENE, goals=(Goal(alliance="red", center=(2.9, 3.0, 0.9)),)))
+    assert near.result == "miss", "on the near side of its goal"
 
 
 def test_shots_of_a_log_by_another_clock_have_its_times() -> None:
@@ -104,7 +112,10 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
     ]
-    board = {item.label: item for item in board_of(late)}
+    record = BoardRecord(SCENE)
+    for snapshot in late.snapshots():
+        record.take(snapshot)
+    board = {item.label: item for item in record.items}
     assert list(board) == ["period", "time left", "red", "goal open"]
     assert board["period"].at(0.58) == "teleop, disabled" and board["time left"].at(0.3) == "1:40"
     assert (board["red"].at(0.1), board["red"].at(0.5), board["goal open"].at(0.0)) == ("0", "1", "yes")

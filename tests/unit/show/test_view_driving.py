@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
-import json
 import math
-from types import SimpleNamespace
 
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.show.view_driving import KEYS, LONGEST, SUBPROTOCOL, ViewDriving, read_input
-from simcore.show.view_guard import ViewGuard
+from simcore.show.view_driving import KEYS, ViewDriving, read_input
 
 
 def asked(*keys, **pad):
-    return read_input(json.dumps({"keys": keys, **pad}))
+    return read_input({"keys": list(keys), **pad})[1]
 
 
 def pad(x=0.0, y=0.0, turn=0.0, pressed=()):
@@ -65,23 +61,19 @@ def test_a_stick_has_a_round_dead_band_and_no_step_at_its_edge():
 @pytest.mark.parametrize(
     ("message", "problem"),
     [
-        (b'{"keys": []}', "must be text"),
-        ("x" * (LONGEST + 1), "at most 1000 characters"),
-        ("KeyW", "must be JSON"),
-        ("[" * 999, "must be JSON"),
-        ("[]", "must have keys"),
-        ("{}", "must have keys"),
-        ('{"keys": [], "robot": 3}', "must have keys"),
-        ('{"keys": "KeyW"}', "keys must be some of"),
-        ('{"keys": ["KeyP"]}', "keys must be some of"),
-        ('{"keys": [["KeyW"]]}', "keys must be some of"),
-        ('{"keys": [], "axes": [NaN]}', "axes must be at most 32 numbers from -1 to 1"),
-        ('{"keys": [], "axes": [Infinity]}', "axes must be"),
-        ('{"keys": [], "axes": [1e300]}', "axes must be"),
-        ('{"keys": [], "axes": [true]}', "axes must be"),
-        ('{"keys": [], "axes": ["1"]}', "axes must be"),
-        ('{"keys": [], "buttons": {}}', "buttons must be"),
-        (json.dumps({"keys": [], "buttons": [0] * 33}), "buttons must be"),
+        ([], "must have keys"),
+        ({}, "must have keys"),
+        ({"keys": [], "else": 3}, "must have keys"),
+        ({"keys": "KeyW"}, "keys must be some of"),
+        ({"keys": ["KeyP"]}, "keys must be some of"),
+        ({"keys": [["KeyW"]]}, "keys must be some of"),
+        ({"keys": [], "axes": [math.nan]}, "axes must be at most 32 numbers from -1 to 1"),
+        ({"keys": [], "axes": [math.inf]}, "axes must be"),
+        ({"keys": [], "axes": [1e300]}, "axes must be"),
+        ({"keys": [], "axes": [True]}, "axes must be"),
+        ({"keys": [], "axes": ["1"]}, "axes must be"),
+        ({"keys": [], "buttons": {}}, "buttons must be"),
+        ({"keys": [], "buttons": [0] * 33}, "buttons must be"),
     ],
 )
 def test_nonsense_is_refused(message, problem):
@@ -89,69 +81,32 @@ def test_nonsense_is_refused(message, problem):
         read_input(message)
 
 
-class Socket:
-    """A page that sends what a test gives it."""
-
-    def __init__(self):
-        self.messages, self.closed = asyncio.Queue(), None
-
-    async def recv(self):
-        return await self.messages.get()
-
-    async def close(self, code, reason):
-        self.closed = (code, reason)
-
-
 def test_nobody_drives_a_quarter_of_a_second_after_the_last_message():
-    pytest.importorskip("websockets", reason="the extra 'view' is not installed")
     now = 10.0
-
-    async def heard(page):
-        while not page.messages.empty():
-            await asyncio.sleep(0.01)
-        await asyncio.sleep(0.05)
-
-    async def play():
-        nonlocal now
-        driving, page, other = ViewDriving(clock=lambda: now), Socket(), Socket()
-        assert driving.input() is None
-        listening = asyncio.create_task(driving.serve(page))
-        page.messages.put_nowait('{"keys": ["KeyW"]}')
-        await heard(page)
-        assert driving.input().ahead == 1.0
-        now = 10.249
-        assert driving.input().ahead == 1.0
-        now = 10.251
-        assert driving.input() is None
-        await driving.serve(other)
-        assert other.closed == (1013, "another page drives") and page.closed is None
-        now = 20.0
-        page.messages.put_nowait('{"keys": ["KeyA"]}')
-        await heard(page)
-        assert driving.input().left == 1.0
-        page.messages.put_nowait('{"keys": ["KeyA"], "axes": [NaN]}')
-        await listening
-        assert driving.input() is None, "at once"
-        code, reason = page.closed
-        assert code == 1007 and "axes must be" in reason and len(reason) <= 120
-        again = asyncio.create_task(driving.serve(Socket()))
-        await asyncio.sleep(0.01)
-        assert not again.done(), "the place is free"
-        again.cancel()
-
-    asyncio.run(play())
+    driving = ViewDriving(clock=lambda: now)
+    assert driving.input() is None
+    driving.take(1, {"keys": ["KeyW"]})
+    assert driving.input().ahead == 1.0
+    now = 10.249
+    assert driving.input().ahead == 1.0
+    driving.take(2, {"keys": ["KeyS"]})
+    assert driving.input().ahead == 1.0, "another page drives"
+    now = 10.251
+    assert driving.input() is None
+    driving.take(2, {"keys": ["KeyS"]})
+    driving.take(1, None)
+    assert driving.input().ahead == -1.0, "the place was free"
+    driving.take(2, None)
+    assert driving.input() is None, "at once"
 
 
-def test_the_script_knows_the_keys_and_the_actions():
-    driving, body = ViewDriving(("shoot", "</script>")), b"<html><body>x</body></html>"
-    answer = SimpleNamespace(headers={"Content-Type": "text/html; charset=utf-8", "Content-Length": "27"}, body=body)
-    guard = ViewGuard("127.0.0.1", driving)
-    guard.add_scripts(answer)
-    page = answer.body.decode()
-    assert answer.headers["Content-Length"] == str(len(answer.body))
-    picture = SimpleNamespace(headers={"Content-Type": "image/png"}, body=b"</body>")
-    guard.add_scripts(picture)
-    assert picture.body == b"</body>"
-    assert page.startswith("<html><body>x<script>") and page.endswith("</script></body></html>")
-    assert all(f'"{key}"' in page for key in KEYS) and SUBPROTOCOL in page and "$" not in page.replace("${", "")
-    assert "1 or Space shoot, 2 <\\/script>" in page and page.count("</script>") == page.count("<script>") == 3
+def test_each_page_drives_a_robot_of_its_own():
+    driving = ViewDriving(("shoot",), robots=2, at_once=True, clock=lambda: 0.0)
+    driving.take(1, {"keys": ["KeyW"]})
+    driving.take(2, {"keys": ["KeyS"], "robot": 1})
+    assert (driving.input(0).ahead, driving.input(1).ahead) == (1.0, -1.0)
+    for wrong in (2, -1, True, "0"):
+        with pytest.raises(ConfigError, match="robot must be"):
+            driving.take(1, {"keys": [], "robot": wrong})
+    assert driving.data["robots"] == [0, 1] and driving.data["at_once"] and set(driving.data["keys"]) == KEYS
+    assert "1 or Space shoot" in driving.data["help"]

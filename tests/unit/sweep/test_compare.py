@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import shutil
 import subprocess
+from html import escape
 from pathlib import Path
 
 import numpy as np
 import pytest
 from made_up_run import SCENE, SHOTS, recorded
+from page_reader import PageReader
 
 from simcore import cli
 from simcore.show.shots import shots_of
@@ -91,9 +93,17 @@ def test_two_autos_of_a_game_and_a_page_with_both(capsys):
     )
     assert "No clear difference" in said and "--seeds 6 goes on from here" in said
     assert "1 runs ended with an error: ZeroDivisionError" in said
-    page = Path("out/compare/both.html").read_text(encoding="utf-8")
-    assert "drive (robot 0) and fail (robot 1), seed 0" in page and "Battery, by robot" in page
-    assert "drive" in Path("out/compare/page.html").read_text(encoding="utf-8")
+    both = PageReader(Path("out/compare/both.html"))
+    assert both.meta["title"] == "drive and fail, seed 0" and [one["name"] for one in both.meta["robots"]] == [
+        "drive",
+        "fail",
+    ]
+    assert len({one["ink"] for one in both.meta["robots"]}) == 2 and "score blue" not in both.facts
+    assert {"score drive", "score fail", "driven, drive", "driven, fail"} <= set(both.facts)
+    difference = said.partition(": ")[2].partition("\n")[0]
+    assert difference in both.meta["notes"][0]
+    page = Path("out/compare/page.html").read_text(encoding="utf-8")
+    assert "<h1>drive against fail</h1>" in page and f"difference: {escape(difference)}" in page, "the console's own"
 
 
 def test_a_metric_that_there_is_not_is_refused_before_the_first_run(capsys):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import lzma
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from simcore.telemetry.log_reader import read_log
 
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.snapshot import Snapshot
@@ -303,3 +305,17 @@ def test_bad_snapshots(tmp_path: Path, change: dict[str, Any], words: str) -> No
 def test_bad_period(tmp_path: Path, period: float) -> None:
     with pytest.raises(ConfigError, match="period"):
         WpilogSink(tmp_path / "run.wpilog", period=period)
+
+
+def test_a_compressed_log_reads_back_the_same_also_one_that_is_cut_off(
+    tmp_path: Path, snapshots: list[Snapshot]
+) -> None:
+    plain, packed, cut = (tmp_path / name for name in ("a.wpilog", "b.wpilogxz", "c.wpilogxz"))
+    for path in (plain, packed):
+        with WpilogSink(path, **EVERY_TICK) as sink:
+            for snapshot in snapshots:
+                sink.write(snapshot)
+    assert lzma.decompress(packed.read_bytes()) == plain.read_bytes()
+    assert read_log(packed).columns.keys() == read_log(plain).columns.keys()
+    cut.write_bytes(packed.read_bytes()[:-12])
+    assert read_log(cut).columns.keys() <= read_log(plain).columns.keys()

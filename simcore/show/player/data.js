@@ -1,0 +1,201 @@
+// Reads what simcore/show/frames.py writes: groups of columns over time, offline as one packed block, live row by row.
+
+export const AWAY = -32768;
+const UNIT = 32767;
+const ROBOT = 11, PART = 7, CORNERS = 12;
+const JUMP = 1200;  // [mm] between two frames: whoever goes farther was put somewhere else
+
+/** Bytes of a gzipped base64 text. */
+export async function inflate(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
+}
+
+/** 16-bit rows of `pack` in Python: offset in bytes, rows and columns. */
+export function unpack(bytes, [offset, rows, columns]) {
+  const n = rows * columns, found = new Int16Array(n);
+  for (let c = 0, k = 0; c < columns; c++) {
+    for (let r = 0, sum = 0; r < rows; r++, k++) {
+      sum += bytes[offset + k] | (bytes[offset + n + k] << 8);
+      found[r * columns + c] = sum;
+    }
+  }
+  return found;
+}
+
+/** Last of some rising times that is not after a time; 0 if there is none. */
+export function rowAt(times, time, n = times.length) {
+  let low = 0, high = n;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time + 1e-6) low = middle; else high = middle;
+  }
+  return low;
+}
+
+/** Columns over time. */
+class Group {
+  constructor(width, times = new Float64Array(0), rows = new Int16Array(0)) {
+    this.width = width;
+    this.times = times;
+    this.rows = rows;
+    this.n = times.length;
+  }
+
+  append(time, row) {
+    if (this.n && time <= this.times[this.n - 1]) this.n = 0;  // another run
+    if (this.n === this.times.length) {
+      const times = new Float64Array(2 * this.n + 64), rows = new Int16Array((2 * this.n + 64) * this.width);
+      times.set(this.times);
+      rows.set(this.rows);
+      [this.times, this.rows] = [times, rows];
+    }
+    this.times[this.n] = time;
+    this.rows.set(row, this.n * this.width);
+    this.n++;
+  }
+
+  /** Where the rows before and after a time begin, and how far it is from one to the other. */
+  at(time) {
+    const i = rowAt(this.times, time, this.n), j = Math.min(i + 1, this.n - 1), span = this.times[j] - this.times[i];
+    return { a: i * this.width, b: j * this.width, k: span > 0 ? Math.min(1, Math.max(0, (time - this.times[i]) / span)) : 0, n: this.n };
+  }
+}
+
+/** A run: what there is to draw, and where it was when. Lengths come out in meters. */
+export class Run {
+  constructor(meta, bytes) {
+    this.meta = meta;
+    this.bytes = bytes;
+    this.groups = {};
+    for (const [name, group] of Object.entries(meta.groups)) {
+      if (!group.rows) { this.groups[name] = new Group(group.width); continue; }
+      const steps = unpack(bytes, group.times);
+      const times = Float64Array.from(steps);
+      for (let i = 0, sum = meta.start; i < times.length; i++) times[i] = sum += steps[i] / 1000;
+      this.groups[name] = new Group(group.width, times, unpack(bytes, group.rows));
+    }
+    this.partsFrom = [];
+    let first = 0;
+    for (const robot of meta.robots) { this.partsFrom.push(first); first += robot.parts; }
+    this.pieces = [];  // one entry each: kind and first column
+    let column = 0;
+    meta.kinds.forEach((kind, number) => {
+      for (let q = 0; q < kind.count; q++) { this.pieces.push({ kind: number, column }); column += kind.round ? 4 : 8; }
+    });
+  }
+
+  get start() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[0] : 0) : this.meta.start; }
+  get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
+
+  lampIsOn(name, time) {
+    const lamp = this.meta.lamps[name];
+    return Boolean(lamp && lamp.times.length && lamp.on[rowAt(lamp.times, time)]);
+  }
+
+  /** A live frame: its time, then the rows of all groups. */
+  append(buffer) {
+    const time = new DataView(buffer).getFloat64(0, true);
+    let offset = 8;
+    for (const name of ["robots", "parts", "pieces", "lines"]) {
+      const group = this.groups[name];
+      if (!group.width) continue;
+      group.append(time, new Int16Array(buffer, offset, group.width));
+      offset += 2 * group.width;
+    }
+    return time;
+  }
+
+  /** Pose of a robot, or null: place, quaternion x y z w, belief x y yaw or null, whether its intake takes pieces. */
+  robot(number, time) {
+    const { rows } = this.groups.robots, { a, b, k, n } = this.groups.robots.at(time), from = a + ROBOT * number, to = b + ROBOT * number;
+    if (!n || rows[from] === AWAY) return null;
+    const pose = between(rows, from, to, k);
+    pose.belief = null;
+    if (rows[from + 7] !== AWAY) {
+      const near = rows[to + 7] !== AWAY && Math.hypot(rows[to + 7] - rows[from + 7], rows[to + 8] - rows[from + 8]) < JUMP ? k : 0;
+      const turn = Math.atan2(Math.sin((rows[to + 9] - rows[from + 9]) / 1e4), Math.cos((rows[to + 9] - rows[from + 9]) / 1e4));
+      pose.belief = [(rows[from + 7] + near * (rows[to + 7] - rows[from + 7])) / 1000,
+        (rows[from + 8] + near * (rows[to + 8] - rows[from + 8])) / 1000, rows[from + 9] / 1e4 + near * turn];
+    }
+    pose.active = rows[from + 10] > 0;
+    return pose;
+  }
+
+  /** Pose of a part in its robot's frame, or null. */
+  part(robot, number, time) {
+    const { rows } = this.groups.parts, { a, b, k, n } = this.groups.parts.at(time), c = PART * (this.partsFrom[robot] + number);
+    if (!n || !(rows[a + c + 3] || rows[a + c + 4] || rows[a + c + 5] || rows[a + c + 6])) return null;
+    return between(rows, a + c, b + c, k);
+  }
+
+  /** Calls `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are where its quaternions begin. */
+  eachPiece(time, put) {
+    const { rows } = this.groups.pieces, { a, b, k, n } = this.groups.pieces.at(time);
+    if (!n) return;
+    for (let row = 0; row < this.pieces.length; row++) {
+      const c = this.pieces[row].column, i = a + c, j = b + c, state = rows[i + 3];
+      const isNear = state && rows[j + 3] && (state > 2) === (rows[j + 3] > 2) && (state < 3 || state === rows[j + 3]) &&
+        Math.abs(rows[j] - rows[i]) + Math.abs(rows[j + 1] - rows[i + 1]) < JUMP;
+      const s = isNear ? k : 0;
+      put(row, (rows[i] + s * (rows[j] - rows[i])) / 1000, (rows[i + 1] + s * (rows[j + 1] - rows[i + 1])) / 1000,
+        (rows[i + 2] + s * (rows[j + 2] - rows[i + 2])) / 1000, state, rows, i + 4, j + 4, s);
+    }
+  }
+
+  /** Places of one piece while it was on the field or in flight between two times [m], [x, y, z] each. */
+  wayOf(row, from, to) {
+    const group = this.groups.pieces, c = this.pieces[row].column, found = [];
+    for (let i = rowAt(group.times, from, group.n); i < group.n && group.times[i] <= to + 1e-6; i++) {
+      const o = i * group.width + c;
+      if (group.times[i] >= from - 0.021 && group.rows[o + 3] && group.rows[o + 3] < 3) found.push([0, 1, 2].map((d) => group.rows[o + d] / 1000));
+    }
+    return found;
+  }
+
+  /** Places of a robot between two times [m], pieces of way where it was carried in between. */
+  pathOf(number, from, to, step = 0.1) {
+    const ways = [[]];
+    for (let time = Math.max(from, this.start); time <= to + 1e-9; time += step) {
+      const pose = this.robot(number, time);
+      if (!pose) continue;
+      const last = ways.at(-1).at(-1);
+      if (last && Math.hypot(last[0] - pose.place[0], last[1] - pose.place[1]) > 12 * step) ways.push([]);
+      ways.at(-1).push([pose.place[0], pose.place[1]]);
+    }
+    return ways;
+  }
+
+  /** Segments of what cameras see, [from, to] each; the first entry of a line is where the camera is. */
+  lines(time) {
+    const { rows } = this.groups.lines, { a, n } = this.groups.lines.at(time), found = [];
+    if (!n) return found;
+    for (let c = a; c < a + this.groups.lines.width; c += 3 * CORNERS) {
+      for (let q = 0; q + 1 < CORNERS && rows[c + 3 * q + 3] !== AWAY; q++) {
+        found.push([0, 3].map((d) => [0, 1, 2].map((e) => rows[c + 3 * q + d + e] / 1000)));
+      }
+    }
+    return found;
+  }
+}
+
+/** A pose between two rows of x y z [mm] and quaternion w x y z. */
+function between(rows, i, j, k) {
+  if (rows[j] === AWAY || Math.abs(rows[j] - rows[i]) + Math.abs(rows[j + 1] - rows[i + 1]) > JUMP) k = 0;
+  const place = [0, 1, 2].map((d) => (rows[i + d] + k * (rows[j + d] - rows[i + d])) / 1000);
+  return { place, quat: turned(rows, i + 3, j + 3, k) };
+}
+
+/** A quaternion x y z w between two rows of w x y z. */
+export function turned(rows, i, j, k) {
+  let dot = 0;
+  for (let d = 0; d < 4; d++) dot += rows[i + d] * rows[j + d];
+  const sign = dot < 0 ? -1 : 1, mix = [1, 2, 3, 0].map((d) => rows[i + d] + k * (sign * rows[j + d] - rows[i + d]));
+  const size = Math.hypot(...mix) || UNIT;
+  return mix.map((value) => value / size);
+}
+
+/** Heading of a quaternion x y z w. */
+export function yawOf([x, y, z, w]) {
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}

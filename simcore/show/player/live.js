@@ -1,0 +1,264 @@
+// A run as it happens: frames and the state of the run over one socket, what a person drives with, and buttons for the field.
+import { inflate } from "./data.js";
+import { Charts, drawEvents, drawTables, make, tableOf } from "./panels.js";
+import { Player } from "./player.js";
+
+const BEHIND = 0.02;  // [s] that pictures are behind the newest frame, to be drawn between two
+const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
+const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
+const find = (selector) => document.querySelector(selector);
+const clockOf = (seconds) => `${Math.floor(Math.max(0, seconds) / 60)}:${String(Math.floor(Math.max(0, seconds) % 60)).padStart(2, "0")}`;
+
+export class Live {
+  constructor() {
+    this.player = null;
+    this.head = 0;
+    this.down = new Set();
+    this.isDriving = false;
+    this.sticks = { axes: [0, 0, 0, 0], buttons: new Array(8).fill(0), used: false };
+    this.sent = "";
+    this.sentAt = 0;
+    this.says = find(".says");
+    this.say(["waiting for the run"]);
+    this.open();
+    this.keys();
+    requestAnimationFrame((stamp) => this.step(stamp));
+  }
+
+  open() {
+    const socket = this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event) => { this.queue = (this.queue || Promise.resolve()).then(() => this.take(event.data)); };
+    socket.onclose = (event) => {
+      this.say([event.reason || "the run does not answer"]);
+      setTimeout(() => this.open(), 1000);
+    };
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  say(lines) { this.says.replaceChildren(...lines.map((line) => make("div", {}, line))); }
+
+  async take(data) {
+    if (data instanceof ArrayBuffer) return this.frame(data);
+    const message = JSON.parse(data);
+    if (message.type === "run") this.begin(message.meta, await inflate(message.data));
+    if (message.type === "state" && this.player) this.state(message);
+    if (message.type === "end" && this.player) this.finish(message.meta, await inflate(message.data));
+    return undefined;
+  }
+
+  frame(buffer) {
+    if (!this.player) return;
+    this.head = this.player.run.append(buffer);
+    this.arrived = performance.now();
+    if (this.head < this.player.now - 0.5) this.player.now = this.head;
+  }
+
+  begin(meta, bytes) {
+    if (this.player) {
+      if (meta.run !== this.meta.run) location.reload();  // another run is another page: nothing of the one before is left
+      return;
+    }
+    this.meta = meta;
+    const player = this.player = new Player(meta, bytes);
+    player.toggle = () => {
+      if (this.isOver) return Player.prototype.toggle.call(player);
+      if (!player.isFollowing) { player.isFollowing = true; return undefined; }
+      return this.send({ do: "pause", value: !this.isPaused });
+    };
+    player.onSpeed = (speed) => { if (!this.isOver) this.send({ do: "speed", value: speed }); };
+    player.button.textContent = "Pause";
+    this.buttons();
+    this.touch();
+    if (meta.drive.robots.length) {
+      this.driveButton.hidden = false;
+      if (meta.drive.at_once) this.drive(true);
+    }
+    document.body.classList.add("live");
+  }
+
+  state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
+    const { meta } = this.player.run;
+    for (const [label, text] of board) {
+      let item = meta.board.find((one) => one.label === label);
+      if (!item) meta.board.push(item = { label, times: [], texts: [] });
+      if (item.texts.at(-1) !== text) { item.times.push(time); item.texts.push(text); }
+    }
+    for (const [name, on] of Object.entries(lamps)) {
+      const lamp = meta.lamps[name] ??= { times: [], on: [] };
+      if (lamp.on.at(-1) !== on) { lamp.times.push(time); lamp.on.push(on); }
+    }
+    for (const [name, count] of Object.entries(cells)) {
+      const steps = meta.cells[name] ??= [];
+      if (!steps.length || steps.at(-1)[1] !== count) steps.push([time, count]);
+    }
+    if (this.player.solid) this.player.solid.previews = previews;
+    this.player.charts.append(time, values);
+    this.isPaused = paused;
+    this.clock = clock;
+    this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving ? [this.meta.drive.help] : [], ...says]);
+    if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
+    const big = find(".clock");
+    big.hidden = !clock;
+    if (clock) {
+      find(".clock b").textContent = clockOf(Math.ceil(clock.left - 1e-6));
+      find(".clock span").textContent = clock.period;
+      find(".clock .blue").textContent = clock.blue ?? "";
+      find(".clock .red").textContent = clock.red ?? "";
+      this.player.sounds.see({ ...clock, time: clock.time });
+    }
+    this.player.range();
+  }
+
+  step(stamp) {
+    requestAnimationFrame((next) => this.step(next));
+    this.sendInput();
+    const { player } = this;
+    if (!player || !player.isFollowing || this.isOver || !player.run.groups.robots.n) { this.before = stamp; return; }
+    const speed = this.isPaused ? 1 : Number(player.speed.value), dt = Math.min(0.1, (stamp - (this.before ?? stamp)) / 1000) * speed;
+    this.before = stamp;
+    const goal = this.head - BEHIND * Math.max(1, speed), off = goal - player.now;
+    // as fast as the run, a little faster or slower to stay right behind its newest frame
+    const time = Math.abs(off) > 0.25 * Math.max(1, speed) ? goal : player.now + Math.max(0, dt * (1 + 6 * (off - dt)));
+    player.show(Math.min(this.head, time));
+    if (stamp - (this.charted ?? 0) > 500) { this.charted = stamp; player.charts.draw(player.now); }
+  }
+
+  // --- the end --------------------------------------------------------------------------------------------------------
+
+  finish(meta, bytes) {
+    const { player } = this, { run } = player;
+    this.isOver = true;
+    if (player.last === null) player.button.textContent = "Play";
+    this.drive(false);
+    Object.assign(run.meta, { events: meta.events, tables: meta.tables, facts: meta.facts, phases: meta.phases, shots: meta.shots, taken: meta.taken, charts: meta.charts });
+    run.bytes = bytes;
+    const go = (time) => player.jump(time);
+    drawEvents(find(".timeline"), find(".events"), run, go);
+    drawTables(find(".tables"), run, go);
+    player.charts = new Charts(find(".charts-home"), run, go);
+    find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
+    const sheet = find(".sheet");
+    sheet.replaceChildren(make("h2", {}, meta.verdict), ...meta.tables.slice(0, 1).map((table) => tableOf(table, go)),
+      make("p", {}, make("button", { type: "button", onclick: () => this.again() }, "again (R)"), " ",
+        make("button", { type: "button", onclick: () => { sheet.hidden = true; } }, "look at the run")));
+    sheet.hidden = false;
+    player.range();
+    player.show(run.end);
+  }
+
+  again() { this.send({ do: "restart", seed: Number(this.seed.value) }); }
+
+  buttons() {
+    const { meta } = this, press = (message) => () => this.send(message), robot = () => this.player.solid ? this.player.solid.robot : 0;
+    this.seed = make("input", { type: "number", min: "0", step: "1", value: String(meta.seed), "aria-label": "seed" });
+    this.driveButton = make("button", { type: "button", "aria-pressed": "false", hidden: true, onclick: () => { this.drive(!this.isDriving); this.driveButton.blur(); } }, "drive");
+    const kind = make("select", { "aria-label": "piece" }, ...meta.spawn.map((name) => make("option", {}, name)));
+    const button = (label, act) => make("button", { type: "button", onclick: (event) => { act(); event.currentTarget.blur(); } }, label);
+    const people = Object.entries(meta.people.length ? PEOPLE : {}).flatMap(([alliance, keys]) => [
+      ...meta.people.map(([name, summary], k) => button(`${alliance}: ${summary}${keys[k] ? ` (${keys[k]})` : ""}`, press({ do: "human", alliance, name }))),
+      button(`${alliance}: leave it to the game`, press({ do: "leave", alliance }))]);
+    find(".field-buttons").replaceChildren(this.driveButton, button("restart with this seed", () => this.again()), this.seed,
+      make("details", {}, make("summary", {}, "field"), ...meta.spawn.length > 1 ? [kind] : [],
+        button("put a piece before the robot", () => this.send({ do: "spawn", kind: kind.value, robot: robot() })),
+        button("put all pieces back", press({ do: "reset" })),
+        button("put the robot at its start", () => this.send({ do: "start", robot: robot() }))),
+      ...people.length ? [make("details", {}, make("summary", {}, "human players"), ...people)] : []);
+  }
+
+  // --- driving --------------------------------------------------------------------------------------------------------
+
+  drive(on) {
+    if (on === this.isDriving) return;
+    this.isDriving = on;
+    this.down.clear();
+    this.driveButton.textContent = on ? "stop driving" : "drive";
+    this.driveButton.setAttribute("aria-pressed", String(on));
+    document.body.classList.toggle("driving", on);
+    if (!on) this.letGo();
+  }
+
+  letGo() {
+    this.down.clear();
+    this.sent = "";
+    this.send({ drive: null });
+  }
+
+  keys() {
+    const isText = (node) => node instanceof Element && node.closest("input, textarea, select, [contenteditable]") !== null;
+    // on window and before all others: the page does other things with some of these keys
+    addEventListener("keydown", (event) => {
+      if (!this.meta || event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
+      if (event.code === "KeyR" && this.isOver) { this.again(); return; }
+      if (this.isDriving && this.meta.drive.keys.includes(event.code)) {
+        event.preventDefault();
+        event.stopImmediatePropagation();
+        this.down.add(event.code);
+        this.sendInput();
+        return;
+      }
+      for (const [alliance, keys] of event.repeat ? [] : Object.entries(PEOPLE)) {
+        const action = this.meta.people[keys.indexOf(event.key.toUpperCase())];
+        if (keys.includes(event.key.toUpperCase()) && action) this.send({ do: "human", alliance, name: action[0] });
+      }
+    }, true);
+    addEventListener("keyup", (event) => {
+      if (!this.down.delete(event.code)) return;
+      event.preventDefault();
+      this.sendInput();
+    }, true);
+    addEventListener("focusin", (event) => { if (isText(event.target)) this.down.clear(); }, true);
+    addEventListener("blur", (event) => { if (event.target === window) this.letGo(); });
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
+  }
+
+  /** What keys, gamepad and sticks say: at once when it changes, else twenty times a second so that the run knows we are here. */
+  sendInput() {
+    if (!this.isDriving || document.hidden || !document.hasFocus() || this.socket.readyState !== WebSocket.OPEN) return;
+    const rounded = (value) => Math.round(1000 * Math.max(-1, Math.min(1, value))) / 1000;
+    const pad = (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard");
+    const input = { robot: this.player && this.player.solid ? this.player.solid.robot : 0, keys: [...this.down] };
+    if (pad) Object.assign(input, { axes: [...pad.axes].slice(0, 4).map(rounded), buttons: [...pad.buttons].slice(0, 8).map((one) => rounded(one.value)) });
+    else if (this.sticks.used) Object.assign(input, { axes: this.sticks.axes.map(rounded), buttons: this.sticks.buttons });
+    const text = JSON.stringify(input), now = performance.now();
+    if (text === this.sent && now - this.sentAt < QUIET) return;
+    [this.sent, this.sentAt] = [text, now];
+    this.send({ drive: input });
+  }
+
+  /** Two sticks and buttons for fingers: they are a gamepad's. */
+  touch() {
+    const { sticks } = this, home = find(".sticks");
+    const stick = (name, axes) => {
+      const knob = make("i"), pad = make("div", { class: "stick", role: "application", "aria-label": name }, knob);
+      const move = (event) => {
+        const box = pad.getBoundingClientRect(), r = box.width / 2;
+        let x = (event.clientX - box.left) / r - 1, y = (event.clientY - box.top) / r - 1;
+        const size = Math.max(1, Math.hypot(x, y));
+        [x, y] = [x / size, y / size];
+        knob.style.transform = `translate(${x * r * 0.6}px, ${y * r * 0.6}px)`;
+        sticks.used = true;
+        axes.forEach((axis, k) => { if (axis !== null) sticks.axes[axis] = k ? y : x; });
+        this.sendInput();
+      };
+      const end = () => {
+        knob.style.transform = "";
+        axes.forEach((axis) => { if (axis !== null) sticks.axes[axis] = 0; });
+        this.sendInput();
+      };
+      pad.addEventListener("pointerdown", (event) => { pad.setPointerCapture(event.pointerId); this.drive(true); move(event); });
+      pad.addEventListener("pointermove", (event) => { if (pad.hasPointerCapture(event.pointerId)) move(event); });
+      for (const kind of ["pointerup", "pointercancel"]) pad.addEventListener(kind, end);
+      return pad;
+    };
+    const held = (label, number) => {
+      const set = (value) => () => { sticks.used = true; sticks.buttons[number] = value; this.sendInput(); };
+      return make("button", { type: "button", onpointerdown: set(1), onpointerup: set(0), onpointerleave: set(0) }, label);
+    };
+    home.replaceChildren(stick("drive", [0, 1]), make("div", {}, held("intake", 4), ...this.meta.drive.actions.slice(0, 4).map((name, k) => held(name, k))), stick("turn", [2, null]));
+    home.hidden = !(this.meta.drive.robots.length && matchMedia("(pointer: coarse)").matches);
+  }
+}

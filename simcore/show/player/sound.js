@@ -1,0 +1,59 @@
+// Sounds as a match goes on, off until somebody presses the button. The browser makes them; nothing is loaded.
+import { make } from "./panels.js";
+
+const CUES = {  // notes: frequency [Hz], when [s], how long [s]
+  start: [[523, 0, 0.15], [659, 0.15, 0.15], [784, 0.3, 0.45]],
+  stop: [[330, 0, 0.5]],
+  change: [[880, 0, 0.12], [880, 0.2, 0.12]],
+  last: [[988, 0, 0.12], [988, 0.18, 0.12], [988, 0.36, 0.3]],
+  end: [[294, 0, 1.2], [220, 0, 1.2]],
+  scored: [[1175, 0, 0.07]],
+};
+const LAST = 30.5;  // [s] before the end: a part of the match that begins later is its last
+const JUMP = 2;  // [s]; who goes farther at once has jumped, and hears nothing
+
+/** What a clock that shows other things than before sounds like; null: nothing. */
+export function cueOf(was, is) {
+  if (is.enabled && is.time < 1 && (!was || !was.enabled || is.time < was.time)) return "start";
+  if (!was || Math.abs(is.time - was.time) > JUMP) return null;
+  if (is.enabled !== was.enabled) return is.enabled ? "start" : is.left < 0.2 ? "end" : "stop";
+  if (!is.enabled || is.period === was.period) return null;
+  return is.left < LAST ? "last" : "change";
+}
+
+export class Sounds {
+  constructor() {
+    this.context = null;
+    this.before = null;
+    this.button = make("button", { type: "button", "aria-pressed": "false", onclick: () => this.turn(!this.isOn) }, "sound: off");
+    this.isOn = false;
+  }
+
+  turn(on) {
+    this.context ??= new AudioContext();  // which a browser allows when somebody has pressed something
+    this.isOn = on;
+    this.button.textContent = on ? "sound: on" : "sound: off";
+    this.button.setAttribute("aria-pressed", String(on));
+    this.button.blur();
+  }
+
+  /** What a clock shows: period, whether robots are enabled, time since the start and left [s]. */
+  see(clock) {
+    const cue = cueOf(this.before, clock);
+    this.before = clock;
+    if (cue) this.play(cue);
+  }
+
+  play(cue) {
+    if (!this.isOn) return;
+    for (const [frequency, when, length] of CUES[cue]) {
+      const start = this.context.currentTime + when, tone = this.context.createOscillator(), loudness = this.context.createGain();
+      tone.frequency.value = frequency;
+      loudness.gain.setValueAtTime(0.15, start);
+      loudness.gain.linearRampToValueAtTime(0, start + length);
+      tone.connect(loudness).connect(this.context.destination);
+      tone.start(start);
+      tone.stop(start + length);
+    }
+  }
+}

@@ -1,0 +1,408 @@
+"""What a page knows of a run: one JSON object, and one block of 16-bit numbers for what is long."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from simcore.errors import ModelError
+from simcore.match.camera_rig import tag_layout
+from simcore.show.charts import Chart, Curve, charts_of, thinned
+from simcore.show.field_drawing import FieldDrawing, robot_symbol
+from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
+from simcore.show.match_tables import tables_of, verdict
+from simcore.show.palette import COLORS, color, flat, tint
+from simcore.show.picture import legend
+from simcore.show.place_board import PlaceBoard
+from simcore.show.run_events import BoardItem, BoardRecord, ending_of, events_of, lamps_now, phases_of, score_keys
+from simcore.show.run_track import RunTrack
+from simcore.show.scene import PieceLook, RobotLook, Scene
+from simcore.show.shots import ShotTrace, intake_places, shots_of
+from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
+from simcore.show.svg import document, element
+from simcore.show.view_models import FieldModels, Model, ViewModels, load_models
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import FloatArray
+
+__all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data", "static_data"]
+
+_log = logging.getLogger(__name__)
+_LAYERS = ("heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes")
+_FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
+_FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
+_CHASSIS = (0.05, 0.17)  # [m]; heights of the bumpers of a robot of which nothing is known
+_PAINT = {"blue": "#1e54b7", "red": "#c42828"}
+
+
+class Block:
+    """Arrays of 16-bit numbers, one after the other."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def add(self, rows: Rows) -> list[int]:
+        """Take an array, shape (n, m); returns where it begins [bytes], n and m."""
+        packed, place = pack(rows), [self._size, *rows.shape]
+        self._parts.append(packed)
+        self._size += len(packed)
+        return place
+
+    @property
+    def data(self) -> bytes:
+        """All of them."""
+        return b"".join(self._parts)
+
+
+def run_data(
+    recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = ""
+) -> tuple[dict[str, Any], bytes]:
+    """All that a page shows of a run.
+
+    Args:
+        recording: The run.
+        scene: What it took place on.
+        title: In large letters.
+        subtitle: Beside it.
+    """
+    block, kinds = Block(), piece_kinds(recording, scene)
+    layout, solids = layout_of(scene, kinds, recording)
+    frames, board, lamps = FrameRecorder(layout, recording.times), BoardRecord(scene), _LampRecord()
+    for snapshot in filled(recording):
+        for taker in (frames, board, lamps):
+            taker.take(snapshot)
+    meta = scene_data(scene, kinds, solids, block) | static_data(recording, scene, title, subtitle)
+    meta |= {"live": False, "groups": {}, "lamps": lamps.found}
+    for name, (times, rows) in frames.groups().items():
+        meta["groups"][name] = {"width": layout.widths[name]}
+        if len(rows):
+            meta["groups"][name] |= {"times": block.add(_steps(times)), "rows": block.add(rows)}
+    return meta | report_data(recording, scene, block, kinds, board.items), block.data
+
+
+def static_data(recording: Recording, scene: Scene, title: str, subtitle: str) -> dict[str, Any]:
+    """Titles, and what is drawn from above and does not change."""
+    track = RunTrack(recording, scene)
+    field = FieldDrawing(track, shots_of(recording, scene))
+    marks = legend(field, intakes=len(intake_places(recording)))
+    return {
+        "title": title,
+        "notes": [text for text in (subtitle, *ending_of(recording)) if text],
+        "top": _top(scene, field, PlaceBoard(recording, scene).field_counts(track.span[0], field.width)),
+        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
+        "heat": field.heat_maps(),
+    }
+
+
+class _LampRecord:
+    """When what a game says of its elements changed."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, dict[str, list[Any]]] = {}
+
+    def take(self, snapshot: Snapshot) -> None:
+        for name, is_on in lamps_now(snapshot).items():
+            lamp = self.found.setdefault(name, {"times": [], "on": []})
+            if not lamp["on"] or lamp["on"][-1] != is_on:
+                lamp["times"].append(round(snapshot.time, 3))
+                lamp["on"].append(is_on)
+
+
+def layout_of(
+    scene: Scene, kinds: Sequence[PieceKind], source: Recording | Snapshot
+) -> tuple[FrameLayout, list[RobotSolids]]:
+    """The columns of a run's frames, and the solids of its robots.
+
+    Args:
+        scene: What it takes place on.
+        kinds: Of its pieces.
+        source: The run, or a snapshot of it: what it publishes.
+    """
+    solids = []
+    for robot in scene.robots:
+        key = f"{robot.prefix}/Robot/ComponentPoses"
+        if isinstance(source, Recording):
+            count = source.most_poses(key)
+        else:
+            count = len(source.pose_arrays.get(key, ()))
+        solids.append(robot_solids(robot, _models(robot.models).robot(robot.model), count))
+    keys = source.keys if isinstance(source, Recording) else source.pose_arrays
+    return FrameLayout(scene, solids, kinds, keys), solids
+
+
+def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
+    """What is drawn and does not change: field, robots and kinds of pieces."""
+    length, width = scene.field_size
+    field = _models(scene.models).field
+    tags = tag_layout(scene.tags, scene.field_size)
+    rows = [[i, *np.round(pose, 4).tolist()] for i, pose in zip(tags.id_list, _tag_poses(tags), strict=True)]
+    names = sorted({name.lower() for name, _ in scene.field_outlines if name.lower().startswith(("blue_", "red_"))})
+    prefixes = sorted({"_".join(name.split("_")[:2]) for name in names})
+    mesh = _solids(None if field is None else field.body, prefixes)
+    models: list[dict[str, Any]] = []
+    seen: dict[int, int] = {}
+    robots = []
+    for look, one in zip(scene.robots, solids, strict=True):
+        identity = hash(_identity(one))
+        if identity not in seen:
+            seen[identity] = len(models)
+            models.append(_model_data(one, block))
+        robots.append(_robot_data(look, one, seen[identity]))
+    return {
+        "field": {
+            "size": [length, width],
+            "solids": [_solid_data(solid, block, _FIELD_STEP) for solid in mesh],
+            "outlines": [
+                [flat(tint(name)[0]), np.round(corners, 3).tolist()] for name, corners in scene.field_outlines
+            ],
+            "stations": [list(place) for place in _stations(field, scene.field_size)],
+            "tags": rows,
+            "tag_size": tags.size if rows else 0.0,
+        },
+        "models": models,
+        "robots": robots,
+        "kinds": [_kind_data(kind, scene.look(kind.name), field, block) for kind in kinds],
+    }
+
+
+def report_data(
+    recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], board: Sequence[BoardItem] = ()
+) -> dict[str, Any]:
+    """What is said of a run: facts, board, events, tables and charts."""
+    track = RunTrack(recording, scene)
+    shots = shots_of(recording, scene)
+    start, end = track.span
+    places = PlaceBoard(recording, scene)
+    buckets = _FINE if len(scene.robots) == 1 else _COARSE
+    return {
+        "start": round(start, 3),
+        "end": round(end, 3),
+        "facts": _facts(track, shots),
+        "verdict": verdict(track),
+        "board": [
+            {"label": item.label, "times": [round(time, 2) for time in item.times], "texts": item.texts}
+            for item in board
+        ],
+        "phases": [[round(time, 2), words, left] for time, words, left in phases_of(recording)],
+        "events": [[round(event.time, 2), event.kind, event.text] for event in events_of(recording, scene, shots)],
+        "tables": [table.data() for table in tables_of(track, shots)],
+        "charts": [_chart_data(chart, start, buckets, block) for chart in charts_of(track)],
+        "shots": [
+            {"time": round(shot.time, 3), "end": round(float(shot.times[-1]), 3), "robot": shot.robot,
+             "result": shot.result, "piece": _row_of(kinds, shot.piece)}
+            for shot in shots
+        ],
+        "taken": _taken(recording),
+        "places": [
+            f"<figcaption><strong>{places.heading(alliance)}</strong></figcaption>{places.board(alliance, start)}"
+            for alliance in places.alliances
+        ],
+        "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
+    }  # fmt: skip
+
+
+@functools.lru_cache(maxsize=8)
+def _models(folder: Path | None) -> ViewModels:
+    """The models of a folder; none of one that cannot be used: outlines and boxes will do."""
+    try:
+        return ViewModels() if folder is None else load_models(folder)
+    except ModelError as error:
+        _log.warning("a page without models: %s", error)
+        return ViewModels()
+
+
+def _solids(model: Model | None, names: Sequence[str] = ()) -> list[Solid]:
+    """Those of a model; none of one that cannot be read."""
+    try:
+        return [] if model is None else model_solids(model, names)
+    except ModelError as error:
+        _log.warning("a page without a model: %s", error)
+        return []
+
+
+# --- the scene --------------------------------------------------------------------------------------------------------
+
+
+def _identity(one: RobotSolids) -> tuple[object, ...]:
+    return tuple(
+        (solid.name, solid.color, solid.opacity, solid.vertices.tobytes())
+        for solids in (one.body, *(part for part, _ in one.parts))
+        for solid in solids
+    )
+
+
+def _model_data(one: RobotSolids, block: Block) -> dict[str, Any]:
+    return {
+        "body": [_solid_data(solid, block, _ROBOT_STEP) for solid in one.body],
+        "parts": [[_solid_data(solid, block, _ROBOT_STEP) for solid in part] for part, _ in one.parts],
+    }
+
+
+def _solid_data(solid: Solid, block: Block, step: float) -> dict[str, Any]:
+    reach = float(np.abs(solid.vertices).max(initial=0.0))
+    step = max(step, reach / 32000.0)
+    vertices = np.rint(solid.vertices / step).astype(np.int16)
+    faces = solid.faces.astype(np.uint16).reshape(-1, 1).view(np.int16)
+    return {
+        "name": solid.name, "color": solid.color, "opacity": solid.opacity, "scale": step,
+        "vertices": block.add(vertices), "faces": block.add(faces),
+    }  # fmt: skip
+
+
+def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]:
+    low, high = _CHASSIS
+    if look.config is not None:
+        low, high = look.config.body.clearance, look.config.body.bumper_top
+    elif bumpers := [solid for solid in one.body if solid.name == "bumper"]:
+        low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
+    return {
+        "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
+        "model": model, "parts": len(one.parts), "ink": color(look.ink) if look.ink else tint(look.alliance)[1],
+        "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
+    }  # fmt: skip
+
+
+def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:
+    model = field.pieces.get(kind.name) if field is not None else None
+    solids = [] if kind.is_round else _solids(model)
+    size = look.size or (2.0 * look.reach,) * 3
+    return {
+        "name": kind.name, "count": len(kind.ids), "round": kind.is_round, "radius": look.reach, "size": list(size),
+        "color": look.color, "air": look.air_color, "edge": look.edge_color,
+        "solids": [_solid_data(solid, block, _ROBOT_STEP) for solid in solids],
+    }  # fmt: skip
+
+
+def _stations(field: FieldModels | None, size: tuple[float, float]) -> Sequence[tuple[float, float]]:
+    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]."""
+    if field is not None and field.stations:
+        return field.stations
+    offsets = (1.75, 0.0, -1.75)
+    return [(x, 0.5 * size[1] + sign * off) for x, sign in ((0.0, 1.0), (size[0], -1.0)) for off in offsets]
+
+
+def _tag_poses(tags: Any) -> Iterable[FloatArray]:
+    for center, rotation in zip(tags.centers, tags.rotations, strict=True):
+        x, y, z, w = Rotation.from_matrix(rotation).as_quat()
+        yield np.array((*center, w, x, y, z))
+
+
+def _top(scene: Scene, field: FieldDrawing, counts: str) -> str:
+    """The field from above with a layer for everything that the player draws."""
+    names = [(look.name or str(number)) if len(scene.robots) > 1 else "" for number, look in enumerate(scene.robots)]
+    inside = {
+        "robots": "".join(robot_symbol(look, label=name) for look, name in zip(scene.robots, names, strict=True)),
+        "ghosts": "".join(robot_symbol(look, is_ghost=True) for look in scene.robots),
+    }
+    layers = "".join(element("g", inside.get(name) or element("desc", name), data_layer=name) for name in _LAYERS)
+    return field.drawing(field.ground(), layers, counts)
+
+
+# --- the report -------------------------------------------------------------------------------------------------------
+
+
+def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
+    """What the whole run came to."""
+    recording, scene = track.recording, track.scene
+
+    def last(key: str) -> float | None:
+        return float(recording.series(key)[1][-1]) if recording.has(key) and len(recording.series(key)[1]) else None
+
+    facts = []
+    for label, key in score_keys(scene):
+        points = last(key)
+        if points is not None:
+            facts.append([f"score {label}", f"{points:.0f}"])
+    if len(scene.robots) > 1 and not any(robot.score_key for robot in scene.robots):
+        facts.insert(0, ["result", verdict(track)])
+        for alliance in ("Blue", "Red"):
+            points = last(f"Sim/Score/{alliance}/rp")
+            facts += [] if points is None else [[f"ranking points {alliance.lower()}", f"{points:.0f}"]]
+    apart = any(robot.score_key for robot in scene.robots)
+    tried, hits, taken = (last(f"Sim/{name}") for name in ("Shots", "Hits", "TakenIn"))
+    if tried and hits is not None and not apart:
+        facts.append(["shots hit", f"{hits:.0f} of {tried:.0f}"])
+        passes = len([shot for shot in shots if shot.result == "pass"])
+        facts += [["of the shots passed on", f"{passes}"]] if passes else []
+    if taken and not apart:
+        facts.append([f"{scene.piece_names} taken in", f"{taken:.0f}"])
+    for number, robot in enumerate(scene.robots if apart else scene.robots[:1]):
+        whose = "" if len(scene.robots) == 1 else f", {scene.label(number)}"
+        prefix = robot.prefix
+        driven, volts, offs = (
+            last(f"{prefix}/{key}") for key in ("Robot/DistanceDriven", "Debug/BatteryVoltageLowest", "Debug/Brownouts")
+        )
+        if apart:
+            mine = [shot for shot in shots if shot.robot == number]
+            facts.append([f"shots hit{whose}", f"{len([shot for shot in mine if shot.scored])} of {len(mine)}"])
+        facts += [] if driven is None else [[f"driven{whose}", f"{driven:.1f} m"]]
+        facts += [] if volts is None else [[f"lowest battery voltage{whose}", f"{volts:.2f} V"]]
+        facts += [[f"brown-outs{whose}", f"{offs:.0f}"]] if offs else []
+    if len(recording):
+        facts.append(["simulated", f"{track.span[1]:.2f} s"])
+    return facts
+
+
+def _taken(recording: Recording) -> list[list[float]]:
+    """When and where pieces were taken in [s, m, m]."""
+    found: list[list[float]] = []
+    for time, places in recording.integers("Sim/TakenInPlaces"):
+        rows = 1e-3 * places.reshape(-1, 2)
+        del found[len(rows) :]  # they count from an auto's beginning
+        found += [[round(time, 2), *np.round(row, 3).tolist()] for row in rows[len(found) :]]
+    return found
+
+
+def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:
+    """Of a piece among all, by its id; the first one's where nobody has seen it."""
+    first = 0
+    for kind in kinds:
+        row = int(np.searchsorted(kind.ids, piece))
+        if not kind.key and row < len(kind.ids) and kind.ids[row] == piece:
+            return first + row
+        first += len(kind.ids)
+    return 0
+
+
+def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[str, Any]:
+    return {
+        "title": chart.title, "unit": chart.unit, "limit": chart.limit, "limit_label": chart.limit_label,
+        "from_zero": chart.from_zero, "group": chart.group,
+        "curves": [_curve_data(curve, start, buckets, block) for curve in chart.curves],
+    }  # fmt: skip
+
+
+def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
+    """Its values as whole numbers of a step from the lowest one."""
+    look: Mapping[str, Any] = {
+        "label": curve.label, "color": curve.color, "dashes": curve.dashes, "stepped": curve.is_stepped,
+        "key": curve.key,
+    }  # fmt: skip
+    finite = np.isfinite(curve.values)
+    if not finite.any():
+        return dict(look)
+    thin = thinned(replace(curve, times=curve.times[finite], values=curve.values[finite]), buckets)
+    low, high = float(thin.values.min()), float(thin.values.max())
+    is_whole = high - low < 64000.0 and bool((thin.values == np.rint(thin.values)).all())
+    scale = 1.0 if is_whole else max((high - low) / 64000.0, 1e-9)
+    numbers = np.rint((thin.values - low) / scale) - 32000.0
+    rows = np.column_stack((_steps(thin.times, start)[:, 0], numbers)).astype(np.int16)
+    return {**look, "low": low, "scale": scale, "data": block.add(rows)}
+
+
+def _steps(times: FloatArray, start: float | None = None) -> Rows:
+    """Times [s] as steps [ms] from the first one, or from a start, shape (n, 1)."""
+    milliseconds = np.rint(1e3 * times)
+    first = milliseconds[:1] if start is None else [round(1e3 * start)]
+    steps = np.diff(milliseconds, prepend=first)
+    found: Rows = np.clip(steps, 0, 32767).astype(np.int16).reshape(-1, 1)
+    return found

@@ -1,0 +1,311 @@
+"""What the player draws in three dimensions: models of fields and robots, or boxes of a robot's own, as triangles.
+
+Meshes of one color that move together are one solid: what a browser draws is counted by solids.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simcore.errors import ModelError
+from simcore.geometry.footprints import box_corners
+from simcore.geometry.linkage import Joint, part_pose
+from simcore.geometry.rotation import Vector, from_rpy
+from simcore.pieces.intake import IntakeZone, is_deployed
+from simcore.pieces.launch import muzzle_offset
+from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.mechanisms import PistonConfig
+from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
+from simcore.show.palette import COLORS, screen_color
+from simcore.show.robot_sketch import SHOT, Posed
+from simcore.show.scene import RobotLook
+from simcore.show.view_models import Model, RobotModels
+from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["BUMPER", "RobotSolids", "Solid", "model_solids", "robot_solids"]
+
+BUMPER = "bumper"
+"""Name of a solid that is painted in the color of the robot's alliance."""
+_ROD = 0.015  # [m]; half the thickness of a drawn link
+_PLAIN = "#ffce14"
+_RING = np.array([(math.cos(a), 0.0, math.sin(a)) for a in np.arange(16) * math.pi / 8.0])
+_MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
+
+PartPose = Callable[[Snapshot], "FloatArray | None"]
+"""Pose of a part in the robot frame at a snapshot, `x, y, z, qw, qx, qy, qz`, shape (7,); None: it is not there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """Triangles in one color."""
+
+    name: str
+    """`BUMPER`, a prefix that was asked for, or empty."""
+    color: str
+    opacity: float
+    vertices: FloatArray
+    """In the frame of its owner [m], shape (n, 3)."""
+    faces: IntArray
+    """Rows of `vertices`, shape (m, 3)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotSolids:
+    """A robot: what does not move in it, and its parts."""
+
+    body: list[Solid]
+    parts: list[tuple[list[Solid], PartPose]]
+
+
+def model_solids(model: Model, names: Iterable[str] = ()) -> list[Solid]:
+    """The solids of a GLB file; a texture is seen as its mean color.
+
+    Args:
+        model: The file and its place.
+        names: Meshes whose names begin so keep that name, those of bumpers theirs; all others have none.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    found: list[Solid] = []
+    for name, mesh, whole in _placed_meshes(model):
+        known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
+        material = getattr(mesh.visual, "material", None)
+        color, opacity = _PLAIN, 1.0
+        if material is not None:
+            *linear, alpha = (float(c) / 255.0 for c in material.main_color)
+            color, opacity = screen_color(linear), round(alpha, 2)
+        vertices = np.asarray(mesh.vertices) @ whole[:3, :3].T + whole[:3, 3]
+        found.append(Solid(known, color, opacity, vertices, np.asarray(mesh.faces)))
+    return _joined(found)
+
+
+def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
+    """The solids of a robot: of its models if they are its own, else boxes by its config.
+
+    Args:
+        look: The robot.
+        models: Of a robot with as many parts and as long as this one; of another one only its parts are taken.
+        parts: How many component poses its telemetry has.
+    """
+    key = f"{look.prefix}/Robot/ComponentPoses"
+    body: list[Solid] = []
+    moving: list[tuple[list[Solid], PartPose]] = []
+    try:
+        if models is not None and len(models.parts) == parts:
+            body = model_solids(models.body)
+            moving = [(model_solids(part), _component(key, k)) for k, part in enumerate(models.parts)]
+    except ModelError:  # boxes will do
+        body, moving = [], []
+    reach = max((float(one.vertices[:, 0].max()) for one in body), default=0.0)
+    if abs(2.0 * reach - look.bumpers[0]) > 0.02:
+        body = _sketched_body(look)
+    if look.config is not None:
+        moving += _carried(look.config, f"{look.prefix}/Debug/", has_models=bool(moving))
+    return RobotSolids(body, moving)
+
+
+# --- models -----------------------------------------------------------------------------------------------------------
+
+
+def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
+    """Each mesh of a file by its name, and where it is in the frame of the model's owner [m], shape (4, 4)."""
+    scene = _load(model.path)
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        if len(getattr(scene.geometry[name], "faces", ())):
+            yield name, scene.geometry[name], model.transform @ place
+
+
+def _load(path: Path) -> Any:
+    import trimesh
+
+    try:
+        return trimesh.load_scene(path)
+    except Exception as error:  # trimesh passes on whatever its parser stumbles over
+        raise ModelError(f"{path.parent.name}/{path.name} is no readable GLB: {error}") from error
+
+
+def _joined(solids: Sequence[Solid]) -> list[Solid]:
+    """Those of one name, color and opacity as one, as long as their vertices can be numbered."""
+    groups: dict[tuple[str, str, float], list[Solid]] = {}
+    found = []
+    for solid in solids:
+        for part in _split(solid):
+            mine = groups.setdefault((part.name, part.color, part.opacity), [])
+            if sum(len(one.vertices) for one in mine) + len(part.vertices) > _MOST_VERTICES:
+                found.append(_concatenated(mine))
+                mine.clear()
+            mine.append(part)
+    return found + [_concatenated(mine) for mine in groups.values()]
+
+
+def _split(solid: Solid) -> Iterator[Solid]:
+    """A solid with too many vertices as several."""
+    step = _MOST_VERTICES // 3
+    if len(solid.vertices) <= _MOST_VERTICES:
+        yield solid
+        return
+    for first in range(0, len(solid.faces), step):
+        rows, faces = np.unique(solid.faces[first : first + step], return_inverse=True)
+        yield replace(solid, vertices=solid.vertices[rows], faces=faces.reshape(-1, 3))
+
+
+def _concatenated(solids: Sequence[Solid]) -> Solid:
+    starts = np.cumsum([0, *(len(one.vertices) for one in solids[:-1])])
+    faces = np.concatenate([one.faces + start for one, start in zip(solids, starts, strict=True)])
+    return replace(solids[0], vertices=np.concatenate([one.vertices for one in solids]), faces=faces)
+
+
+def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
+    """The convex hull of some corners, every face with vertices of its own so that edges are sharp."""
+    import trimesh  # takes half a second
+
+    mesh = trimesh.convex.convex_hull(corners)
+    vertices = np.asarray(mesh.vertices)[np.asarray(mesh.faces)].reshape(-1, 3)
+    return Solid(name, color, opacity, vertices, np.arange(len(vertices)).reshape(-1, 3))
+
+
+# --- a robot of boxes -------------------------------------------------------------------------------------------------
+
+
+def _component(key: str, number: int) -> PartPose:
+    def pose(snapshot: Snapshot) -> FloatArray | None:
+        rows = snapshot.pose_arrays.get(key, ())
+        return rows[number] if number < len(rows) else None
+
+    return pose
+
+
+def _sketched_body(look: RobotLook) -> list[Solid]:
+    """Bumpers, frame and wheels; a robot of which nothing is known has usual ones."""
+    body = ChassisConfig() if look.config is None else look.config.body
+    x, y, r = 0.5 * look.bumpers[0], 0.5 * look.bumpers[1], body.wheel_radius
+    u, v, low, high = x - body.bumper_thickness, y - body.bumper_thickness, body.clearance, body.bumper_top
+    tire = np.concatenate((_RING * r + (0.0, -0.02, 0.0), _RING * r + (0.0, 0.02, 0.0)))
+    sides = (((u, -y), (x, y)), ((-x, -y), (-u, y)), ((-u, v), (u, y)), ((-u, -y), (u, -v)))
+    arrow = np.array([(u - 0.16, -0.09), (u - 0.03, 0.0), (u - 0.16, 0.09)])
+    top = np.concatenate(
+        (np.column_stack((arrow, np.full(3, high))), np.column_stack((arrow, np.full(3, high + 0.01))))
+    )
+    boxes = [
+        *(_hull("", "#1c1e22", 1.0, tire + np.array((wx, wy, r))) for wx, wy in body.wheel_positions),
+        *(_hull(BUMPER, "#1e54b7", 1.0, box_corners((*a, low), (*b, high))) for a, b in sides),
+        _hull("", "#3a3f47", 1.0, box_corners((-u, -v, low), (u, v, 0.5 * (low + high)))),
+        _hull("", _PLAIN, 1.0, top),
+    ]
+    if body.height > high + 0.01:
+        boxes.append(_hull("", "#9ea5ae", 0.25, box_corners((-u, -v, high), (u, v, body.height))))
+    return _joined(boxes)
+
+
+def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[tuple[list[Solid], PartPose]]:
+    """What mechanisms carry, as far as there is no model of it: links, claws, hooks, intakes, and where shots leave."""
+    posed = _posed(config, prefix)
+    modelled = {component.joints for component in config.components} if has_models else set()
+    hooks = [one for one in config.climbers if one.joints not in modelled]
+    start = posed(Snapshot(time=0.0, tick=0))
+    chains: list[tuple[str, tuple[Joint, ...], Vector, FloatArray]] = []
+    chains += [("ghost", one.joints, one.offset, _cube(one.offset, one.reach)) for one in hooks]
+    if not has_models:
+        chains += [("path", one.joints, one.offset, _zone(one.zone)) for one in config.placers]
+        chains += [("ink", one.joints, one.offset, _cube(one.offset, 2.0 * _ROD)) for one in config.components]
+        for intake in config.intakes:
+            joints, deploy = intake.joints, intake.deploy
+            if any(joint.mechanism == deploy for joint in joints) or (joints and deploy is None):
+                chains.append(("hit", joints, intake.zone.ball[0], _zone(intake.zone)))
+                continue
+            moves = joints or (() if intake.stretch is None else (intake.stretch,))
+            zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
+            pose = _linked(posed, moves, None if deploy is None else (deploy, intake.deployed_at))
+            yield [_hull("", _ink("hit"), 0.5, _zone(zone))], pose
+        for shooter in config.shooters:
+            yield [_hull("", _ink("miss"), 0.9, _SHOT)], _muzzle(posed, shooter)
+    bodies: dict[tuple[Joint, ...], dict[object, Solid]] = {}
+    for ink, joints, end, corners in chains:
+        for number, joint in enumerate(joints):
+            stops = [joint.ratio * stop for stop in start[joint.mechanism].stops]
+            if joint.slides and all(map(math.isfinite, stops)):  # its way, in what carries it
+                low, high = (np.array(joint.origin) + stop * np.array(joint.axis) for stop in stops)
+                bodies.setdefault(joints[:number], {})[joint] = _hull("", _ink("control"), 0.4, _rod(low, high))
+            after = joints[number + 1].origin if number + 1 < len(joints) else end
+            if any(after):
+                rod = _hull("", _ink("muted"), 1.0, _rod((0.0, 0.0, 0.0), after))
+                bodies.setdefault(joints[: number + 1], {})[after] = rod
+        bodies.setdefault(joints, {})[ink, end] = _hull("", _ink(ink), 0.6, corners)
+    for joints, solids in bodies.items():
+        yield _joined(list(solids.values())), _linked(posed, joints)
+
+
+def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str, Posed]]:
+    """Where the mechanisms of a robot stand at a snapshot."""
+    known = []
+    for name, mechanism in config.mechanisms.items():
+        sim, key, unit = build_mechanism(mechanism), f"{prefix}{telemetry_name(name)}PositionRot", math.tau
+        if isinstance(mechanism, PistonConfig):
+            key, unit = f"{prefix}{telemetry_name(name)}ExtendedPct", 0.01 * mechanism.stroke
+        known.append((name, key, unit, sim.position, sim.stops))
+
+    def posed(snapshot: Snapshot) -> Mapping[str, Posed]:
+        values = snapshot.doubles
+        return {
+            name: Posed(unit * values[key] if key in values else position, stops)
+            for name, key, unit, position, stops in known
+        }
+
+    return posed
+
+
+def _linked(
+    posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
+) -> PartPose:
+    """Of what joints carry; with `deploy` a mechanism and its stop, without which it is not there."""
+
+    def pose(snapshot: Snapshot) -> FloatArray | None:
+        now = posed(snapshot)
+        if deploy is not None and not is_deployed(now[deploy[0]], deploy[1]):
+            return None
+        pos, (x, y, z, w) = part_pose(joints, now)
+        return np.array((*pos, w, x, y, z))
+
+    return pose
+
+
+def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterConfig) -> PartPose:
+    """Of its first barrel, with x along the shot."""
+
+    def pose(snapshot: Snapshot) -> FloatArray:
+        now = posed(snapshot)
+        turned = 0.0 if shooter.turret is None else shooter.turret_ratio * now[shooter.turret].position
+        raised = 0.0 if shooter.hood is None else shooter.elevation_per_hood * now[shooter.hood].position
+        x, y, z, w = from_rpy(0.0, -(shooter.elevation + raised), shooter.launch.heading + turned)
+        return np.array((*muzzle_offset(shooter.launch, 0, turned).tolist(), w, x, y, z))
+
+    return pose
+
+
+def _ink(name: str) -> str:
+    return COLORS[name][0]
+
+
+def _zone(zone: IntakeZone) -> FloatArray:
+    return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
+
+
+def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
+    return box_corners(np.array(center) - half, np.array(center) + half)
+
+
+def _rod(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray) -> FloatArray:
+    return np.concatenate((_cube(start, _ROD), _cube(end, _ROD)))
+
+
+_SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(SHOT, 0.0, 0.0)]))

@@ -1,0 +1,256 @@
+"""The live view: it answers its own page and nobody else, bears a crowd, and lets a person drive."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import math
+import socket
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("websockets", reason='needs websockets: pip install -e ".[view]"')
+
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from games.rebuilt import REBUILT
+from simcore import Match, RobotEntry
+from simcore.errors import OutputError
+from simcore.players.driven_robot import HandedOver
+from simcore.show.live_view import LiveView
+from simcore.show.view_driving import ViewDriving
+from simcore.show.view_server import LONGEST, MOST_VIEWERS, Guard, ViewServer
+from simcore.telemetry.recording import Recording
+
+LINK = {"Sec_Fetch_Mode": "navigate", "Sec_Fetch_Dest": "document"}
+KEYS = {"KeyW": "w", "KeyA": "a", "KeyQ": "q", "Space": " ", "KeyF": "f"}
+
+
+def refused(guard: Guard, port: int = 8080, **headers: str) -> str:
+    """The sentence with which a request is refused, empty if it is answered."""
+    given = {name.replace("_", "-").lower(): value for name, value in headers.items()}
+    return guard.refusal(
+        SimpleNamespace(get_all=lambda key: [given[key.lower()]] if key.lower() in given else []), port
+    )
+
+
+@pytest.mark.parametrize(
+    ("host", "other_site", "answered"),
+    [
+        ("127.0.0.1:8080", {}, True),
+        ("localhost:8080", {"Origin": "http://localhost:8080"}, True),
+        ("LocalHost:8080", {"Origin": "http://localhost:8080"}, True),
+        ("[::1]:8080", {}, True),
+        ("127.0.0.1:8080", {**LINK, "Sec_Fetch_Site": "cross-site"}, True),
+        ("127.0.0.1:8080", {**LINK, "Sec_Fetch_Site": "same-site", "Sec_Fetch_Dest": "iframe"}, False),
+        ("127.0.0.1:8080", {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "no-cors"}, False),
+        ("127.0.0.1:8080", {"Origin": "http://localhost:8080"}, False),
+        ("127.0.0.1:8080", {"Origin": "https://127.0.0.1:8080"}, False),
+        ("127.0.0.1:8080", {"Origin": "http://127.0.0.1:8081"}, False),
+        ("127.0.0.1:8080", {"Origin": "http://127.0.0.1:8080.evil.example"}, False),
+        ("127.0.0.1:8080", {"Origin": "null"}, False),
+        ("127.0.0.1:8081", {}, False),
+        ("127.0.0.1", {}, False),
+        ("evil.example:8080", {"Origin": "http://evil.example:8080"}, False),  # DNS rebinding
+        ("192.168.0.7:8080", {}, False),
+        ("localhost.evil.example:8080", {}, False),
+        ("", {}, False),
+    ],
+)  # fmt: skip
+def test_only_its_own_host_and_origin_are_answered(host, other_site, answered) -> None:
+    assert (refused(Guard("127.0.0.1"), Host=host, **other_site) == "") == answered
+
+
+def test_a_view_for_other_computers_answers_numeric_addresses_and_its_own_names() -> None:
+    guard = Guard("0.0.0.0")
+    own = socket.gethostname()
+    for host in ("192.168.0.7:8080", "[fe80::1]:8080", f"{own}:8080", f"{own}.local:8080", "127.0.0.1:8080"):
+        assert refused(guard, Host=host, Origin=f"http://{host}") == ""
+    assert "Host evil.example:8080" in refused(guard, Host="evil.example:8080", Origin="http://evil.example:8080")
+    assert "Origin http://evil.example" in refused(guard, Host="192.168.0.7:8080", Origin="http://evil.example")
+
+
+@pytest.fixture
+def server():
+    taken = []
+    served = ViewServer("127.0.0.1", 0, "<p>page</p>", lambda: ["hello"], lambda *one: taken.append(one))
+    yield SimpleNamespace(server=served, taken=taken, socket=served.url.replace("http", "ws") + "/live", url=served.url)
+    served.close()
+
+
+def got(server, path="/", **headers: str) -> tuple[int, str, dict[str, str]]:
+    connection = http.client.HTTPConnection(server.url.removeprefix("http://"), timeout=10.0)
+    connection.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode(), dict(answer.headers)
+
+
+def test_the_page_is_served_with_its_guards_and_other_sites_get_nothing(server) -> None:
+    status, text, headers = got(server)
+    assert (status, text) == (200, "<p>page</p>") and headers["X-Frame-Options"] == "DENY"
+    assert got(server, "/other")[0] == 404
+    status, text, _ = got(server, Host="<b>evil.example")
+    assert status == 403 and "&lt;b&gt;" in text
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(server.socket, origin="http://evil.example")
+    with connect(server.socket, origin=server.url) as page:
+        assert page.recv(timeout=5) == "hello"
+        server.server.send(b"frame", is_frame=True)
+        assert page.recv(timeout=5) == b"frame"
+
+
+def test_two_hundred_sockets_rubbish_and_a_slow_reader_do_not_stop_it(server) -> None:
+    with contextlib.ExitStack() as stack:
+        open_ones, turned_away = [], 0
+        for _ in range(200):
+            try:
+                open_ones.append(stack.enter_context(connect(server.socket, origin=server.url, max_queue=1)))
+            except (InvalidStatus, ConnectionClosed):
+                turned_away += 1
+        assert (len(open_ones), turned_away) == (MOST_VIEWERS, 200 - MOST_VIEWERS)
+        assert got(server)[0] == 200, "the page itself is still served"
+        for _ in range(200):  # nobody reads: a page that is behind gets no frames, and no memory is filled
+            server.server.send(bytes(50_000), is_frame=True)
+        time.sleep(0.5)
+        for text in ("[]", "{", "[" * 900, '"x"'):
+            page = open_ones.pop()
+            page.send(text)
+        open_ones.pop().send("x" * (4 * LONGEST + 1))
+    end = time.monotonic() + 10.0
+    while server.server.has_viewers and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not server.server.has_viewers, "their places are free"
+    assert len({number for number, message in server.taken if message is None}) == MOST_VIEWERS
+
+
+def test_a_port_that_is_taken_is_one_sentence(server) -> None:
+    with pytest.raises(OutputError, match=r"cannot serve the view on 127\.0\.0\.1"):
+        ViewServer("127.0.0.1", int(server.url.rpartition(":")[2]), "", list, lambda *_: None)
+
+
+class Run(threading.Thread):
+    """A match that goes on at the page's pace while a test presses keys."""
+
+    def __init__(self, match: Match, view: LiveView) -> None:
+        super().__init__(daemon=True)
+        self.match, self._view, self._ends = match, view, False
+        self.robot = match.robots[0]
+
+    def run(self) -> None:
+        while not self._ends:
+            self.match.tick()
+            self._view.after_tick(self.match, should_stop=lambda: self._ends)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        return self.robot.chassis.vel[0], self.robot.chassis.vel[1]
+
+    def stands(self) -> bool:
+        return math.hypot(*self.velocity) < 0.02
+
+    def end(self) -> None:
+        self._ends = True
+        self.join(20.0)
+
+
+def wait_until(condition, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser) -> None:
+    driving, recording = ViewDriving(("shoot",)), Recording()
+    view = LiveView(driving=driving, title="live")
+    robots = (RobotEntry(alliance="red", start=(2.0, 4.03, 0.0)),)
+    with Match(REBUILT, sinks=[view.sink(), recording], robots=robots) as match:
+        match.set_controller(0, HandedOver(match, "red", lambda robot, time: None, driving.input))
+        run = Run(match, view)
+        try:
+            page = browser(view.url)
+            page.call("Emulation.setFocusEmulationEnabled", enabled=True)
+            view.wait_for_viewer()
+            run.start()
+            page.wait_for("window.simcore && simcore.player && simcore.player.run.groups.robots.n > 3")
+
+            def key(kind: str, code: str) -> None:
+                page.call("Input.dispatchKeyEvent", type=kind, code=code, key=KEYS[code], text="")
+
+            key("keyDown", "KeyW")
+            time.sleep(0.3)
+            key("keyUp", "KeyW")
+            assert run.stands() and driving.input() is None, "nobody has pressed the button"
+            page.click("drive")
+            page.wait_for_text("1 or Space shoot")
+            wait_until(lambda: driving.input() is not None)
+            key("keyDown", "KeyA")  # left of the red station is toward y = 0
+            wait_until(lambda: run.velocity[1] < -0.5)
+            key("keyUp", "KeyA")
+            wait_until(run.stands)
+            key("keyDown", "KeyQ")
+            wait_until(lambda: run.robot.chassis.robot_rate[2] > 0.5)
+            page.evaluate("window.focused = false; document.hasFocus = () => window.focused; 1")
+            page.evaluate("dispatchEvent(new Event('blur')); 1")
+            wait_until(lambda: driving.input() is None)
+            page.evaluate("window.focused = true")
+            wait_until(lambda: driving.input() is not None)
+            assert driving.input().turn == 0.0, "the key that was down as the focus went counts no more"
+            page.evaluate(
+                "window.pad = {connected: true, mapping: 'standard', axes: [0, 0.6, 0, 0], buttons: []};"
+                "navigator.getGamepads = () => [null, window.pad]; 1"
+            )
+            wait_until(lambda: run.velocity[0] > 0.5)
+            page.evaluate("pad.axes = [0, 0, 0, 0]; 1")
+            wait_until(run.stands)
+            page.evaluate("simcore.send({do: 'pause', value: true}); 1")
+            wait_until(lambda: view.pacer.paused)
+            page.wait_for(f"Math.abs(simcore.head - {match.time}) < 0.001")
+            shown = page.evaluate("simcore.player.run.robot(0, simcore.head).place")
+            assert shown == pytest.approx(run.robot.chassis.pos, abs=0.002)
+            page.evaluate(
+                "simcore.send({do: 'pause', value: false}); simcore.send({do: 'spawn', kind: 'Fuel', robot: 0}); 1"
+            )
+            wait_until(lambda: not view.pacer.paused)
+            run.end()
+            ended = threading.Thread(target=lambda: seeds.append(view.next_seed(recording)))
+            seeds: list[int | None] = []
+            ended.start()
+            page.wait_for("simcore.isOver === true")
+            assert page.evaluate("document.querySelector('.sheet').hidden") is False
+            assert page.evaluate("document.querySelector('.sheet h2').textContent") == f"{match.score.red} points"
+            key("keyDown", "KeyW")  # nobody drives any more
+            page.evaluate("dispatchEvent(new KeyboardEvent('keydown', {code: 'KeyR', key: 'r'})); 1")
+            ended.join(10.0)
+            assert seeds == [0]
+            page.evaluate("1")
+            assert [error for error in page.errors if "ReadPixels" not in error] == []
+        finally:
+            run.end()
+            view.close()
+
+
+def test_what_a_page_may_not_ask_is_passed_over() -> None:
+    view = LiveView()
+    try:
+        with connect(view.url.replace("http", "ws") + "/live", origin=view.url) as page:
+            for message in (
+                {"do": "speed", "value": "x"},
+                {"do": "speed", "value": -1},
+                {"do": ["x"]},
+                {},
+                {"do": "start"},
+            ):
+                page.send(json.dumps(message))
+            page.send(json.dumps({"do": "restart", "seed": "<b>"}))
+            wait_until(lambda: not view._asked.empty())
+            time.sleep(0.2)
+            assert view._act(None) is False and view.pacer.speed == 1.0 and view.wants_restart
+    finally:
+        view.close()
