@@ -172,6 +172,7 @@ def published():
     with Match(REBUILT, robots=robots, sinks=[rebuilt], options={"human_players"}) as match:
         match.last_tick_ms = 1.0
         match.record.failure, match.record.warnings = "assert 1 > 2", ["late"]
+        match.record.robots[0].player = "collector:3"
         match.tracker.foul(FoulEvent(0.0, "G1", 1, "red", 5, "does something"))
         match.tick()
     lift = ElevatorConfig(
