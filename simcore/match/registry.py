@@ -109,7 +109,7 @@ def _points() -> dict[str, list[EntryPoint]]:
 
 def _package(point: EntryPoint) -> str:
     """The distribution that an entry point is of, or what it names."""
-    return point.dist.name if getattr(point, "dist", None) is not None else point.value
+    return point.value if point.dist is None else point.dist.name
 
 
 def _load(name: str, points: list[EntryPoint]) -> Game:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from simcore.match.game import Game
 
 __all__ = [
-    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "place_text", "reading_unit",
+    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "reading_unit",
     "run_findings", "run_mechanism", "shot_reach", "speed_text",
 ]  # fmt: skip
 
@@ -241,15 +241,6 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
     if isinstance(mechanism, ElevatorSim | RackSim):
         return f"{speed * mechanism.travel_per_radian:.2f} m/s"
     return f"{speed / math.tau:.1f} turns/s"
-
-
-def place_text(mechanism: ShaftSim, position: float) -> str:
-    """A position [rad] in the unit that its kind is thought of in."""
-    if isinstance(mechanism, ArmSim):
-        return f"{math.degrees(position):.0f} deg"
-    if isinstance(mechanism, ElevatorSim | RackSim):
-        return f"{position * mechanism.travel_per_radian:.2f} m"
-    return f"{position / math.tau:.1f} turns"
 
 
 # --- findings ---------------------------------------------------------------------------------------------------------

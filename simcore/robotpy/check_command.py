@@ -15,7 +15,7 @@ from simcore.match.registry import find_game, installed_games
 from simcore.quantities import text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
-from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
+from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, place_text
 from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
@@ -27,7 +27,6 @@ from simcore.robot_file.robot_findings import (
     MechanismRun,
     RobotFinding,
     findings,
-    place_text,
     reading_unit,
     run_findings,
     run_mechanism,

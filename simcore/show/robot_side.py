@@ -216,7 +216,9 @@ def _carried(
                 chains.append(("hit", joints, intake.zone.ball[0], _zone(intake.zone)))
                 continue
             rows = _rows(joints or (() if intake.stretch is None else (intake.stretch,)), posed)
-            rows[[deploy is not None and not is_deployed(now[deploy], intake.deployed_at) for now in posed]] = np.nan
+            if deploy is not None:
+                out = [is_deployed(now[deploy].position, now[deploy].stops, intake.deployed_at) for now in posed]
+                rows[np.logical_not(out)] = np.nan
             zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
             yield [("", color("hit"), 0.5, _zone(zone))], rows, False
         for shooter in config.shooters:

@@ -13,12 +13,11 @@ from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, place_text
 from simcore.robot_file.robot_findings import (
     CodeView,
     findings,
     holding_share,
-    place_text,
     reading_unit,
     run_findings,
     run_mechanism,
