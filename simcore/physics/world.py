@@ -370,7 +370,11 @@ class PhysicsWorld:
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
-        return not any(row in self._field for row in self.engine.overlapping(low, high))
+        return not self.field_in(low, high)
+
+    def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Engine rows of what stands on the field, the floor left out, whose bounding box reaches into this box [m]."""
+        return [row for row in self.engine.overlapping(low, high) if row in self._field]
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""

@@ -99,7 +99,7 @@ def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_f
 
 
 def test_a_broken_game_beside_stops_nothing_else(tmp_path_factory, install, distribution, project_of):
-    """Its robot tests, play, check, sweep, compare and doctor; a game that is called by its name says where it broke."""
+    """Its robot tests, play, check, sweep, compare and doctor; a game called by its name says where it broke."""
     site = tmp_path_factory.mktemp("broken")
     (site / "broken_game.py").write_text("from games.rebuilt import REBUILT\n\nGAME = replace(REBUILT)\n")
     install(site, "broken-game", {"simcore.games": "broken = broken_game:GAME"})
