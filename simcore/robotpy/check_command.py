@@ -31,6 +31,7 @@ from simcore.robot_file.robot_findings import (
     run_findings,
     run_mechanism,
     shot_reach,
+    sign_findings,
     speed_text,
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
@@ -108,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
         *subject.problems,
         *findings(subject.config, game=subject.game, codes=subject.codes),
         *run_findings([run for run, _ in runs]),
+        *sign_findings(runs, subject.config.intakes),
     ]
     print(f"{subject.name}: {_figures(subject)}")
     print(subject.about)
