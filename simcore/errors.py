@@ -25,6 +25,7 @@ __all__ = [
     "VendorError",
     "leave",
     "nearest",
+    "outside_part",
     "print_error",
     "start_sentence",
 ]
@@ -149,6 +150,17 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
         traceback.print_exception(type(error), error, start)
     print_error(program, start_sentence(error, folder))
     os._exit(1)
+
+
+def outside_part(error: BaseException) -> TracebackType | None:
+    """The traceback of an error from where others' code begins, a game's or a robot's; None: all of it is simcore's."""
+    here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
+    for at in _places(error):
+        path = Path(_file(at)).resolve()
+        is_library = path.is_relative_to(python) or "site-packages" in path.parts
+        if path.is_file() and not is_library and not path.is_relative_to(here):
+            return at
+    return None
 
 
 def _places(error: BaseException) -> Iterator[TracebackType]:

@@ -13,6 +13,7 @@ from simcore.robot.robot import Robot
 __all__ = ["Shortfalls"]
 
 _ASKED = 0.02  # of a request, volts or share of the battery: less is nothing
+_WANTED = 40  # ticks of requests one way; a part that was asked for less may just not have got there
 _STAYED = 0.05  # of the way between the stops
 _ELSEWHERE = 0.5  # [m] between belief and truth
 
@@ -101,7 +102,7 @@ class Shortfalls:
 
     def _of_intake(self, whose: str, intake: Intake) -> Iterator[str]:
         config = intake.config
-        if (config.roller or config.deploy) not in self._asked:  # nobody wanted to take anything in
+        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # nobody wanted to take anything in
             return
         if config.deploy is not None:
             low, high = self._ranges[config.deploy]
@@ -128,7 +129,7 @@ class Shortfalls:
 
     def _of_shooter(self, whose: str, shooter: Shooter) -> Iterator[str]:
         config = shooter.config
-        if not any(name in self._asked for name in (*config.wheels, *config.gate)):
+        if all(abs(self._asked.get(name, 0)) < _WANTED for name in (*config.wheels, *config.gate)):
             return
         best = sum(self._ranges[name][1] for name in config.wheels) / len(config.wheels)
         other = -sum(self._ranges[name][0] for name in config.wheels) / len(config.wheels)

@@ -79,6 +79,28 @@ def test_a_game_that_is_named_is_loaded_alone(installed):
     assert not list(__import__("pathlib").Path().glob("was_loaded"))
 
 
+def test_a_mistake_in_a_games_rules_is_shown_from_where_it_begins(installed, capsys):
+    installed(
+        OTHER
+        + """
+from simcore.match.game import Rules
+
+
+class Mine(Rules):
+    def after_tick(self):
+        self.point.count += 1
+
+
+GAME = replace(GAME, rules=Mine)
+"""
+    )
+    outputs = ["--log", "run.wpilog", "--picture", "run.png", "--page", "run.html"]
+    assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 1
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-1] == "AttributeError: 'Mine' object has no attribute 'point'"
+    assert 'mine/game.py", line 11, in after_tick' in said[1] and len(said) < 6
+
+
 def test_two_games_of_one_name_are_both_left_out(installed):
     installed(OTHER)
     installed(OTHER, package="other")
