@@ -13,13 +13,14 @@ from simcore.robot.robot import Robot
 __all__ = ["Shortfalls"]
 
 _ASKED = 0.02  # of a request, volts or share of the battery: less is nothing
-_WANTED = 40  # ticks of requests one way; a part that was asked for less may just not have got there
+_PERIOD = 5  # ticks from look to look
+_WANTED = 8  # looks with requests one way; a part that was asked for less may just not have got there
 _STAYED = 0.05  # of the way between the stops
 _ELSEWHERE = 0.5  # [m] between belief and truth
 
 
 class Shortfalls:
-    """Watches intakes and shooters of one robot from tick to tick.
+    """Watches intakes and shooters of one robot, ten times a second.
 
     A part is watched until it has worked once, so a robot that plays well costs nothing.
 
@@ -30,15 +31,18 @@ class Shortfalls:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._ranges: dict[str, tuple[float, float]] = {}  # of positions or, of rollers and wheels, speeds
-        self._asked: dict[str, int] = {}  # ticks with positive requests less those with negative ones
+        self._asked: dict[str, int] = {}  # looks with positive requests less those with negative ones
         self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
         self._silent = list(enumerate(robot.shooters, 1))  # that have not been open yet
         self._empty_at: dict[int, float] = {}  # when a shooter was open with nothing in it [s], by number
         self._coasting: dict[str, int] = {}  # shots while a feeder was not driven, by its name
-        self._shots = 0
+        self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
         """Look at the end of a tick [s], before anything is thrown in it."""
+        self._ticks += 1
+        if self._ticks % _PERIOD:
+            return
         for number, intake in list(self._idle):
             config = intake.config
             if intake.is_active:
@@ -57,8 +61,8 @@ class Shortfalls:
     def note_shot(self) -> None:
         """It has thrown a piece."""
         self._shots += 1
-        for name in {name for shooter in self._robot.shooters for name in shooter.config.gate}:
-            if abs(self._mechanism(name).record["request"][0]) < _ASKED:
+        for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
+            if self._mechanism(name).record["request"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
