@@ -38,13 +38,13 @@ def installed(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.chdir(tmp_path)
 
-    def install(source: str | None, *, package: str = "mine", name: str = "mine") -> None:
-        (tmp_path / package).mkdir()
+    def install(source: str | None, *, package: str = "mine", name: str = "mine", fresh: bool = True) -> None:
+        (tmp_path / package).mkdir(exist_ok=not fresh)
         (tmp_path / package / "__init__.py").write_text("")
         if source is not None:
             (tmp_path / package / "game.py").write_text(source)
         info = tmp_path / f"{package}_game-0.1.0.dist-info"
-        info.mkdir()
+        info.mkdir(exist_ok=not fresh)
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}-game\nVersion: 0.1.0\n")
         (info / "entry_points.txt").write_text(f"[simcore.games]\n{name} = {package}.game:GAME\n")
         for module in (package, f"{package}.game"):
@@ -99,6 +99,17 @@ GAME = replace(GAME, rules=Mine)
     said = capsys.readouterr().err.strip().splitlines()
     assert said[-1] == "AttributeError: 'Mine' object has no attribute 'point'"
     assert 'mine/game.py", line 11, in after_tick' in said[1] and len(said) < 6
+
+
+def test_the_page_of_a_log_whose_game_is_broken_says_so(installed, capsys):
+    installed(OTHER)
+    outputs = ["--log", "run.wpilog", "--picture", "run.png", "--page", "run.html"]
+    assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 0
+    installed("raise RuntimeError('half written')\n", fresh=False)
+    capsys.readouterr()
+    assert main(["page", "run.wpilog"]) == 0
+    said = capsys.readouterr().err
+    assert "mine/game.py, line 1: RuntimeError: half written; its field is drawn bare" in said
 
 
 def test_two_games_of_one_name_are_both_left_out(installed):
