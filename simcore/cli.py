@@ -7,12 +7,13 @@ import difflib
 import importlib
 import os
 import sys
+import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
 from simcore import __version__
-from simcore.errors import SimcoreError, UnknownNameError, print_error
+from simcore.errors import SimcoreError, UnknownNameError, outside_part, print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -100,6 +101,13 @@ def _run(words: list[str], program: str) -> int:
             return int(args.run(args))
     except SimcoreError as error:
         print_error(called, str(error))
+        return 1
+    except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
+        start = outside_part(error)
+        if start is None:
+            raise
+        sys.stdout.flush()
+        traceback.print_exception(type(error), error, start)
         return 1
 
 

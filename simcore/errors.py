@@ -25,6 +25,7 @@ __all__ = [
     "VendorError",
     "leave",
     "nearest",
+    "outside_part",
     "print_error",
     "start_sentence",
 ]
@@ -109,7 +110,7 @@ def print_error(program: str, sentence: str) -> None:
     print(f"\n{program}: {sentence}", file=sys.stderr, flush=True)
 
 
-def start_sentence(error: BaseException, folder: Path) -> str:
+def start_sentence(error: BaseException, folder: Path, *, base: Path | None = None) -> str:
     """What a start error says, and where in the files of a project it comes from.
 
     >>> start_sentence(SimcoreError("mass must be > 0 kg, got -1"), Path("/project"))
@@ -117,11 +118,19 @@ def start_sentence(error: BaseException, folder: Path) -> str:
 
     Args:
         error: As it was caught.
-        folder: Of the project; a place in its own files is named, one in a library is not.
+        folder: Of the project, or its only file; a place in its own files is named, one in a library is not.
+        base: From where paths are written; None: from the folder.
     """
     text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}"
-    own = [at for at in _places(error) if _is_in(at, folder)]
-    return f"{Path(_file(own[-1])).name}, line {own[-1].tb_lineno}: {text}" if own else text
+    own = [(_file(at), at.tb_lineno) for at in _places(error) if _is_in(_file(at), folder)]
+    if isinstance(error, SyntaxError) and error.filename and _is_in(error.filename, folder):
+        text = f"{type(error).__name__}: {error.msg}"
+        own.append((error.filename, error.lineno or 1))
+    if not own:
+        return text
+    file, line = own[-1]
+    name = Path(file).resolve().relative_to((base or folder).resolve())
+    return f"{name.as_posix()}, line {line}: {text}"
 
 
 def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
@@ -137,10 +146,21 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
     """
     if not isinstance(error, SimcoreError):
         sys.stdout.flush()
-        start = next((at for at in _places(error) if _is_in(at, folder)), error.__traceback__)
+        start = next((at for at in _places(error) if _is_in(_file(at), folder)), error.__traceback__)
         traceback.print_exception(type(error), error, start)
     print_error(program, start_sentence(error, folder))
     os._exit(1)
+
+
+def outside_part(error: BaseException) -> TracebackType | None:
+    """The traceback of an error from where others' code begins, a game's or a robot's; None: all of it is simcore's."""
+    here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
+    for at in _places(error):
+        path = Path(_file(at)).resolve()
+        is_library = path.is_relative_to(python) or "site-packages" in path.parts
+        if path.is_file() and not is_library and not path.is_relative_to(here):
+            return at
+    return None
 
 
 def _places(error: BaseException) -> Iterator[TracebackType]:
@@ -155,7 +175,8 @@ def _file(at: TracebackType) -> str:
     return at.tb_frame.f_code.co_filename
 
 
-def _is_in(at: TracebackType, folder: Path) -> bool:
-    """Whether it is in a file of the project: not in Python's own, nor in a library that is installed below."""
-    path = Path(_file(at))
-    return path.is_file() and path.resolve().is_relative_to(folder.resolve()) and "site-packages" not in path.parts
+def _is_in(file: str, folder: Path) -> bool:
+    """Whether a file is of the project: not Python's own, nor in a library that is installed below."""
+    path, folder = Path(file).resolve(), folder.resolve()
+    own = path.is_file() and path.is_relative_to(folder)
+    return own and "site-packages" not in path.relative_to(folder).parts

@@ -20,7 +20,7 @@ from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
 from simcore.physics.hanging import HangingConfig
 from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.physics.shapes import Box, Cylinder, Hull, Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
@@ -130,20 +130,24 @@ def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry
     """Elements of the blue half as `blue_...`, and where the symmetry puts them as `red_...`.
 
     Args:
-        elements: Boxes along the axes, upright cylinders or balls; they look the same flipped.
+        elements: Boxes along the axes, upright cylinders and balls, which look the same flipped, and hulls.
         symmetry: Of the field.
 
     Raises:
-        ConfigError: A shape that would have to be turned.
+        ConfigError: Another shape.
     """
     both = []
     for element in elements:
-        if not isinstance(element.shape, Box | Cylinder | Sphere):
-            kind = type(element.shape).__name__
-            raise ConfigError(f"{element.name}: boxes, cylinders and balls can be put on both sides, got a {kind}")
-        flipped = symmetry.flip_points(element.position[None])[0]
+        shape = element.shape
+        if not isinstance(shape, Box | Cylinder | Sphere | Hull):
+            kind = type(shape).__name__
+            raise ConfigError(
+                f"{element.name}: boxes, cylinders, balls and hulls can be put on both sides, got a {kind}"
+            )
+        other = Hull(symmetry.flip_vectors(shape.points)) if isinstance(shape, Hull) else shape
+        place = symmetry.flip_points(element.position[None])[0]
         both.append(dataclasses.replace(element, name=f"blue_{element.name}"))
-        both.append(dataclasses.replace(element, name=f"red_{element.name}", position=flipped))
+        both.append(dataclasses.replace(element, name=f"red_{element.name}", shape=other, position=place))
     return tuple(both)
 
 

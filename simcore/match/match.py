@@ -318,6 +318,7 @@ class Match:
             if len(positions):
                 self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
             self.pieces.stage(some.kind, some.off_field)
+        self.pieces.require_room()
 
     def _preload(self, robot: Robot) -> None:
         count = self.entries[robot.number].preload

@@ -1,19 +1,24 @@
-"""The games that are installed: entry points of the group `simcore.games`, each a `Game`."""
+"""The games that are installed: entry points of the group `simcore.games`, each a `Game`.
+
+A game that is named is loaded alone. Where all are asked for, one that does not load leaves the others as they are.
+"""
 
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from pathlib import Path
 
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError, start_sentence
 from simcore.install_text import install_command
 from simcore.match.game import Game
 
-__all__ = ["GROUP", "NO_GAME", "find_game", "installed_games", "practice_field"]
+__all__ = ["GROUP", "NO_GAME", "find_game", "game_point", "installed_games", "practice_field"]
 
 GROUP = "simcore.games"
 """Of the entry points; the name of each is the game's."""
@@ -21,27 +26,27 @@ GROUP = "simcore.games"
 NO_GAME = "none"
 """Name by which the empty field is chosen."""
 
+_OWN = "simcore"  # distribution whose games keep their names
 _BESIDE = Path(__file__).resolve().parents[2]
 """The folder that simcore lies in."""
 
 _log = logging.getLogger(__name__)
 
 
-def installed_games() -> dict[str, Game]:
-    """All games by name, the newest year first.
+def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
+    """All games that load, by name, the newest year first.
 
-    Raises:
-        ConfigError: An entry point is not a game.
+    Args:
+        say: Told of each that does not load, in a line with its file and line.
     """
     games: dict[str, Game] = {}
-    for point in entry_points(group=GROUP):
-        game = _load(point)
-        if not isinstance(game, Game):
-            raise ConfigError(f"entry point {point.name!r} of {GROUP} must be a Game, got {point.value}")
-        if game.name != point.name:
-            raise ConfigError(f"entry point {point.name!r} of {GROUP} is the game {game.name!r}: name it so")
-        if games.setdefault(game.name, game) is not game:
-            raise ConfigError(f"two games are named {game.name!r}, one of them {point.value}: uninstall or rename one")
+    for name, points in _points().items():
+        try:
+            games[name] = _load(name, points)
+            for point in points[1:]:
+                say(f"left out: game {name} of the package {_package(point)}: simcore has one of that name: rename it")
+        except ConfigError as error:
+            say(f"left out: {error}")
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
 
 
@@ -55,36 +60,95 @@ def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
 
 
 def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
-    """The game of a name; None: the newest, which is said if there are several.
+    """The game of a name, which alone is loaded; None: the newest, which is said if there are several.
 
     Args:
         name: Of the game, or `none`: the empty field.
-        say: Told which game was taken, if it was not named; None: the log.
+        say: Told which game was taken, if it was not named, and which do not load; None: the log.
 
     Raises:
         UnknownNameError: No game of that name is installed; the error carries the nearest names.
-        ConfigError: No game is installed at all, or the name is that of an auto.
+        ConfigError: No game is installed at all, the one of the name does not load, or the name is that of an auto.
     """
     if name == NO_GAME:
         return practice_field()
-    games = installed_games()
+    points = _points()
+    if name in points:
+        return _load(name, points[name])
+    games = installed_games(say=str if name else say or _log.warning)
+    for game in games.values():
+        if name in game.autos:
+            raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
+    if name is not None and points:
+        raise UnknownNameError("game", name, points)
     if not games:
         raise ConfigError(f"no game is installed (entry points {GROUP}); {install_command()} brings one")
-    if name is None:
-        newest = next(iter(games.values()))
-        if len(games) > 1:
-            others = ", ".join(other for other in games if other != newest.name)
-            (say or _log.info)(f"game {newest.name} ({newest.year}), the newest; also installed: {others}")
-        return newest
-    if name not in games:
-        for game in games.values():
-            if name in game.autos:
-                raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
-        raise UnknownNameError("game", name, games)
-    return games[name]
+    newest, *others = games.values()
+    if others:
+        also = ", ".join(other.name for other in others)
+        (say or _log.info)(f"game {newest.name} ({newest.year}), the newest; also installed: {also}")
+    return newest
 
 
-def _load(point: EntryPoint) -> object:
+def game_point(name: str) -> EntryPoint:
+    """The entry point of an installed game.
+
+    Raises:
+        KeyError: There is none of that name.
+    """
+    return _points()[name][0]
+
+
+def _points() -> dict[str, list[EntryPoint]]:
+    """Entry points by the name of their game, those of simcore's own package first."""
+    found: dict[str, dict[str, EntryPoint]] = {}
+    for point in entry_points(group=GROUP):
+        found.setdefault(point.name, {}).setdefault(point.value, point)
+    return {name: sorted(points.values(), key=lambda p: _package(p) != _OWN) for name, points in found.items()}
+
+
+def _package(point: EntryPoint) -> str:
+    """The distribution that an entry point is of, or what it names."""
+    return point.value if point.dist is None else point.dist.name
+
+
+def _load(name: str, points: list[EntryPoint]) -> Game:
+    """The game of a name.
+
+    Raises:
+        ConfigError: It does not load: why, by the file and line of its package.
+    """
+    point = points[0]
+    if len(points) > 1 and _package(point) != _OWN:
+        packages = " and ".join(f"{_package(point)} ({point.value})" for point in points)
+        raise ConfigError(f"game {name}: {packages} bring games of that name: uninstall or rename one")
+    try:
+        game = _imported(point)
+    except (Exception, SystemExit) as error:  # whatever a package of somebody else does as it is imported
+        package = _place_of(point)
+        why = start_sentence(error, package, base=package.parent)
+        raise ConfigError(f"game {name} of the package {_package(point)} does not load: {why}") from None
+    if not isinstance(game, Game):
+        raise ConfigError(
+            f"game {name} of the package {_package(point)}: {point.value} must be a Game, got {game!r:.80}"
+        )
+    if game.name != name:
+        raise ConfigError(f"entry point {name!r} of {GROUP} is the game {game.name!r}: name it so")
+    return game
+
+
+def _place_of(point: EntryPoint) -> Path:
+    """The folder of the package that an entry point is in, or the file of its module; one without files if unknown."""
+    try:
+        spec = find_spec(point.module.partition(".")[0])
+    except (ImportError, ValueError):
+        spec = None
+    if spec is None:
+        return Path(os.devnull)
+    return Path(next(iter(spec.submodule_search_locations or (spec.origin or os.devnull,))))
+
+
+def _imported(point: EntryPoint) -> object:
     """What an entry point names, also where a robot project has a `games.py` or a package `games` of its own.
 
     That one comes first on the path and stays what `import games` gives; modules of the folder beside simcore are then

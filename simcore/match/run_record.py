@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from simcore.errors import ConfigError
 from simcore.geometry.symmetry import Pose
+from simcore.match.shortfalls import Shortfalls
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import Battery
@@ -197,6 +198,12 @@ class RobotRecord:
         """How far it has driven; not from where it was to where it was put [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
         """In order, its start first."""
+        self.forget_pieces()
+
+    def forget_pieces(self) -> None:
+        """What it does with pieces counts from here on."""
+        self.shortfalls = Shortfalls(self._robot)
+        """Why it took in or threw nothing."""
 
     @property
     def battery(self) -> Battery:
@@ -209,8 +216,9 @@ class RobotRecord:
         self._place = pose[:2]
         self.placements.append(Placement(time, pose, reason))
 
-    def after_tick(self) -> None:
-        """Add the way of a tick."""
+    def after_tick(self, time: float) -> None:
+        """Add the way of a tick that ends now [s]."""
+        self.shortfalls.after_tick(time)
         x, y, _ = self._robot.chassis.pos
         self.distance += math.hypot(x - self._place[0], y - self._place[1])
         self._place = x, y
@@ -262,6 +270,8 @@ class RunRecord:
         """Pieces that placers have let go."""
         self.knocked_out = 0
         """Pieces that the field has knocked out of placers."""
+        for robot in self.robots:
+            robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
         self._columns: RecordColumns | None = None
         self._ids, self._robots, self._ticks, self._places = (_Column() for _ in range(4))
@@ -272,7 +282,7 @@ class RunRecord:
         """Follow robots and shots to the end of a tick [s]."""
         self.time = time
         for robot in self.robots:
-            robot.after_tick()
+            robot.after_tick(time)
         if not self._followed:
             return
         slots, state, types = list(self._followed), self._pieces.state, self._pieces.types
@@ -293,6 +303,7 @@ class RunRecord:
         """A robot has shot a piece, which is at a place [m] at the end of the tick."""
         shot = ShotRecord(self.time, slot, robot, [pos])
         self.shots.append(shot)
+        self.robots[robot].shortfalls.note_shot()
         self._followed[slot] = shot
         self._columns = None
 
@@ -310,6 +321,16 @@ class RunRecord:
         self._columns = None
 
     # --- what it comes to -------------------------------------------------------------------------------------------
+
+    @property
+    def shortfalls(self) -> list[str]:
+        """Why robots took in or threw nothing, and which programs believe to be elsewhere, a sentence each."""
+        found = []
+        for number, robot in enumerate(self.robots):
+            taken_in = len([taken for taken in self.taken_in if taken.robot == number])
+            whose = f"robot {number}, " if len(self.robots) > 1 else ""
+            found += [f"{whose}{line}" for line in robot.shortfalls.lines(taken_in=taken_in)]
+        return found
 
     @property
     def hits(self) -> int:

@@ -87,6 +87,8 @@ class RunReport:
     hits: int
     taken_in: int
     """Pieces that all robots together have taken."""
+    shortfalls: tuple[str, ...] = ()
+    """Why robots took in or threw nothing, a sentence each."""
     distance_m: float
     """How far the first robot drove; not how far it was carried [m]."""
     tick_ms: TickTimes
@@ -177,6 +179,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row(what, value)
     for foul in report.fouls:
         run.add_row("foul", escape(foul))
+    for shortfall in report.shortfalls:
+        run.add_row("fell short", escape(shortfall))
     if report.taken_in:
         run.add_row("pieces taken in", str(report.taken_in))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
@@ -443,6 +447,7 @@ def _play(
         shots=len(match.record.shots),
         hits=match.record.hits,
         taken_in=len(match.record.taken_in),
+        shortfalls=tuple(match.record.shortfalls),
         distance_m=own.distance,
         tick_ms=timer.times(),
         substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),

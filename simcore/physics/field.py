@@ -11,6 +11,7 @@ from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
@@ -19,11 +20,11 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.mesh import SAME_PLACE, Sheet, choose_sides, decompose
 from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shapes import Box, Mesh, Shape, outline, outline_points
+from simcore.physics.shapes import Box, Hull, Mesh, Shape, outline, outline_points
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
-__all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element"]
+__all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element", "slope_element"]
 
 MAX_EXTENT = 40.0
 """No field is longer than this, nor farther from the origin [m]; a mesh that is has other units."""
@@ -126,6 +127,35 @@ def box_element(
     size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
     middle = np.array([0.5 * (a + b) for a, b in zip(low, high, strict=True)])
     return FieldElement(name=name, shape=Box(size), position=middle, surface=surface)
+
+
+def slope_element(
+    name: str,
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    toward: Literal["+x", "-x", "+y", "-y"],
+    surface: TerrainSurface = WALL,
+) -> FieldElement:
+    """A ramp that fills the lower half of a box: it rises from one side of its floor to the upper edge of the other.
+
+    Args:
+        name: What patterns match.
+        low: Smallest corner, field frame [m].
+        high: Largest corner [m].
+        toward: Where it rises.
+        surface: Its material.
+
+    Raises:
+        ConfigError: The corners are not in order, or there is no such direction.
+    """
+    box = box_element(name, low, high, surface)
+    if toward not in ("+x", "-x", "+y", "-y"):
+        raise ConfigError(f"{name}: a slope rises toward '+x', '-x', '+y' or '-y', got {toward!r}")
+    axis, sign = "xy".index(toward[1]), 1.0 if toward[0] == "+" else -1.0
+    half = 0.5 * (np.array(high) - low)
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+    is_there = (corners[:, 2] < 0.0) | (sign * corners[:, axis] > 0.0)
+    return FieldElement(name=name, shape=Hull(corners[is_there] * half), position=box.position, surface=surface)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,16 +1,19 @@
-"""What hangs from the field and swings: a body on a chain or a bar, which robots and pieces push aside.
+"""What hangs from the field and swings on a chain, or is hinged to it and tips: robots and pieces push it aside.
 
 The engine holds it at its pivot and moves it as it moves robots and pieces. What the engine does not know is here: the
-friction of the chain, which also turns the body back to where it faces at rest, what climbers pull, and sleep.
+friction of the chain, which also turns the body back to where it faces at rest, that and the spring of a hinge, what
+climbers pull, and sleep. A hinge keeps to its line because the engine is told of a large inertia about the others.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
 from simcore.physics.contact_law import WALL, TerrainSurface
 from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
@@ -21,6 +24,7 @@ from simcore.typing import Alliance
 __all__ = ["HangingBody", "HangingConfig"]
 
 _DAMPING = Quantity("1/s", 0.0, 100.0)
+_SPRING = Quantity("N m/rad", 0.0, 1e5)
 _STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm under a chain of 1 m, and
 _STILL_TIME = 0.5  # [s] for which it must be so
 _TOUCHING_SPEED = 0.3  # [m/s]; slower, the engine wakes what it touches in time: as beside a robot that pushes slowly
@@ -29,7 +33,7 @@ _TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back with
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HangingConfig:
-    """A body that hangs."""
+    """A body that hangs on a chain, or turns about a hinge: a bar, a seesaw that robots drive on."""
 
     name: str
     shape: Box | Cylinder | Sphere
@@ -37,9 +41,16 @@ class HangingConfig:
     mass: float
     """[kg]"""
     pivot: Vector
-    """Where its chain is fastened, field frame [m]."""
+    """Where its chain is fastened, or the middle of its hinge, field frame [m]."""
     drop: float
-    """From the pivot down to the center of mass [m]."""
+    """From the pivot down to the center of mass [m]; of a hinge also 0, or below 0 of what is hinged from below."""
+    hinge: Literal["x", "y"] | None = None
+    """Along which axis of the field its hinge is; None: it hangs on a chain. A hinged body turns until it meets the
+    carpet or an element of the field: these are its stops."""
+    spring: float = 0.0
+    """Of a hinge: torque for an angle back to where it is at rest [N m/rad]."""
+    drivable: bool = False
+    """Of a hinge: whether robots drive on it."""
     alliance: Alliance | None = None
     """Whose it is; None: nobody's."""
     surface: TerrainSurface = WALL
@@ -48,7 +59,12 @@ class HangingConfig:
 
     def __post_init__(self) -> None:
         owner = f"HangingConfig {self.name!r}"
-        require_fields(self, owner, mass=MASS, pivot=(FIELD_PLACE,) * 3, drop=FIELD_LENGTH, damping=_DAMPING)
+        drop = FIELD_LENGTH if self.hinge is None else FIELD_PLACE
+        require_fields(self, owner, mass=MASS, pivot=(FIELD_PLACE,) * 3, drop=drop, damping=_DAMPING, spring=_SPRING)
+        if self.hinge not in (None, "x", "y"):
+            raise ConfigError(f"{owner}: hinge must be along 'x' or 'y', or None for a chain, got {self.hinge!r}")
+        if self.hinge is None and (self.spring or self.drivable):
+            raise ConfigError(f"{owner}: only what has a hinge has a spring, or carries robots")
 
 
 class HangingBody:
@@ -70,8 +86,11 @@ class HangingBody:
             surface=config.surface,
             pos=(x, y, z - config.drop),
             pivot=config.pivot,
+            hinge=config.hinge,
+            drivable=config.drivable,
         )
-        across = config.mass * float(mass_properties(config.shape).inertia[0, 0])
+        self._axis = 0 if config.hinge is None else "xy".index(config.hinge)
+        across = config.mass * float(mass_properties(config.shape).inertia[self._axis, self._axis])
         self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
         self._own_share = across / self._inertia
         self.radius = bounding_radius(config.shape)
@@ -121,6 +140,9 @@ class HangingBody:
         if self.is_awake:
             self.pos, self.quat = self._engine.pose(self.row)
             vel, rate = self._engine.velocity(self.row)
+            if self.config.hinge is not None:
+                self.rate = self._about_hinge(rate[self._axis])
+                return
             # The rate of its angular momentum about the pivot, which the joint leaves as it is while the two disagree.
             arm, own = self._arm(self.pos), self._own_share
             length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
@@ -138,6 +160,13 @@ class HangingBody:
         if not self.is_awake:
             return
         arm = self._arm(self.pos)
+        if self.config.hinge is not None:
+            spring, axis = self.config.spring / self._inertia, self._axis
+            turn = self.rate[axis] + (self._torque[axis] / self._inertia - spring * self.angle) * h
+            self.rate = self._about_hinge(turn * math.exp(-self.config.damping * h) / (1.0 + spring * h * h))
+            self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
+            self._torque = (0.0, 0.0, 0.0)
+            return
         length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
         along = self.rate[0] * arm[0] + self.rate[1] * arm[1] + self.rate[2] * arm[2]
         keep = math.exp(-self.config.damping * h)
@@ -159,23 +188,32 @@ class HangingBody:
             dt: Length of the tick [s].
             in_reach: Whether anything that moves could have touched it.
         """
+        is_hinged = self.config.hinge is not None
         if not self.is_awake:
-            if in_reach and any(map(any, self._engine.velocity(self.row))):
+            if in_reach and (is_hinged or any(map(any, self._engine.velocity(self.row)))):
                 self._wake()
             return
         self.read()
-        x, y, _ = self._arm(self.pos)
-        tilt = math.hypot(x, y) / self.config.drop
-        is_still = max(tilt, abs(yaw_of(self.quat))) < _STILL_ANGLE and math.hypot(*self.rate) < _STILL_RATE
+        if is_hinged:  # it rests at any angle, and what drives on it may be slow
+            is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
+        else:
+            x, y, _ = self._arm(self.pos)
+            tilt = math.hypot(x, y) / self.config.drop
+            is_still = max(tilt, abs(yaw_of(self.quat))) < _STILL_ANGLE and math.hypot(*self.rate) < _STILL_RATE
         self._still = self._still + dt if is_still else 0.0
         if self._still > _STILL_TIME:
             self.is_awake, self.rate = False, (0.0, 0.0, 0.0)
             self._engine.sleep(self.row)
 
     @property
+    def angle(self) -> float:
+        """Of a hinge: how far it has turned from where it is at rest, about the positive axis [rad]."""
+        return 2.0 * math.atan2(self.quat[self._axis], self.quat[3])
+
+    @property
     def speed(self) -> float:
         """Of its fastest part, at most [m/s]."""
-        return math.hypot(*self.rate) * (self.config.drop + self.radius)
+        return math.hypot(*self.rate) * (abs(self.config.drop) + self.radius)
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
@@ -192,6 +230,9 @@ class HangingBody:
         if not self.is_awake:
             self.is_awake, self._still = True, 0.0
             self._engine.wake(self.row)
+
+    def _about_hinge(self, rate: float) -> Vector:
+        return (rate, 0.0, 0.0) if self._axis == 0 else (0.0, rate, 0.0)
 
     def _arm(self, place: Vector) -> Vector:
         return minus(place, self.config.pivot)

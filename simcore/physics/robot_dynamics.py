@@ -339,16 +339,21 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray]) -> npt.NDArray[np.uint8]:
     """Which sides of an outline others cover from end to end, shape (n,): nothing can come at them."""
     corners = polygons[number]
+    low, high = corners.min(axis=0) - _COVERED, corners.max(axis=0) + _COVERED
+    near = [
+        (polygons[k], normals[k])
+        for k in range(len(polygons))
+        if k != number and (polygons[k].max(axis=0) >= low).all() and (polygons[k].min(axis=0) <= high).all()
+    ]
     after = np.roll(corners, -1, axis=0)
     covered = np.zeros(len(corners), np.uint8)
     for k in range(len(corners)):
         shares = np.array([0.02, 0.5, 0.98])[:, None]
         places = corners[k] + shares * (after[k] - corners[k]) + _COVERED * normals[number][k]
         inside = np.zeros(len(places), dtype=bool)
-        for other, (polygon, outward) in enumerate(zip(polygons, normals, strict=True)):
-            if other != number:
-                away = ((places[:, None, :] - polygon[None]) * outward[None]).sum(axis=2)
-                inside |= (away < 0.0).all(axis=1)
+        for polygon, outward in near:
+            away = ((places[:, None, :] - polygon[None]) * outward[None]).sum(axis=2)
+            inside |= (away < 0.0).all(axis=1)
         covered[k] = inside.all()
     return covered if not covered.all() else np.zeros_like(covered)
 

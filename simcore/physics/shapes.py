@@ -43,6 +43,7 @@ __all__ = [
     "centered",
     "cone",
     "free_spin",
+    "hollow_cone",
     "inner_radius",
     "mass_properties",
     "mean_frontal_area",
@@ -538,6 +539,59 @@ def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides:
         top = np.column_stack((top_radius * circle, np.full(sides, height)))
     shape = centered(Hull(np.vstack((bottom, top))))
     assert isinstance(shape, Hull)
+    return shape
+
+
+def hollow_cone(
+    *, height: float, bottom_radius: float, top_radius: float, wall: float, foot: float = 0.0, staves: int = 12
+) -> Compound:
+    """A cone along z that is open below and closed on top, as one that is put over a pole; its origin is its center.
+
+    Args:
+        height: [m]
+        bottom_radius: Outside, at the lower end [m].
+        top_radius: Outside, at the upper end [m].
+        wall: Thickness of its side and its top [m].
+        foot: Edge of a square plate around its lower end [m]; 0: there is none.
+        staves: Of its side, 6 to 16.
+
+    Raises:
+        ConfigError: A length is not above zero, the wall fills the cone, or the foot is smaller than its lower end.
+    """
+    for name, value in (
+        ("height", height),
+        ("bottom_radius", bottom_radius),
+        ("top_radius", top_radius),
+        ("wall", wall),
+    ):
+        require("hollow_cone", name, value, ROBOT_LENGTH)
+    require("hollow_cone", "foot", foot, ROBOT_HEIGHT)
+    _require_staves("hollow_cone", staves)
+    if not wall < min(top_radius, bottom_radius):
+        raise ConfigError(
+            f"hollow_cone: wall must be below both radii, got {wall} of {bottom_radius} and {top_radius} m"
+        )
+    if foot and not 0.5 * foot > bottom_radius - wall:
+        raise ConfigError(f"hollow_cone: foot must be wider than the opening, got {foot} and {bottom_radius - wall} m")
+    wide = math.tan(math.pi / staves)
+    corners = [
+        (radius, side * radius * wide, z)
+        for z, outside in ((0.0, bottom_radius), (height, top_radius))
+        for radius in (outside - wall, outside)
+        for side in (-1.0, 1.0)
+    ]
+    parts = [
+        *_ring(Hull(np.array(corners)), staves).parts,
+        Part(Cylinder(top_radius, wall), (0.0, 0.0, height - 0.5 * wall)),
+    ]
+    if foot:
+        across = 0.5 * foot - (bottom_radius - wall)
+        away, flat = 0.5 * (foot - across), 0.5 * wall
+        for sign in (-1.0, 1.0):
+            parts.append(Part(Box((across, foot, wall)), (sign * away, 0.0, flat)))
+            parts.append(Part(Box((foot - 2.0 * across, across, wall)), (0.0, sign * away, flat)))
+    shape = centered(Compound(tuple(parts)))
+    assert isinstance(shape, Compound)
     return shape
 
 

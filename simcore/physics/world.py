@@ -62,6 +62,7 @@ class CollisionGroup:
 
 
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
+_HINGED = 1e4  # times its largest moment of inertia that a hinged body has about what is not its hinge
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
 
 
@@ -276,14 +277,43 @@ class PhysicsWorld:
         surface: TerrainSurface,
         pos: Sequence[float],
         pivot: Vector,
+        hinge: str | None = None,
+        drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a place of the field; returns its engine row. Lines of sight pass it."""
+        """Add a body that swings about a place of the field, or turns about a line there; returns its engine row.
+
+        Lines of sight pass it.
+
+        Args:
+            name: For messages.
+            shape: Its origin is the center of mass.
+            mass: [kg]
+            surface: Its material.
+            pos: Center of mass at rest, field frame [m].
+            pivot: The place that stays [m].
+            hinge: `x` or `y`, the axis that it turns about; None: any.
+            drivable: Whether robots drive on it; then it has no friction for bodies.
+        """
+        moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
+        if hinge is not None:
+            stiff = _HINGED * max(moments)
+            moments = [moment if axis == hinge else stiff for axis, moment in zip("xyz", moments, strict=True)]
+        ix, iy, iz = moments
         row = self._add(
-            *(name, shape, pos, surface), mass=mass, pivot=pivot, group=CollisionGroup.PIECE, mask=_PIECE_MASK
+            *(name, shape, pos, FRICTIONLESS if drivable else surface),
+            mass=mass,
+            inertia=(ix, iy, iz) if hinge else None,
+            pivot=pivot,
+            group=CollisionGroup.PIECE | (CollisionGroup.DRIVABLE if drivable else 0),
+            mask=_PIECE_MASK,
         )
-        self._hanging.add(row)
-        ix, iy, iz = np.diag(mass * mass_properties(shape).inertia).tolist()
-        swing, far = mass * math.dist(pos, pivot) ** 2, math.dist(pos, pivot) + bounding_radius(shape)
+        far = math.dist(pos, pivot) + bounding_radius(shape)
+        if drivable:
+            self._carriers.add(row)
+            self._ramp_boxes.add(Box((2.0 * far,) * 3), pivot, IDENTITY)
+        else:
+            self._hanging.add(row)
+        swing = mass * math.dist(pos, pivot) ** 2
         self.balls.add_body(row, shape, surface, mass, (ix + swing, iy + swing, iz), pivot=pivot)
         self.hanging.append((row, pivot, far))
         reach = 2.0 * far
@@ -370,7 +400,11 @@ class PhysicsWorld:
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
-        return not any(row in self._field for row in self.engine.overlapping(low, high))
+        return not self.field_in(low, high)
+
+    def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Engine rows of what stands on the field, the floor left out, whose bounding box reaches into this box [m]."""
+        return [row for row in self.engine.overlapping(low, high) if row in self._field]
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""

@@ -137,10 +137,10 @@ class StoppedMotion(MechanismMotion, Protocol):
         ...
 
 
-def is_deployed(mechanism: StoppedMotion, deployed_at: Literal["upper", "lower"]) -> bool:
-    """Whether a mechanism is near enough to the stop at which it is out."""
-    low, high = mechanism.stops
-    way = (mechanism.position - low) / (high - low)
+def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
+    """Whether a mechanism at a position is near enough to that of its stops at which it is out [rad]."""
+    low, high = stops
+    way = (position - low) / (high - low)
     return way > _DEPLOYED if deployed_at == "upper" else way < 1.0 - _DEPLOYED
 
 
@@ -212,7 +212,10 @@ class Intake:
             forward = self._mechanisms[c.roller].velocity
             if not (-forward if c.roller_reversed else forward) > c.roller_speed:
                 return False
-        return c.deploy is None or is_deployed(self._mechanisms[c.deploy], c.deployed_at)
+        if c.deploy is None:
+            return True
+        deploy = self._mechanisms[c.deploy]
+        return is_deployed(deploy.position, deploy.stops, c.deployed_at)
 
     @property
     def zone(self) -> IntakeZone:

@@ -29,6 +29,7 @@ __all__ = ["Footprint", "GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
+_DEEPEST = 0.02  # [m]; deeper in something no piece is staged on purpose
 _SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
 _SLEEPY = 0.3  # [s] for which a piece must be slow before it sleeps
 _ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; of pieces that are no balls: they rock on an edge, but do not roll on
@@ -331,6 +332,33 @@ class GamePieceManager:
     def is_free(self, slot: int, depth: float) -> bool:
         """Whether a piece that is so deep in what stands on the field [m] can be let go there."""
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._is_ball[slot] else _HARD)
+
+    def require_room(self) -> None:
+        """Refuse pieces on the field that are inside of what stands there, as no piece gets by itself.
+
+        Raises:
+            ConfigError: One is; the text says in what and how deep.
+        """
+        for slot in self.on_field().tolist():
+            if self._is_ball[slot] and self._balls.hold[slot] > 0.0:  # wedged in
+                continue
+            kind = self._pool.types[self.state.kind[slot]]
+            pos, reach = self.state.pos[slot].tolist(), 0.9 * float(self._pool.radius[slot])
+            near = self._world.field_in([c - reach for c in pos], [c + reach for c in pos])
+            depth = self._depth_now(slot) if near else kind.inner_radius - pos[2]
+            if depth <= _DEEPEST:
+                continue
+            names = " and ".join(sorted(map(self._world.body_name, near))) or "the floor"
+            raise ConfigError(
+                f"{kind.name} {slot} is staged inside of {names}: ({pos[0]:.3f}, {pos[1]:.3f}, {pos[2]:.3f}) m is "
+                f"{1000.0 * depth:.0f} mm deep in it; positions are of a piece's center"
+            )
+
+    def _depth_now(self, slot: int) -> float:
+        """How deep a piece that is on the field is in what stands there [m]."""
+        if self._is_ball[slot]:
+            return self._world.balls.depth(tuple(self.state.pos[slot].tolist()), float(self._pool.radius[slot]))
+        return float(self._world.engine.depth(self._pool.rows[slot]))
 
     def score(self, slots: IntArray) -> None:
         """Take scored pieces off the field; what leaned on them wakes.

@@ -51,6 +51,7 @@ __all__ = [
     "ShaftSim",
     "guessed_inertia",
     "guessed_shaft",
+    "place_text",
 ]
 
 
@@ -755,3 +756,12 @@ def guessed_shaft(
             start_angle=start,
         )
     )
+
+
+def place_text(mechanism: ShaftSim, position: float) -> str:
+    """A position [rad] in the unit that its kind is thought of in."""
+    if isinstance(mechanism, ArmSim):
+        return f"{math.degrees(position):.0f} deg"
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        return f"{position * mechanism.travel_per_radian:.2f} m"
+    return f"{position / math.tau:.1f} turns"

@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from simcore.match.game import Game
 
 __all__ = [
-    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "place_text", "reading_unit",
-    "run_findings", "run_mechanism", "shot_reach", "speed_text",
+    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "reading_unit",
+    "run_findings", "run_mechanism", "shot_reach", "sign_findings", "speed_text",
 ]  # fmt: skip
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
@@ -243,15 +243,6 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
     return f"{speed / math.tau:.1f} turns/s"
 
 
-def place_text(mechanism: ShaftSim, position: float) -> str:
-    """A position [rad] in the unit that its kind is thought of in."""
-    if isinstance(mechanism, ArmSim):
-        return f"{math.degrees(position):.0f} deg"
-    if isinstance(mechanism, ElevatorSim | RackSim):
-        return f"{position * mechanism.travel_per_radian:.2f} m"
-    return f"{position / math.tau:.1f} turns"
-
-
 # --- findings ---------------------------------------------------------------------------------------------------------
 
 
@@ -337,6 +328,38 @@ def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
                 f"turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
                 is_wrong=False,
             )
+
+
+def sign_findings(
+    runs: Sequence[tuple[MechanismRun, MechanismRun | None]], intakes: Sequence[IntakeConfig]
+) -> Iterator[RobotFinding]:
+    """Where robot code and mechanism may not share a sign: by its soft limits, and by how an intake gets out.
+
+    Args:
+        runs: Of each mechanism a second forward, and one backward where forward it had nowhere to go.
+        intakes: Of the robot.
+    """
+    for forward, backward in runs:
+        run = backward or forward
+        if run.read is None or run.code is None:
+            continue
+        before, after = run.read
+        if backward is not None and backward.soft_limit is not None and not backward.travel:
+            limits = [f"{limit:.3g}" for limit in (run.code.lower_limit, run.code.upper_limit) if limit is not None]
+            yield RobotFinding(
+                f"{run.name} goes neither way from where it starts: forward is its stop, backward the soft limit of "
+                f"robot code ({' to '.join(limits)} turns): does your code count the other way? write, or take out, "
+                "reversed = true"
+            )
+        for number, intake in enumerate(intakes, 1):
+            out = 1.0 if intake.deployed_at == "upper" else -1.0
+            if intake.deploy == run.name and run.travel * out > 0.0 and after < before:
+                yield RobotFinding(
+                    f"intake {number}: {run.name} is out at its {intake.deployed_at} stop, and on the way there robot "
+                    f"code reads {before:.2f} to {after:.2f} turns: if your code counts up as it goes out, write "
+                    "reversed = true",
+                    is_wrong=False,
+                )
 
 
 def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:

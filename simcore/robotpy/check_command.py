@@ -15,7 +15,7 @@ from simcore.match.registry import find_game, installed_games
 from simcore.quantities import text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
-from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
+from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, place_text
 from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
@@ -27,11 +27,11 @@ from simcore.robot_file.robot_findings import (
     MechanismRun,
     RobotFinding,
     findings,
-    place_text,
     reading_unit,
     run_findings,
     run_mechanism,
     shot_reach,
+    sign_findings,
     speed_text,
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
@@ -109,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
         *subject.problems,
         *findings(subject.config, game=subject.game, codes=subject.codes),
         *run_findings([run for run, _ in runs]),
+        *sign_findings(runs, subject.config.intakes),
     ]
     print(f"{subject.name}: {_figures(subject)}")
     print(subject.about)

@@ -283,18 +283,23 @@ def check_folder(folder: Path, now: float) -> Iterator[Finding]:
 
 def check_games() -> tuple[Finding, Game | None]:
     """Whether there is a game to play, and it loads; and the newest one."""
+    broken: list[str] = []
     try:
         from simcore.match.registry import installed_games
 
-        games = installed_games()
-    except Exception as error:  # whatever a game's package does wrong is what was found
-        said = f"a game does not load: {type(error).__name__}: {error}"
-        return _fail("game", said, "correct that game, or uninstall its package"), None
+        games = installed_games(say=broken.append)
+    except Exception as error:  # a library that simcore needs may be what is missing
+        return _fail("game", f"games cannot be loaded: {type(error).__name__}: {error}", install_command()), None
     if not games:
-        return _fail("game", "no game is installed", install_command()), None
+        said = "; ".join(broken) or "no game is installed"
+        return _fail("game", said, "correct it, or uninstall its package" if broken else install_command()), None
     newest, *others = (f"{game.name} ({game.year})" for game in games.values())
     also = f", the newest, is played if none is named; also installed: {', '.join(others)}" if others else ""
-    return Finding("game", newest + also), next(iter(games.values()))
+    first = next(iter(games.values()))
+    if broken:
+        said = "\n".join([newest + also, *broken])
+        return _warn("game", said, "correct what is left out, or uninstall its package; the others play"), first
+    return Finding("game", newest + also), first
 
 
 def check_run(game: Game) -> Finding:

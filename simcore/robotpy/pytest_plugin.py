@@ -397,6 +397,16 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
         yield test
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
+    """Let no test pass that ends in a mode of which it has played nothing."""
+    result = yield
+    test = getattr(pyfuncitem, "funcargs", {}).get("sim")
+    if test is not None and _RECORDING in pyfuncitem.stash:
+        test.require_played()
+    return result
+
+
 _RECORDING: pytest.StashKey[Any] = pytest.StashKey()
 _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
@@ -439,10 +449,12 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         from simcore.show.scene import scene_of
 
         test.record.failure = "no success" if call.excinfo is None else call.excinfo.exconly()[:_LONGEST_FAILURE]
+        test.warnings.extend(line for line in test.record.shortfalls if line not in test.warnings)
         recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
-        report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
+        lines = [*(f"- {warning}" for warning in test.warnings), str(left), f"at its end: {test.summary()}"]
+        report.sections.append(("simcore", "\n".join(lines)))
     return report
 
 

@@ -18,7 +18,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
-from simcore.quantities import EFFICIENCY, require
+from simcore.quantities import EFFICIENCY, Quantity, require
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.belief_watch import BeliefError
@@ -43,6 +43,7 @@ _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
 _ENDS = 2.0  # wall time in which a program whose start has failed ends [s]
+_SPAN = Quantity("s", 0.0, 1e6)
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.BLUE_1,
@@ -119,6 +120,7 @@ class RobotTest:
         self._steps = 0
         self._sinks: list[TelemetrySink] = []
         self._mode = "disabled"
+        self._is_played = True
         self._auto = self._op_mode = ""
         self._alliance = "blue"
         handler = _WarningList(self.warnings)
@@ -237,6 +239,7 @@ class RobotTest:
         Raises:
             UnknownNameError: No chooser has that name; the text lists what there is.
         """
+        _require_name("autonomous", name)
         self.start()
         if start is not None:
             self.place(*((start.x, start.y, start.rotation().radians()) if isinstance(start, Pose2d) else start))
@@ -271,8 +274,7 @@ class RobotTest:
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
         """
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ConfigError(f"run: seconds must be finite and >= 0, got {seconds}")
+        require("run", "seconds", seconds, _SPAN)
         self.start()
         for _ in range(round(seconds / TICK)):
             self._step()
@@ -289,7 +291,14 @@ class RobotTest:
 
         Raises:
             ConditionError: It did not hold in time.
+            ConfigError: The condition is no function, or the time no number of seconds.
         """
+        if not callable(condition):
+            raise ConfigError(
+                f"run_until: want a function that is asked after each tick, e.g. lambda: sim.pieces.held >= 8; "
+                f"got {condition!r}"
+            )
+        require("run_until", "timeout", timeout, _SPAN)
         self.start()
         begin = self.time
         for _ in range(round(timeout / TICK)):
@@ -419,6 +428,18 @@ class RobotTest:
         """Whether the robot program has started."""
         return self._physics is not None
 
+    def require_played(self) -> None:
+        """Refuse what a test says of a mode that it has begun and not played a tick of.
+
+        Raises:
+            ConditionError: It is so.
+        """
+        if not self._is_played:
+            raise ConditionError(
+                f"{self._mode} was begun and 0 s of it were played: say how long, e.g. {self._mode}(seconds=10), or go "
+                "on with run(10)"
+            )
+
     def summary(self) -> str:
         """One line: the auto, and where robot and score stand."""
         x, y, yaw = self.robot_sim.chassis.pose
@@ -452,6 +473,7 @@ class RobotTest:
             raise error
 
     def _play(self, mode: str, name: str, seconds: float) -> None:
+        _require_name(mode, name)
         self.start()
         self._op_mode = name
         self._enter(mode)
@@ -463,8 +485,10 @@ class RobotTest:
         if self._mode != "disabled" and mode != "disabled":
             self._enter("disabled")  # as the field does between auto and teleop
             self.run(5 * TICK)
+        self.require_played()
         self._mode = mode
         if mode != "disabled":
+            self._is_played = False
             season.set_mode(mode, self._op_mode)
         DriverStationSim.set_enabled(mode != "disabled")
 
@@ -473,6 +497,7 @@ class RobotTest:
         if self._complaints is not None and self._steps % 50 == 0:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notify_new_data()
+        self._is_played = True
         waits = loop_waits()
         if waits is not None:
             waits.require_waits(min(_PATIENCE, 0.5 * self._hang))
@@ -483,6 +508,14 @@ class RobotTest:
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+
+def _require_name(mode: str, name: object) -> None:
+    """Refuse a number of seconds in the place of a name."""
+    if name is not None and not isinstance(name, str):
+        raise ConfigError(
+            f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"
+        )
 
 
 def run_report(test: RobotTest | None, *, is_refuted: bool) -> tuple[str, dict[str, Any]]:

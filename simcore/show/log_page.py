@@ -85,6 +85,8 @@ def draw_log(
         )
     recording = recording_of(log)
     name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
+    for why in _left_out(name):
+        print(f"simcore: {why}; its field is drawn bare", file=sys.stderr)
     scene = scene_of_log(recording, name)
     print(f"{'game':9}  {name or 'none'}")
     title = f"{name.upper()}, {path.stem}" if name else path.stem
@@ -97,6 +99,13 @@ def draw_log(
     for kind, file in written.items():
         print(f"{kind:9}  {file}")
     return int(len(written) < len([kind for kind, (file, _) in drawings.items() if file is not None]))
+
+
+def _left_out(name: str | None) -> list[str]:
+    """Why the game of a name does not load; empty: it does, or is not installed."""
+    said: list[str] = []
+    installed_games(say=said.append)
+    return [why for why in said if why.startswith(f"left out: game {name} ")]
 
 
 def recording_of(log: TelemetryLog) -> Recording:

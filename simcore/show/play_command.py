@@ -114,7 +114,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _list(name: str | None) -> int:
-    for game in installed_games().values() if name is None else [find_game(name)]:
+    def say(sentence: str) -> None:
+        print(f"simcore: {sentence}", file=sys.stderr)
+
+    for game in installed_games(say=say).values() if name is None else [find_game(name)]:
         print(f"{game.heading} ({game.year}), `{game.name}`")
         for auto in game.autos.values():
             print(f"    {auto.name:10} {auto.summary}")

@@ -271,7 +271,7 @@ def _linked(
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
         now = posed(snapshot)
-        if deploy is not None and not is_deployed(now[deploy[0]], deploy[1]):
+        if deploy is not None and not is_deployed(now[deploy[0]].position, now[deploy[0]].stops, deploy[1]):
             return None
         pos, (x, y, z, w) = part_pose(joints, now)
         return np.array((*pos, w, x, y, z))

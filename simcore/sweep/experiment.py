@@ -9,12 +9,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
-from importlib.metadata import entry_points, packages_distributions, version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import Any, Literal
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.registry import GROUP, find_game
+from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES, choose_engine
 from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
@@ -252,9 +252,7 @@ class Experiment:
     def _game_module(self) -> str:
         if self.game is not None and ":" in self.game:
             return self.game.partition(":")[0]
-        game = find_game(self.game, say=str)
-        (point,) = (point for point in entry_points(group=GROUP) if point.name == game.name)
-        return point.module
+        return game_point(find_game(self.game, say=str).name).module
 
     # --- as JSON ----------------------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import re
 import shlex
@@ -14,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.match.registry import find_game
+from simcore.errors import SimcoreError
+from simcore.match.registry import installed_games
 from simcore.show.page import page_style
 from simcore.show.raster import save_drawing
 from simcore.sweep.one_run import game_of
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from simcore.show.scene import Scene
 
 __all__ = ["ResultDrawing", "drawings_of", "save_results", "summary_text"]
+
+_log = logging.getLogger(__name__)
 
 _MOST_RUNS = 10
 _MOST_ERRORS = 20
@@ -109,7 +113,10 @@ def save_results(
     if scene is None and "landings" in results.columns:
         from simcore.show.scene import bare_scene
 
-        scene = bare_scene(game_of(results.experiment.game))
+        try:
+            scene = bare_scene(game_of(results.experiment.game))
+        except SimcoreError as error:  # its package may have changed since the runs were played
+            _log.warning("pictures without the field: %s", error)
     drawings = drawings_of(results, condition, scene) if compared is None else _of_each(results, condition, scene)
     written = [results.save_table(folder), folder / "page.html"]
     write_text("page", written[-1], _page(results, drawings, condition, folder, compared))
@@ -203,7 +210,7 @@ def _comparison(results: Results, difference: PairedDifference) -> str:
 
 def _title(results: Results) -> str:
     experiment = results.experiment
-    what = experiment.project or experiment.game or find_game(None, say=str).name
+    what = experiment.project or experiment.game or next(iter(installed_games()), "the newest game")
     sides = {side: "as varied" if side in results.factors else getattr(experiment, side) for side in ("red", "blue")}
     if any(sides.values()):
         return f"Sweep: {what}, matches, {', '.join(f'{side} {who}' for side, who in sides.items() if who)}"

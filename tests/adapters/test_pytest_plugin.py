@@ -90,10 +90,14 @@ def test_what_goes_wrong_is_said(project):
     """Log and picture of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
     code, said = project(
         """
+import logging
+
 import pytest
 
 def test_fails(sim):
     sim.autonomous("preload", seconds=0.2)
+    logging.getLogger("simcore.any").warning("the odometry does not hold, says this test")
+    sim.physics.robot_sim.estimated_pose = (1.0, 1.0, 0.0)
     assert sim.score.blue >= 99
 
 def test_skips(sim):
@@ -108,6 +112,21 @@ def test_refusals(sim):
         sim.xbox(0).left_y = 2.0
     with pytest.raises(ValueError, match="left_trigger"):
         sim.xbox(0).trigger = True
+    for mode in ("teleop", "utility", "autonomous"):
+        with pytest.raises(ValueError, match=f"seconds are given by name: {mode}.seconds=10."):
+            getattr(sim, mode)(10)
+    with pytest.raises(ValueError, match="run_until: want a function .*got False"):
+        sim.run_until(sim.pieces.held < 0, timeout=1.0)
+    with pytest.raises(ValueError, match="run: seconds must be a number"):
+        sim.run("5")
+
+def test_nothing(sim):
+    sim.teleop()
+    assert sim.score.blue < 5
+
+def test_nothing_before(sim):
+    sim.teleop(seconds=0)
+    sim.autonomous("preload", seconds=0.1)
 
 def test_robot_raises(sim):
     sim.start()
@@ -118,9 +137,14 @@ def test_robot_raises(sim):
         sim.run(0.1)
 """
     )
-    assert code == 1 and "1 failed, 2 passed, 1 skipped" in said, said
+    assert code == 1 and "3 failed, 2 passed, 1 skipped" in said, said
+    assert said.count("ConditionError: teleop was begun and 0 s of it were played: say how long, e.g. teleop(sec") >= 2
     assert "look at the run: page" in said
-    left = files(project.folder / "test_output")
+    for why in ("- the odometry does not hold, says this test", "- the program believes to be at "):
+        assert said.count(why) == 1, said
+    page = (project.folder / "test_output" / "test_fails" / "run.html").read_text()
+    assert "says this test" in page and "the program believes to be at " in page
+    left = {file for file in files(project.folder / "test_output") if not file.startswith("test_nothing")}
     assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
 
 

@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 
 from simcore import play_auto
+from simcore.geometry.zones import BoxZone
+from simcore.match.scoring import ScoreEvent
 from simcore.new_game.new_game_command import write_game
+from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.testing.game_laws import check_conserved
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "new_game.md"
@@ -39,3 +42,17 @@ def test_the_game_that_was_written_plays_and_scores(folder):
     run.match.close()
     assert run.report.score.blue > 0
     check_conserved(game, "collect", seconds=1.0)
+
+
+def test_the_table_of_events_names_what_they_have():
+    """Each word of a row, as an attribute of the event and of its place."""
+    rows = dict(re.findall(r"^\| `event` of ([^|]+?) \| (.+) \|$", PAGE.read_text(encoding="utf-8"), re.M))
+    assert rows.keys() == {"`scored`", "`placed`, `removed`"}
+    place = RestingPlace(name="a", zone=BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    scored = ScoreEvent(time=1.0, zone="a", alliance="blue", points=1, slot=0)
+    for row, owners in (
+        (rows["`scored`"], (scored,)),
+        (rows["`placed`, `removed`"], (PlaceEvent(place, 0, -1), place)),
+    ):
+        for word in re.findall(r"`(\w+)`", row):
+            assert any(hasattr(owner, word) for owner in owners), word

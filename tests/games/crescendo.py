@@ -81,7 +81,7 @@ SUBWOOFER_X = inches(36.125)
 SOURCE = (SIZE[0] - 0.65, 0.65, 0.5)  # estimate: where its notes leave the chute, blue's at the red end [m]
 WING_NOTES = tuple((inches(114.0), 0.5 * SIZE[1] + inches(57.0) * k) for k in range(3))
 CENTER_NOTES = tuple((0.5 * SIZE[0], 0.5 * SIZE[1] + inches(66.0) * k) for k in range(-2, 3))
-STAGE_LEGS = ((3.07, 4.11), (5.6, 5.58), (5.6, 2.64))  # estimate: read off a drawing of the field
+STAGE_LEGS = ((3.25, 4.11), (5.6, 5.58), (5.6, 2.64))  # estimate: off a drawing; the note stands free
 WING_X = inches(229.201)
 STOCK = 20  # notes of each source; estimate
 

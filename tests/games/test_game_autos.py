@@ -102,6 +102,8 @@ def test_a_red_robot_drives_the_corresponding_path(played, name, auto):
     print(f"{name} {auto}: alone for {alone} ticks, {apart[:alone].max():.2e} m apart, {apart.max():.2e} m at last")
     assert alone >= 50
     tolerance = 1e-5 if symmetry.keeps_hands else 1e-4
+    if auto == "balance":  # on a platform that tips under it any difference grows until it is level
+        tolerance = 1e-3
     assert apart[:alone].max() < tolerance and turned[:alone].max() < tolerance
     assert apart[-1] < 0.1, "both end at one place"
 

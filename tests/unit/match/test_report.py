@@ -78,7 +78,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "ticks",
         ),
         *("score", "match_state", "pieces", "piece_name", "breakdown", "placed", "fouls", "shots", "hits"),
-        "taken_in",
+        *("taken_in", "shortfalls"),
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "resets", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}

@@ -9,20 +9,20 @@ import pytest
 
 from games.rebuilt import REBUILT
 from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import IntakeZone
+from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, place_text
 from simcore.robot_file.robot_findings import (
     CodeView,
     findings,
     holding_share,
-    place_text,
     reading_unit,
     run_findings,
     run_mechanism,
     shot_reach,
+    sign_findings,
     speed_text,
 )
 from simcore.units import GRAVITY
@@ -181,6 +181,32 @@ def test_a_soft_limit_stops_it_before_its_stop():
     assert run.travel == pytest.approx(1.2 * math.tau, rel=0.03), "within a step at full speed, and braking"
     back = run_mechanism("rack", RACK, code=code, output=-1.0)
     assert back.travel == 0.0 and back.soft_limit is None and back.stop is not None
+
+
+def test_a_sign_that_code_and_mechanism_do_not_share():
+    """An intake's arm that starts up, at its upper stop, and is out at its lower one."""
+    arm = ArmConfig(
+        gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
+    )
+    zone = IntakeZone(x_min=-0.5, x_max=-0.4, y_min=-0.2, y_max=0.2, z_max=0.2)
+    intake = IntakeConfig(zone=zone, deploy="pivot", deployed_at="lower")
+
+    def said(turned=False, **code):
+        view = CodeView(ratio=20.0, reading=0.0, **code)
+        pair = [run_mechanism("pivot", arm, code=view, reversed=turned, output=output) for output in (1.0, -1.0)]
+        runs = [tuple(pair) if not pair[0].travel else (pair[0], None)]
+        return [(finding.is_wrong, finding.text) for finding in sign_findings(runs, [intake])]
+
+    (note,) = said()
+    assert note == (
+        False,
+        "intake 1: pivot is out at its lower stop, and on the way there robot code reads 0.00 to -0.25 turns: if your "
+        "code counts up as it goes out, write reversed = true",
+    )
+    assert said(turned=True) == []
+    (wrong,) = said(lower_limit=0.0, upper_limit=0.25)
+    assert wrong[0] and "pivot goes neither way" in wrong[1] and "(0 to 0.25 turns): does your code count" in wrong[1]
+    assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []
 
 
 def test_an_arm_that_is_too_heavy_has_a_share_above_one():

@@ -49,7 +49,7 @@ def test_engine(installed, level, words):
     assert found.level == level and words in found.text and bool(found.advice) == (level == "fail")
 
 
-def broken(*_):
+def broken(*_, **__):
     raise ImportError("DLL load failed")
 
 
@@ -195,11 +195,14 @@ def test_games(monkeypatch):
         monkeypatch.setattr("simcore.match.registry.installed_games", found)
         return doctor.check_games()
 
-    assert games(dict)[0].level == "fail"
-    assert games(broken)[0].text == "a game does not load: ImportError: DLL load failed"
+    assert games(lambda say: {})[0].level == "fail"
+    assert games(broken)[0].text == "games cannot be loaded: ImportError: DLL load failed"
     new, old = (SimpleNamespace(name=name, year=year) for name, year in (("newer", 2026), ("older", 2025)))
-    found, game = games(lambda: {"newer": new, "older": old})
+    found, game = games(lambda say: {"newer": new, "older": old})
     assert game is new and found.text.startswith("newer (2026), the newest") and "older (2025)" in found.text
+    found, game = games(lambda say: say("left out: game mine: mine/autos.py, line 42: NameError") or {"newer": new})
+    assert game is new and found.level == "warn" and "mine/autos.py, line 42" in found.text
+    assert "uninstall its package" in found.advice
 
 
 @pytest.mark.parametrize(("milliseconds", "level"), [(1.0, "ok"), (9.0, "warn"), (25.0, "fail")])

@@ -1,0 +1,155 @@
+"""Why a robot took nothing in or threw nothing, as far as a run shows it: a line for each part that fell short."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from simcore.pieces.intake import Intake, is_deployed
+from simcore.pieces.shooter import Shooter
+from simcore.robot.mechanisms import ShaftSim, place_text
+from simcore.robot.robot import Robot
+
+__all__ = ["Shortfalls"]
+
+_ASKED = 0.02  # of a request, volts or share of the battery: less is nothing
+_PERIOD = 5  # ticks from look to look
+_WANTED = 8  # looks with requests one way; a part that was asked for less may just not have got there
+_STAYED = 0.05  # of the way between the stops
+_ELSEWHERE = 0.5  # [m] between belief and truth
+
+
+class Shortfalls:
+    """Watches intakes and shooters of one robot, ten times a second.
+
+    A part is watched until it has worked once, so a robot that plays well costs nothing.
+
+    Args:
+        robot: Which.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._ranges: dict[str, tuple[float, float]] = {}  # of positions or, of rollers and wheels, speeds
+        self._asked: dict[str, int] = {}  # looks with positive requests less those with negative ones
+        self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
+        self._silent = list(enumerate(robot.shooters, 1))  # that have not been open yet
+        self._empty_at: dict[int, float] = {}  # when a shooter was open with nothing in it [s], by number
+        self._coasting: dict[str, int] = {}  # shots while a feeder was not driven, by its name
+        self._shots = self._ticks = 0
+
+    def after_tick(self, time: float) -> None:
+        """Look at the end of a tick [s], before anything is thrown in it."""
+        self._ticks += 1
+        if self._ticks % _PERIOD:
+            return
+        for number, intake in list(self._idle):
+            config = intake.config
+            if intake.is_active:
+                self._idle.remove((number, intake))
+            for name in (config.deploy, config.roller):
+                if name is not None:
+                    self._look(name, is_position=name == config.deploy)
+        for number, shooter in list(self._silent):
+            for name in (*shooter.config.wheels, *shooter.config.gate):
+                self._look(name, is_position=False)
+            if shooter.gate_open:
+                self._silent.remove((number, shooter))
+                if not self._shots and not self._robot.storage_of(shooter.config).pieces:
+                    self._empty_at[number] = time
+
+    def note_shot(self) -> None:
+        """It has thrown a piece."""
+        self._shots += 1
+        for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
+            if self._mechanism(name).record["request"][0] == 0.0:
+                self._coasting[name] = self._coasting.get(name, 0) + 1
+
+    def lines(self, *, taken_in: int) -> Iterator[str]:
+        """What fell short, a sentence each; what robot code never asked for is nothing.
+
+        Args:
+            taken_in: How many pieces the robot has taken.
+        """
+        if not taken_in:
+            for number, intake in self._idle:
+                yield from self._of_intake(f"intake {number}", intake)
+        if not self._shots:
+            for number, shooter in self._silent:
+                yield from self._of_shooter(f"shooter {number}", shooter)
+            for number, time in self._empty_at.items():
+                yield f"shooter {number} had nothing to throw: its storage was empty as it opened, at {time:.2f} s"
+        for name, count in self._coasting.items():
+            yield (
+                f"{count} of {self._shots} shots left while {name!r} was let go and coasted: brake it, or bring the "
+                "wheels to speed before it feeds"
+            )
+        estimated, (x, y, _) = self._robot.estimated_pose, self._robot.chassis.pose
+        if estimated is not None and math.dist(estimated[:2], (x, y)) > _ELSEWHERE:
+            yield (
+                f"the program believes to be at ({estimated[0]:.2f}, {estimated[1]:.2f}) m, and the robot is at "
+                f"({x:.2f}, {y:.2f}) m"
+            )
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _mechanism(self, name: str) -> ShaftSim:
+        return self._robot.mechanisms[name]
+
+    def _look(self, name: str, *, is_position: bool) -> None:
+        record = self._mechanism(name).record
+        value, request = float(record["position" if is_position else "speed"][0]), float(record["request"][0])
+        low, high = self._ranges.get(name, (value, value))
+        self._ranges[name] = min(low, value), max(high, value)
+        if abs(request) > _ASKED:
+            self._asked[name] = self._asked.get(name, 0) + (1 if request > 0.0 else -1)
+
+    def _of_intake(self, whose: str, intake: Intake) -> Iterator[str]:
+        config = intake.config
+        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # nobody wanted to take anything in
+            return
+        if config.deploy is not None:
+            low, high = self._ranges[config.deploy]
+            mechanism = self._mechanism(config.deploy)
+            nearest = high if config.deployed_at == "upper" else low
+            lower, upper = mechanism.stops
+            if not is_deployed(nearest, mechanism.stops, config.deployed_at):
+                start, stop = (lower, "lower") if config.deployed_at == "upper" else (upper, "upper")
+                text = f"{whose} was never out: {config.deploy!r} came to {place_text(mechanism, nearest)}"
+                if abs(nearest - start) < _STAYED * (upper - lower):
+                    place = place_text(mechanism, start)
+                    text = f"{whose} was never out: {config.deploy!r} stayed at its {stop} stop, {place}"
+                    asked = self._asked.get(config.deploy, 0)
+                    if not asked:
+                        text += ", and was not asked to move"
+                    elif (asked > 0) == (stop == "upper"):
+                        text += ", and was driven against it: does your code count the other way? reversed = true"
+                yield f"{text} (it is out near its {config.deployed_at} stop)"
+        if config.roller is not None:
+            low, high = self._ranges[config.roller]
+            best, other = (-low, high) if config.roller_reversed else (high, -low)
+            if best <= config.roller_speed:
+                yield _too_slow(whose, config.roller, best, other, config.roller_speed)
+
+    def _of_shooter(self, whose: str, shooter: Shooter) -> Iterator[str]:
+        config = shooter.config
+        if all(abs(self._asked.get(name, 0)) < _WANTED for name in (*config.wheels, *config.gate)):
+            return
+        best = sum(self._ranges[name][1] for name in config.wheels) / len(config.wheels)
+        other = -sum(self._ranges[name][0] for name in config.wheels) / len(config.wheels)
+        if best <= config.min_wheel_speed:
+            yield _too_slow(whose, "' and '".join(config.wheels), best, other, config.min_wheel_speed)
+        for name in config.gate:
+            low, high = self._ranges[name]
+            best, other = (-low, high) if name in config.gate_reversed else (high, -low)
+            if best <= config.gate_speed:
+                yield _too_slow(whose, name, best, other, config.gate_speed)
+
+
+def _too_slow(whose: str, name: str, best: float, other: float, least: float) -> str:
+    """That a turning part never came to its speed [rad/s]."""
+    reached = max(0.0, best) / math.tau
+    text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s from which it works"
+    if other > least:
+        text += f", but {other / math.tau:.1f} backward: does your code count the other way? reversed = true"
+    return text
