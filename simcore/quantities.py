@@ -19,7 +19,7 @@ from numbers import Real
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union, get_args, get_origin
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -77,9 +77,11 @@ __all__ = [
     "WHEEL_RADIUS",
     "Quantity",
     "Row",
+    "checked_number",
     "number_flag",
     "require",
     "require_attitude",
+    "require_count",
     "require_fields",
     "require_points",
     "require_row",
@@ -94,6 +96,8 @@ _OTHER_UNITS = {
     "rad": (("degrees", math.pi / 180.0),),
 }
 """Of the units that people think in, what one is in ours."""
+
+_MOST_COMMANDED = 1e6  # V, A, m/s: the squares of what is beyond soon are no numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,6 +230,22 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
         raise ConfigError(f"{owner}: {name} {problem}")
 
 
+def checked_number(what: str, value: Any) -> float:
+    """A command as a plain float.
+
+    Args:
+        what: Name for the message.
+        value: From outside.
+
+    Raises:
+        NonFiniteError: It is no number, or not finite.
+    """
+    number = value if type(value) is float else _number(value)
+    if number is None or not abs(number) <= _MOST_COMMANDED:
+        raise NonFiniteError(f"{what} must be a finite number, got {shown(value)}")
+    return number
+
+
 def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     """Refuse a row of numbers, e.g. a place, of which one cannot be, or of which there are too many or too few.
 
@@ -244,6 +264,18 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
         check = require if isinstance(quantity, Quantity) else require_row
         check(owner, f"{name}[{number}]", value, quantity)  # type: ignore[arg-type]
+
+
+def require_count(what: str, values: Any, count: int, things: str) -> None:
+    """Refuse a command that does not have one value for each of some things.
+
+    Raises:
+        ConfigError: It has not, or is no row.
+    """
+    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict))
+    if not is_row or len(values) != count:
+        got = len(values) if is_row else shown(values)
+        raise ConfigError(f"{what}: need one value for each of {count} {things}, got {got}")
 
 
 def require_attitude(owner: str, name: str, quat: Any) -> None:

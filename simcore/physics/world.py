@@ -73,6 +73,7 @@ class CollisionGroup:
 
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
+_SWINGS = 0.03  # [m]; what hangs as near as this is hit, and a robot is thrown by what it is put into
 
 
 class PhysicsWorld:
@@ -368,7 +369,7 @@ class PhysicsWorld:
         for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
             (hx, hy, _), quat = self.engine.pose(row)
             dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
-            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * dx, 2.0 * dy)):
+            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
                 return True
         return bool((self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any())
 
