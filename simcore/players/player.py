@@ -26,7 +26,7 @@ from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import outline_points
-from simcore.quantities import ANGLE, COUNT, DELAY, FIELD_PLACE, FRACTION, RATE, SPEED, require_fields
+from simcore.quantities import FIELD_PLACE, require_fields
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -230,20 +230,6 @@ class Skill:
     """How long before something opens its player thinks of it [s]; 0: never."""
     planning: float
     """How much a heap counts over a single piece that is nearer: 0 not at all, 1 by its pieces."""
-
-    def __post_init__(self) -> None:
-        require_fields(
-            self,
-            speed=SPEED,
-            collecting_speed=SPEED,
-            aim=ANGLE,
-            shot_speed=FRACTION,
-            load=COUNT,
-            shot_rate=RATE,
-            reaction=DELAY,
-            foresight=DELAY,
-            planning=FRACTION,
-        )
 
 
 def _skill(*numbers: float) -> Skill:

@@ -27,7 +27,7 @@ from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
 from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.players.driven_robot import DriverInput
-from simcore.players.player import SKILLS, Defense
+from simcore.players.player import Defense
 from simcore.robot.cots import _ROWS
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
@@ -65,7 +65,6 @@ FOUND = (
     REBUILT.robot(),
     REEFSCAPE.robot(),
     REEFSCAPE.robot().body,
-    SKILLS[0],
     BoxZone(low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0)),
     _ROWS[0],
     CapsuleZone(start=(0.0, 0.0, 0.0), end=(1.0, 0.0, 0.0), radius=0.1),
