@@ -1,20 +1,25 @@
 """Where a number from outside becomes a number inside: what a quantity may be, in which unit, and the sentence if not.
 
-Configs name the quantity of each of their fields (`require_fields`), functions that of an argument (`require`), and
-readers of files ask `Quantity.problem`. Bounds leave room for every robot and field that can be built, and for none
-that is written in another unit.
+Configs name the quantity of each of their numbers (`require_fields`, which holds the other fields to the types that
+they are declared with), functions that of an argument (`require`), and readers of files ask `Quantity.problem`. Bounds
+leave room for every robot and field that can be built, and for none that is written in another unit.
 """
 
 from __future__ import annotations
 
+import builtins
+import inspect
 import math
+import sys
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any, TypeAlias
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union, get_args, get_origin
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ACCELERATION",
     "ANGLE",
+    "ATTITUDE",
     "COUNT",
     "CURRENT",
     "CURRENT_LIMIT",
@@ -72,9 +78,11 @@ __all__ = [
     "WHEEL_RADIUS",
     "Quantity",
     "Row",
+    "checked_number",
     "number_flag",
     "require",
     "require_attitude",
+    "require_count",
     "require_fields",
     "require_points",
     "require_row",
@@ -89,6 +97,8 @@ _OTHER_UNITS = {
     "rad": (("degrees", math.pi / 180.0),),
 }
 """Of the units that people think in, what one is in ours."""
+
+_MOST_COMMANDED = 1e6  # V, A, m/s: the squares of what is beyond soon are no numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +162,8 @@ FIELD_PLACE = Quantity("m", -100.0, 100.0)
 ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
 """Place and heading on the field."""
+ATTITUDE = (Quantity("", -1e6, 1e6),) * 4
+"""Of a unit quaternion x, y, z, w: `require_fields` and `require_attitude` hold it to its norm, too."""
 START = (FIELD_PLACE, FIELD_PLACE, Quantity("rad", -math.tau, math.tau))
 """The same as people write it: within a turn, for more of it are degrees."""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
@@ -220,6 +232,22 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
         raise ConfigError(f"{owner}: {name} {problem}")
 
 
+def checked_number(what: str, value: Any) -> float:
+    """A command as a plain float.
+
+    Args:
+        what: Name for the message.
+        value: From outside.
+
+    Raises:
+        NonFiniteError: It is no number, or not finite.
+    """
+    number = value if type(value) is float else _number(value)
+    if number is None or not abs(number) <= _MOST_COMMANDED:
+        raise NonFiniteError(f"{what} must be a finite number, got {shown(value)}")
+    return number
+
+
 def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     """Refuse a row of numbers, e.g. a place, of which one cannot be, or of which there are too many or too few.
 
@@ -240,13 +268,25 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
         check(owner, f"{name}[{number}]", value, quantity)  # type: ignore[arg-type]
 
 
+def require_count(what: str, values: Any, count: int, things: str) -> None:
+    """Refuse a command that does not have one value for each of some things.
+
+    Raises:
+        ConfigError: It has not, or is no row.
+    """
+    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict))
+    if not is_row or len(values) != count:
+        got = len(values) if is_row else shown(values)
+        raise ConfigError(f"{what}: need one value for each of {count} {things}, got {got}")
+
+
 def require_attitude(owner: str, name: str, quat: Any) -> None:
     """Refuse what is no unit quaternion x, y, z, w.
 
     Raises:
         ConfigError: It is none.
     """
-    require_row(owner, name, quat, (Quantity("", -1e6, 1e6),) * 4)  # numbers; the norm says the rest
+    require_row(owner, name, quat, ATTITUDE)
     if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
         raise ConfigError(f"{owner}: {name} must be a unit quaternion x, y, z, w, got {shown(quat)}")
 
@@ -269,24 +309,120 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
 
 
 def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
-    """Refuse a config of which a field cannot be; call it in `__post_init__`.
+    """Refuse a config of which a field cannot be; call it first in `__post_init__`.
+
+    Fields that are not named are held to the types they are declared with: a config, a shape, a text, one of a few
+    words, a tuple or dict of such.
 
     Args:
         config: The config.
         owner: How messages call it; empty: by its class.
-        fields: What each field may be. None is fine where it is the default.
+        fields: What each field of numbers may be; of a dict, what each of its values. None is fine where it is the
+            default.
 
     Raises:
         ConfigError: With owner, field, what was got, what would work and the unit.
     """
+    owner = f"{owner}" or type(config).__name__
+    for name, kind in _field_types(type(config)).items():
+        if name in fields and get_origin(kind) is not Mapping:
+            continue
+        wrong = _misfit(name, getattr(config, name), kind)
+        if wrong is not None:
+            where, value, wanted = wrong
+            raise ConfigError(f"{owner}: {where} must be {_type_text(wanted)}, got {_got(value)}")
     for name, quantity in fields.items():
         value = getattr(config, name)
         if value is None and config.__dataclass_fields__[name].default is None:
             continue
-        if isinstance(quantity, Quantity):
-            require(owner or type(config).__name__, name, value, quantity)
+        if quantity is ATTITUDE:
+            require_attitude(owner, name, value)
+        elif not isinstance(quantity, Quantity):
+            require_row(owner, name, value, quantity)
+        elif isinstance(value, Mapping):
+            for key, one in value.items():
+                require(owner, f"{name}[{key!r}]", one, quantity)
         else:
-            require_row(owner or type(config).__name__, name, value, quantity)
+            require(owner, name, value, quantity)
+
+
+class _ByName(type):
+    """A class that a module imports for type checkers alone: known by its name."""
+
+    def __instancecheck__(cls, value: object) -> bool:
+        return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
+
+
+class _Names(dict[str, Any]):
+    """What annotations of a module speak of."""
+
+    def __missing__(self, name: str) -> Any:
+        return getattr(builtins, name, None) or _ByName(name, (), {})
+
+
+@cache
+def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
+    """The types that the fields of a config are declared with, by name."""
+    types: dict[str, Any] = {}
+    for base in reversed(config.__mro__):
+        names = _Names(vars(sys.modules[base.__module__]))
+        for name, text in inspect.get_annotations(base).items():
+            field = config.__dataclass_fields__.get(name)
+            if field is not None and field.init:
+                types[name] = eval(text, {}, names) if isinstance(text, str) else text
+    return types
+
+
+def _misfit(name: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
+    """Where a value is not of its type, what is there, and what should be; numbers are the affair of quantities."""
+    origin, parts = get_origin(kind), get_args(kind)
+    fits = True
+    if origin in (Union, UnionType):
+        fits = any(_misfit(name, value, part) is None for part in parts)
+    elif origin is Literal:
+        fits = isinstance(value, str) and value in parts
+    elif origin in (tuple, Sequence):
+        fits = isinstance(value, Sequence) and not isinstance(value, (str, bytes))
+        if fits:
+            kinds = parts[:1] * len(value) if origin is Sequence or parts[-1] is ... else parts
+            fits = len(kinds) == len(value)
+            for number, (one, part) in enumerate(zip(value, kinds, strict=False)):
+                if fits and (wrong := _misfit(f"{name}[{number}]", one, part)) is not None:
+                    return wrong
+        elif hasattr(value, "__array__"):
+            fits = parts[0] in (int, float) or get_origin(parts[0]) is tuple
+    elif origin is Mapping:
+        fits = isinstance(value, Mapping)
+        for key, one in value.items() if fits else ():
+            if wrong := _misfit(f"a name in {name}", key, parts[0]) or _misfit(f"{name}[{key!r}]", one, parts[1]):
+                return wrong
+    elif origin is Callable:
+        fits = callable(value)
+    elif isinstance(kind, type) and origin is None and kind not in (int, float, Any):
+        fits = isinstance(value, kind)
+    return None if fits else (name, value, kind)
+
+
+def _got(value: object) -> str:
+    return _type_text(type(value)) if hasattr(value, "__dataclass_fields__") else shown(value)
+
+
+def _type_text(kind: Any) -> str:
+    """What is of a type, for messages."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal or origin in (Union, UnionType):
+        texts = [repr(part) if origin is Literal else _type_text(part) for part in parts]
+        return " or ".join((", ".join(texts[:-1]), texts[-1])) if len(texts) > 1 else texts[0]
+    if origin in (tuple, Sequence):
+        of = "" if len(parts) == 1 or parts[-1] is ... else f"{len(parts)}, each "
+        return f"a tuple of {of}{_type_text(parts[0])}"
+    if origin is Mapping:
+        return f"a dict by name, each {_type_text(parts[1])}"
+    if origin is Callable:
+        return "a function"
+    words = {NoneType: "None", bool: "True or False", str: "a text", int: "a whole number", float: "a number"}
+    name = getattr(kind, "__name__", str(kind))
+    return words.get(kind, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
 
 
 def number_flag(quantity: Quantity) -> Callable[[str], float]:

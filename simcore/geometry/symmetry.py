@@ -12,7 +12,6 @@ from typing import Literal
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector, wrap_angle
 from simcore.quantities import FIELD_LENGTH, require_fields
 from simcore.typing import FloatArray
@@ -39,8 +38,6 @@ class FieldSymmetry:
     """Length and width of the field [m]."""
 
     def __post_init__(self) -> None:
-        if self.kind not in ("rotate", "mirror"):
-            raise ConfigError(f"FieldSymmetry: kind must be 'rotate' or 'mirror', got {self.kind!r}")
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from simcore.typing import BoolArray, FloatArray
 __all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
 
 
+@runtime_checkable
 class Zone(Protocol):
     """A closed region of the field."""
 

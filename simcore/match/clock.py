@@ -27,8 +27,6 @@ class Phase:
 
     def __post_init__(self) -> None:
         require_fields(self, f"Phase {self.name!r}", duration=DURATION)
-        if self.mode not in ("auto", "disabled", "teleop"):
-            raise ConfigError(f"Phase {self.name!r}: mode must be 'auto', 'disabled' or 'teleop', got {self.mode!r}")
 
 
 class MatchClock:

@@ -20,6 +20,8 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
 from simcore.match.human_actions import ask, carry_out, take_over
 from simcore.match.scripted import ScriptedRobot
+from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
 
 if TYPE_CHECKING:
     from simcore.match.match import Match
@@ -181,6 +183,8 @@ class FieldControl:
             if match.robots[robot].devices is not None:
                 raise ConfigError(f"robot {robot} is driven by robot code, whose own chooser says which auto it plays")
             auto = match.game.auto(name)
+            if missing := _missing(match.robots[robot].config, match.game.robot()):
+                raise ConfigError(f"auto {name!r} is for the game's own robot, and robot {robot} has no {missing}")
             controller = auto.controller(match, match.alliances[robot])
             if isinstance(controller, ScriptedRobot):
                 controller.begin(match.robots[robot])
@@ -194,7 +198,7 @@ class FieldControl:
                 raise
             self._match.reset_field()
             self._match.start_mode("auto")
-            self._match.set_controller(robot, controller)
+            self._match.set_controller(robot, self._guarded(robot, name, controller))
             return f"auto {name!r} begins"
 
         return self._enqueue(f"start auto {name!r}", act)
@@ -230,10 +234,8 @@ class FieldControl:
             number, command, act = self._queue.popleft()
             try:
                 result = CommandResult(number, command, True, act())
-            except SimcoreError as error:
-                result = CommandResult(number, command, False, str(error))
             except Exception as error:  # whoever gave it is not here any more: it must not end the match
-                result = CommandResult(number, command, False, f"{type(error).__name__}: {error}")
+                result = CommandResult(number, command, False, _why(error))
             self.results.append(result)
             self.count += 1
             if result.is_done:
@@ -251,9 +253,36 @@ class FieldControl:
             self._queue.append((self._given, command, act))
             return self._given
 
+    def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
+        """A controller that ends, and not the match, where the robot cannot do what it asks."""
+
+        def play(body: Robot, time: float) -> None:
+            try:
+                controller(body, time)
+            except Exception as error:  # as with a command: who gave it is not here any more
+                self._match.set_controller(robot, None)
+                self.refuse(f"go on with auto {name!r}", _why(error))
+
+        return play
+
     def _notify(self, robot: int, goal: Pose | None) -> None:
         for listener in self.placed:
             listener(robot, goal)
+
+
+def _why(error: Exception) -> str:
+    return str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}"
+
+
+def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
+    """What a robot lacks of what another one has, as what follows after "no"; empty: nothing."""
+    for name, mechanism in wanted.mechanisms.items():
+        if type(config.mechanisms.get(name)) is not type(mechanism):
+            return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
+    for kind in ("intakes", "shooters", "placers"):
+        if len(getattr(config, kind)) < len(getattr(wanted, kind)):
+            return kind[:-1]
+    return ""
 
 
 def _numbers(owner: str, values: Any, want: str, count: int) -> tuple[float, ...]:

@@ -31,7 +31,6 @@ from simcore.quantities import (
     MASS,
     START,
     Quantity,
-    require,
     require_attitude,
     require_fields,
     require_points,
@@ -87,11 +86,7 @@ class FieldDefinition:
     as firmly as a wall."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.structures, Mapping):
-            raise ConfigError(f"FieldDefinition: structures must be masses by name pattern, got {self.structures!r}")
-        for pattern, mass in self.structures.items():
-            require("FieldDefinition", f"structures[{pattern!r}]", mass, MASS)
-        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
+        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH), structures=MASS)
         if self.symmetry.size != self.size:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
@@ -159,7 +154,7 @@ class PieceSupply:
     count: int
 
     def __post_init__(self) -> None:
-        require_fields(self, f"PieceSupply of {self.kind.name}", count=COUNT)
+        require_fields(self, count=COUNT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,8 +203,6 @@ class RobotEntry:
     """None: the game's own robot."""
 
     def __post_init__(self) -> None:
-        if self.alliance not in ("blue", "red"):
-            raise ConfigError(f"RobotEntry: alliance must be 'blue' or 'red', got {self.alliance!r}")
         require_fields(self, start=START, preload=COUNT)
 
 
@@ -221,6 +214,9 @@ class GameOption:
     help: str
     in_matches: bool = False
     """Whether it is on in whole matches without being asked for."""
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,6 +246,9 @@ class Role:
     """Makes what commands the robot, of a match, its alliance and a level of skill."""
     config: Callable[[], RobotConfig] | None = None
     """Its robot; None: the game's own."""
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
 
 class Rules:
@@ -359,13 +358,6 @@ class Game:
     """Folder of models for AdvantageScope and the browser view."""
 
     def __post_init__(self) -> None:
-        if not self.name.replace("_", "").isalnum():
-            raise ConfigError(f"Game: name must be of letters, digits and '_', got {self.name!r}")
-        names = [supply.kind.name for supply in self.pieces]
-        if len(set(names)) < len(names):
-            raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
-        if not self.starts:
-            raise ConfigError(f"Game {self.name}: starts must have at least one place, got none")
         require_fields(
             self,
             f"Game {self.name}",
@@ -375,6 +367,13 @@ class Game:
             robots=COUNT,
             starts=[START],
         )
+        if not self.name.replace("_", "").isalnum():
+            raise ConfigError(f"Game: name must be of letters, digits and '_', got {self.name!r}")
+        names = [supply.kind.name for supply in self.pieces]
+        if len(set(names)) < len(names):
+            raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
+        if not self.starts:
+            raise ConfigError(f"Game {self.name}: starts must have at least one place, got none")
 
     @property
     def heading(self) -> str:

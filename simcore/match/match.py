@@ -6,6 +6,7 @@ robots run that once a tick; robot code whose motor controllers want to be asked
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -30,7 +31,9 @@ from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_vari
 from simcore.match.scoring import Alliance, Score, ScoringTracker, ScoringZone
 from simcore.match.starts import (
     BeliefCheck,
+    free_place,
     missed_place,
+    pose_text,
     require_free_place,
     require_free_starts,
     require_playable,
@@ -51,6 +54,8 @@ from simcore.typing import FloatArray
 from simcore.units import TICK
 
 __all__ = ["Match"]
+
+_log = logging.getLogger(__name__)
 
 _LONGEST_PART = TICK * (1.0 + 1e-9)  # [s]
 _MOST_PARTS = 100
@@ -131,9 +136,15 @@ class Match:
         self.world = PhysicsWorld(engine=engine)
         self.control = FieldControl(self)
         """What people do to the field; it outlives `reset`."""
-        self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
-        """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
-        intakes take pieces in."""
+        self.before: tuple[Callable[[], None], ...] = (
+            self.control.before_tick,
+            self._make_way,
+            self._read,
+            self._wake,
+            self._take_in,
+        )
+        """What comes before motion: people act on the field, and no robot is in another one; robot code looks and
+        commands; sleeping pieces wake; intakes take pieces in."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -220,6 +231,7 @@ class Match:
         self._started: Mode | None = None
         """Which mode a driver station has enabled last; None: there is none."""
         self._has_told = False
+        self._unchecked: set[int] = set()  # robots that have changed sides since the last tick
         self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
         """Of each robot, as last set."""
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
@@ -433,6 +445,17 @@ class Match:
 
     # --- before ---------------------------------------------------------------------------------------------------
 
+    def _make_way(self) -> None:
+        """Robots that have changed sides stand beside those that are where they start: all may have changed at once."""
+        while self._unchecked:
+            robot = self.robots[self._unchecked.pop()]
+            pose = robot.chassis.pose
+            place = free_place(self.world, robot, pose, self.game.field.size, others=self.robots)
+            if place is not None and place != pose:
+                where = pose_text(place)
+                _log.warning("robot %d finds its start taken and stands beside it, at %s", robot.number, where)
+                self._carry(robot.number, place, by_people=False)
+
     def _read(self) -> None:
         for robot, controller in zip(self.robots, self._controllers, strict=True):
             if controller is not None:
@@ -518,6 +541,8 @@ class Match:
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading.
 
+        Where another robot still stands there as the next tick begins, people put it beside that one.
+
         Raises:
             ConfigError: There is no such robot, or no such alliance.
         """
@@ -526,6 +551,7 @@ class Match:
             raise ConfigError(f"set_alliance: alliance must be 'blue' or 'red', got {shown(alliance)}")
         self.alliances[number] = alliance
         self._carry(number, self.start_pose(number), by_people=True)
+        self._unchecked.add(number)
 
     def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
         """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.

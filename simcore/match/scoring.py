@@ -41,8 +41,6 @@ class ScoringZone:
     """What shots have to fall through to score in it; None: nobody shoots at it."""
 
     def __post_init__(self) -> None:
-        if self.alliance not in ("blue", "red"):
-            raise ConfigError(f"ScoringZone {self.name!r}: alliance must be 'blue' or 'red', got {self.alliance!r}")
         require_fields(self, f"ScoringZone {self.name!r}", points=Quantity("points", -1000, 1000, is_whole=True))
 
 

@@ -20,7 +20,7 @@ from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
-from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
+from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require_fields, shown
 from simcore.robot.gearbox import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, FlywheelConfig
 from simcore.robot.robot import Robot
@@ -66,12 +66,13 @@ class ScriptSettings:
 
     def __post_init__(self) -> None:
         require_fields(
-            self, acceleration=ACCELERATION, shot_elevation=ANGLE, roller_volts=SIGNED_VOLTAGE, intake_x=ROBOT_PLACE
+            self,
+            acceleration=ACCELERATION,
+            shot_elevation=ANGLE,
+            roller_volts=SIGNED_VOLTAGE,
+            feed_volts=SIGNED_VOLTAGE,
+            intake_x=ROBOT_PLACE,
         )
-        if not isinstance(self.feed_volts, Mapping):
-            raise ConfigError(f"ScriptSettings: feed_volts must be volts by mechanism, got {shown(self.feed_volts)}")
-        for name, volts in self.feed_volts.items():
-            require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
     def controller(self, script: Script) -> Callable[[Match, Alliance], ScriptedRobot]:
         """What makes a robot that follows a script so, for `Auto.controller`."""
@@ -90,7 +91,8 @@ class DriverControls:
     """Commands the mechanisms as they are while no action runs; called at the start and after each action."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.actions, Mapping) or len(self.actions) > 4:
+        require_fields(self)
+        if len(self.actions) > 4:
             raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
 

@@ -7,8 +7,11 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeAlias
 
+import numpy as np
+
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.footprints import corners, overlaps
+from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
@@ -18,10 +21,13 @@ from simcore.physics.world import PhysicsWorld
 from simcore.quantities import shown
 from simcore.robot.robot import Robot
 from simcore.telemetry.snapshot import TelemetrySink
+from simcore.typing import FloatArray
+from simcore.units import TICK
 
 __all__ = [
     "BeliefCheck",
     "StartError",
+    "free_place",
     "missed_place",
     "pose_text",
     "require_free_place",
@@ -151,11 +157,23 @@ def require_free_place(
         StartError: It is.
     """
     _require_on_field(robot, pose, field_size, as_blue=as_blue)
-    x, y, yaw = pose
     obstacle = _obstacle(world, robot, pose, others)
-    if not obstacle:
-        return
-    (length, width), body = field_size, robot.chassis.config
+    if obstacle:
+        near = free_place(world, robot, pose, field_size, others=others)
+        hint = f"{_place(*near[:2], as_blue)} is free" if near else ""
+        raise StartError(robot.number, f"starts inside of {obstacle}, at {_place(*pose[:2], as_blue)}", hint)
+
+
+def free_place(
+    world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
+) -> Pose | None:
+    """The place nearest to a pose where a robot can stand, within two meters; None: there is none.
+
+    The arguments are those of `require_free_place`.
+    """
+    if not _obstacle(world, robot, pose, others):
+        return pose
+    (x, y, yaw), (length, width), body = pose, field_size, robot.chassis.config
     reach = 0.5 * math.hypot(body.bumper_length, body.bumper_width)
     places = (
         (x + ring * _RING * math.cos(way), y + ring * _RING * math.sin(way))
@@ -163,16 +181,14 @@ def require_free_place(
         for way in (step * math.tau / 16 for step in range(16))
     )
     free = (
-        (px, py)
+        (px, py, yaw)
         for px, py in places
         if 0.0 <= px <= length
         and 0.0 <= py <= width
         and world.is_flat(px, py, reach)
         and not _obstacle(world, robot, (px, py, yaw), others)
     )
-    near = next(free, None)
-    hint = f"{_place(*near, as_blue)} is free" if near else ""
-    raise StartError(robot.number, f"starts inside of {obstacle}, at {_place(x, y, as_blue)}", hint)
+    return next(free, None)
 
 
 class BeliefCheck:
@@ -272,9 +288,25 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
         box = x, y, yaw, max(half[0] - inner, _SPARE), max(half[1] - inner, _SPARE), z + c.clearance, z + top
         if world.is_in_solid(*box):
             return "a field element"
-    mine = corners(*pose, 2.0 * half[0], 2.0 * half[1])
+    mine = _outlines(robot, *robot.chassis.standing(pose), spare=_SPARE)
     for other in others:
-        body = other.chassis.config
-        if other is not robot and overlaps(mine, corners(*other.chassis.pose, body.bumper_length, body.bumper_width)):
+        (ox, oy, oz), (vx, vy, _), quat = other.chassis.pos, other.chassis.vel, other.chassis.quat
+        theirs = _outlines(other, (ox, oy, oz), quat) + _outlines(other, (ox + TICK * vx, oy + TICK * vy, oz), quat)
+        if other is not robot and any(overlaps(a, b) for a in mine for b in theirs):
             return f"robot {other.number}"
     return ""
+
+
+def _outlines(robot: Robot, pos: Vector, quat: Quaternion, *, spare: float = 0.0) -> list[FloatArray]:
+    """Lower and upper edge of the bumpers from above: a robot that is tilted leans over what stands beside it.
+
+    Args:
+        robot: Whose they are.
+        pos: Of its origin, field frame [m].
+        quat: Its attitude.
+        spare: What the bumpers are less wide on each side [m].
+    """
+    body = robot.chassis.config
+    edge = corners(0.0, 0.0, 0.0, body.bumper_length - 2.0 * spare, body.bumper_width - 2.0 * spare)
+    heights = (body.clearance, body.bumper_top)
+    return [(np.column_stack([edge, [height] * 4]) @ matrix(quat).T + pos)[:, :2] for height in heights]

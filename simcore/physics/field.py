@@ -165,6 +165,7 @@ class FieldGeometry:
     elements: tuple[FieldElement, ...]
 
     def __post_init__(self) -> None:
+        require_fields(self)
         names = [element.name for element in self.elements]
         if len(set(names)) < len(names):
             double = sorted({name for name in names if names.count(name) > 1})

@@ -17,12 +17,12 @@ from scipy.spatial import ConvexHull, QhullError
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
 from simcore.quantities import (
+    ATTITUDE,
     FIELD_PLACE,
     ROBOT_HEIGHT,
     ROBOT_LENGTH,
     Quantity,
     require,
-    require_attitude,
     require_fields,
     require_points,
 )
@@ -137,11 +137,7 @@ class Part:
     """Its attitude there, x, y, z, w, a unit quaternion."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.shape, Sphere | Cylinder | Box | Hull):
-            name = type(self.shape).__name__
-            raise ConfigError(f"Part: a member is a Sphere, Cylinder, Box or Hull, got a {name}")
-        require_attitude("Part", "quat", self.quat)
-        require_fields(self, offset=(FIELD_PLACE,) * 3)
+        require_fields(self, offset=(FIELD_PLACE,) * 3, quat=ATTITUDE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,6 +147,7 @@ class Compound:
     parts: tuple[Part, ...]
 
     def __post_init__(self) -> None:
+        require_fields(self)
         if not self.parts:
             raise ConfigError("Compound: it needs at least one part")
 

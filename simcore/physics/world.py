@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.geometry.footprints import corners, overlaps
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.loop.robots import prepare as prepare_robots
 from simcore.physics.ball_dynamics import BallDynamics
 from simcore.physics.ball_dynamics import prepare as prepare_balls
@@ -25,7 +26,16 @@ from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
-from simcore.physics.shapes import Box, Cylinder, Shape, Sphere, bounding_radius, mass_properties, principal_axes
+from simcore.physics.shapes import (
+    Box,
+    Cylinder,
+    Shape,
+    Sphere,
+    bounding_box,
+    bounding_radius,
+    mass_properties,
+    principal_axes,
+)
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -64,6 +74,7 @@ class CollisionGroup:
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
 _HINGED = 1e4  # times its largest moment of inertia that a hinged body has about what is not its hinge
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
+_SWINGS = 0.03  # [m]; what hangs as near as this is hit, and a robot is thrown by what it is put into
 
 
 class PhysicsWorld:
@@ -97,7 +108,7 @@ class PhysicsWorld:
         self._names: dict[int, str] = {}  # by row
         self._field: set[int] = set()  # rows of what stands on it, as pieces meet it
         self._carriers: set[int] = set()
-        self._hanging: set[int] = set()
+        self._hanging: dict[int, FloatArray] = {}  # half extents along its own axes [m]
         self.robot_rows: list[int] = []
         """Engine rows of the robots."""
         self.balls = BallDynamics(self.engine, self.floor)
@@ -312,7 +323,7 @@ class PhysicsWorld:
             self._carriers.add(row)
             self._ramp_boxes.add(Box((2.0 * far,) * 3), pivot, IDENTITY)
         else:
-            self._hanging.add(row)
+            self._hanging[row] = bounding_box(shape)[1]
         swing = mass * math.dist(pos, pivot) ** 2
         self.balls.add_body(row, shape, surface, mass, (ix + swing, iy + swing, iz), pivot=pivot)
         self.hanging.append((row, pivot, far))
@@ -383,10 +394,13 @@ class PhysicsWorld:
         reach = math.hypot(half_length, half_width)
         if self._boxes.is_clear(x, y, reach):
             return False
-        inner = 0.5 * min(half_length, half_width)  # what hangs swings aside unless it is in the middle
-        low, high = (x - inner, y - inner, bottom), (x + inner, y + inner, top)
-        if self._hanging and any(row in self._hanging for row in self.engine.overlapping(low, high)):
-            return True
+        low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
+        outline = corners(x, y, yaw, 2.0 * half_length, 2.0 * half_width)
+        for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
+            (hx, hy, _), quat = self.engine.pose(row)
+            dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
+            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
+                return True
         return bool((self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any())
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:

@@ -79,10 +79,8 @@ class HopperConfig:
             self, outlet_width=ROBOT_LENGTH, outlet_height=ROBOT_LENGTH, outlet_place=(ROBOT_PLACE,) * 2,
             belt_travel=RATIO, funnel=_LEAN, slope=_LEAN, friction=FRICTION,
         )  # fmt: skip
-        for name, known in (("outlet", (*FACES,)), ("inlet", (None, *FACES)[:-1])):
-            if getattr(self, name) not in known:
-                names = ", ".join(side for side in known if side)
-                raise ConfigError(f"HopperConfig: {name} must be one of {names}, got {getattr(self, name)!r}")
+        if self.inlet == "bottom":
+            raise ConfigError("HopperConfig: inlet must be another side than the bottom, got 'bottom'")
         if self.slope and self.outlet == "bottom":
             raise ConfigError("HopperConfig: a floor with a slope needs an outlet in a wall, got 'bottom'")
 

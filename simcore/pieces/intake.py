@@ -171,8 +171,6 @@ class IntakeConfig:
 
     def __post_init__(self) -> None:
         require_fields(self, roller_speed=TURN_RATE)
-        if self.deployed_at not in ("upper", "lower"):
-            raise ConfigError(f"IntakeConfig: deployed_at must be 'upper' or 'lower', got {self.deployed_at!r}")
         if self.stretch is not None and not self.stretch.slides:
             raise ConfigError("IntakeConfig: stretch must be a joint that slides")
 

@@ -62,11 +62,11 @@ class GamePieceConfig:
     """Drag and spin lift; None for a piece that no air acts on."""
 
     def __post_init__(self) -> None:
+        require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
         if not self.name or "/" in self.name:
             raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
             raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
-        require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
         if not isinstance(self.stiffness, FoamStiffness):
             require(self.name, "stiffness", self.stiffness, STIFFNESS)
         elif not isinstance(self.shape, Sphere):
@@ -81,10 +81,6 @@ class GamePieceConfig:
     def _check_shape(self) -> None:
         """Refuse what engines cannot do well."""
         shape = self.shape
-        if not isinstance(shape, Hull | Compound):
-            raise ConfigError(
-                f"{self.name}: shape must be a Sphere, Cylinder, Box, Hull or Compound, got a {type(shape).__name__}"
-            )
         if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
             raise ConfigError(
                 f"{self.name}: {len(shape.parts)} parts are too many to be simulated, at most {_MOST_PARTS} are"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
-from simcore.quantities import FORCE, require, shown
+from simcore.quantities import COUNT, FORCE, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
@@ -149,6 +150,7 @@ class GamePieceManager:
             UnknownNameError: No such type.
             CapacityError: The pool is too small.
         """
+        require("stage", "count", count, COUNT)
         slots = self._pool.take(self._kind(name), count)
         self.state.status[slots] = _STAGED
         self.total += len(slots)
@@ -179,9 +181,7 @@ class GamePieceManager:
                 they are no balls.
             NonFiniteError: A place is not finite. In each case nothing is spawned.
         """
-        positions = np.asarray(positions, dtype=float).reshape(-1, 3)
-        if not np.isfinite(positions).all():
-            raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
+        positions = _rows(f"spawn {name}", positions, np.size(positions) // 3, 3)
         quats = _quaternions(name, attitudes, len(positions))
         if lodged is not None:
             require(name, "force that lodged pieces come free at", lodged, FORCE)
@@ -207,7 +207,8 @@ class GamePieceManager:
             ConfigError: A slot holds no piece, or an attitude is no quaternion.
             NonFiniteError: A place is not finite. Either way nothing has changed.
         """
-        self._require("release", slots, _ALL, positions)
+        self._require("release", slots, _ALL)
+        positions = _rows("release", positions, len(slots), 3)
         quats = _quaternions("release", attitudes, len(slots))
         for slot in slots[self.state.status[slots] == _HELD].tolist():
             if self.state.holder[slot] < len(self.on_taken):
@@ -221,7 +222,7 @@ class GamePieceManager:
             ConfigError: A slot holds no piece, a robot has it, or there is no such robot; nothing has changed.
         """
         self._require("hold", slots, _LOOSE)
-        if holder < 0 or (self.on_taken and holder >= len(self.on_taken)):
+        if type(holder) is not int or holder < 0 or (self.on_taken and holder >= len(self.on_taken)):
             raise ConfigError(f"hold: there are robots 0 to {len(self.on_taken) - 1}, got {holder}")
         for slot in slots.tolist():
             self._wake_leaning(slot)
@@ -395,7 +396,8 @@ class GamePieceManager:
             ConfigError: A piece is not on the field.
             NonFiniteError: A velocity is not finite. Either way nothing has changed.
         """
-        self._require("push", slots, ON_FIELD, velocities)
+        self._require("push", slots, ON_FIELD)
+        velocities = _rows("push", velocities, len(slots), 3)
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             hold = self._balls.hold[slot]
             if hold > 0.0 and self._pool.mass[slot] * math.hypot(*velocity) < hold * TICK:
@@ -449,6 +451,7 @@ class GamePieceManager:
             ConfigError: A slot holds no piece; nothing has changed.
         """
         self._require("put_down", slots, _LOOSE)
+        places = _rows("put_down", places, len(slots), 2)
         for slot, (x, y) in zip(slots.tolist(), places.tolist(), strict=True):
             self._move_to_free_place(slot, (x, y))
 
@@ -692,7 +695,7 @@ class GamePieceManager:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _kind(self, name: str) -> int:
-        if name not in self._kinds:
+        if not isinstance(name, str) or name not in self._kinds:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
 
@@ -773,7 +776,7 @@ class GamePieceManager:
                 break
         self._release(np.array([slot]), place[None], [IDENTITY])
 
-    def _require(self, what: str, slots: IntArray, allowed: Sequence[int], rows: FloatArray | None = None) -> None:
+    def _require(self, what: str, slots: IntArray, allowed: Sequence[int]) -> None:
         """Check a whole request before the first change."""
         count = len(self.state.status)
         if not (isinstance(slots, np.ndarray) and slots.ndim == 1 and np.issubdtype(slots.dtype, np.integer)):
@@ -785,8 +788,6 @@ class GamePieceManager:
             status = PieceStatus(int(self.state.status[wrong[0]])).name
             names = [PieceStatus(value).name for value in allowed]
             raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
-        if rows is not None and not (np.shape(rows) == (len(slots), 3) and np.isfinite(rows).all()):
-            raise NonFiniteError(f"{what}: {len(slots)} rows of three finite numbers are needed, got {rows}")
 
     def _require_support(self, name: str, positions: FloatArray) -> None:
         """Check that there is something that new pieces of a kind can lie on."""
@@ -815,11 +816,22 @@ def _squares(rows: FloatArray) -> FloatArray:
     return squares
 
 
+def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
+    """Rows of finite numbers, checked; one row alone may stand for itself."""
+    try:
+        rows = np.asarray(values, dtype=float).reshape(count, width)
+    except (TypeError, ValueError, OverflowError):
+        rows = np.full((1, width), np.nan)
+    if not np.isfinite(rows).all():
+        raise NonFiniteError(f"{what}: {count} rows of {width} finite numbers are needed, got {shown(values)}")
+    return rows
+
+
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:
     """Unit quaternions x, y, z, w of some pieces, checked."""
     if attitudes is None:
         return [IDENTITY] * count
-    rows = np.asarray(attitudes, dtype=float)
+    rows = _rows(what, attitudes, count, 4)
     if rows.shape != (count, 4) or not np.allclose(np.linalg.norm(rows, axis=-1), 1.0, atol=1e-6):
         raise ConfigError(f"{what}: {count} unit quaternions x, y, z, w are needed as attitudes, got {attitudes}")
     return [(x, y, z, w) for x, y, z, w in rows.tolist()]

@@ -16,7 +16,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 from simcore.pieces.intake import IntakeZone, StoppedMotion, on_part
-from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, TURN_RATE, require_attitude, require_fields, require_row
+from simcore.quantities import ATTITUDE, ROBOT_LENGTH, ROBOT_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Placer", "PlacerConfig"]
@@ -60,12 +60,11 @@ class PlacerConfig:
             give=ROBOT_LENGTH,
             take_speed=TURN_RATE,
             release_speed=TURN_RATE,
+            attitude=ATTITUDE,
+            handover=(ROBOT_PLACE,) * 3,
         )
-        require_attitude("PlacerConfig", "attitude", self.attitude)
-        if self.handover is not None:
-            require_row("PlacerConfig", "handover", self.handover, (ROBOT_PLACE,) * 3)
-            if not self.from_storage:
-                raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
+        if self.handover is not None and not self.from_storage:
+            raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:

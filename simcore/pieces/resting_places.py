@@ -50,10 +50,10 @@ class RestingPlace:
     """How far it may be off that axis [rad]."""
 
     def __post_init__(self) -> None:
-        if not self.name:
-            raise ConfigError("RestingPlace: name must not be empty")
         owner = f"RestingPlace {self.name!r}"
         require_fields(self, owner, capacity=_CAPACITY, axis=(_SHARE,) * 3, max_tilt=_TILT)
+        if not self.name:
+            raise ConfigError("RestingPlace: name must not be empty")
         if self.axis is not None and not math.isclose(math.hypot(*self.axis), 1.0, abs_tol=1e-6):
             raise ConfigError(f"{owner}: axis must be a unit vector, got {self.axis}")
 

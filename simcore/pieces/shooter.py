@@ -118,10 +118,6 @@ class ShooterConfig:
             raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
         if self.second_wheel_radius is not None and len(self.wheels) == 1:
             raise ConfigError(f"{owner}: second_wheel_radius needs two wheels, got {self.wheels}")
-        if self.wheel_places not in ("lower and upper", "left and right"):
-            raise ConfigError(
-                f"{owner}: wheel_places must be 'lower and upper' or 'left and right', got {self.wheel_places!r}"
-            )
         for name in set(self.gate_reversed) - set(self.gate):
             raise ConfigError(f"{owner}: gate_reversed must name mechanisms of gate {self.gate}, got {name!r}")
 

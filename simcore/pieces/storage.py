@@ -11,7 +11,7 @@ from typing import Literal
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.pieces.hopper import FACES, Hopper, HopperConfig
-from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
+from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
 
@@ -43,12 +43,10 @@ class StorageConfig:
     through its outlet, and intakes take no more than have a free place at its inlet."""
 
     def __post_init__(self) -> None:
-        require_fields(self, capacity=COUNT, low=(ROBOT_PLACE,) * 3, high=(ROBOT_PLACE,) * 3)
-        if self.order not in ("fifo", "lifo"):
-            raise ConfigError(f"StorageConfig: order must be 'fifo' or 'lifo', got {self.order!r}")
+        corner = (ROBOT_PLACE,) * 3
+        require_fields(self, capacity=COUNT, low=corner, high=corner, attitude=ATTITUDE)
         if self.hopper is not None and self.order != "fifo":
             raise ConfigError(f"StorageConfig: out of a hopper comes what is at its outlet, not order={self.order!r}")
-        require_attitude("StorageConfig", "attitude", self.attitude)
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")

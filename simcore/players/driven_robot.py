@@ -11,7 +11,7 @@ from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import DriverControls, ScriptedRobot, Steps
 from simcore.players.lineup import WhileEnabled
-from simcore.quantities import Quantity, require_fields
+from simcore.quantities import COUNT, Quantity, require_fields
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import TICK
@@ -40,7 +40,7 @@ class DriverInput:
     """What the person holds, in words."""
 
     def __post_init__(self) -> None:
-        require_fields(self, ahead=_STICK, left=_STICK, turn=_STICK)
+        require_fields(self, ahead=_STICK, left=_STICK, turn=_STICK, action=COUNT)
 
 
 Driver: TypeAlias = Callable[[], "DriverInput | None"]

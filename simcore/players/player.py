@@ -26,6 +26,7 @@ from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import outline_points
+from simcore.quantities import FIELD_PLACE, require_fields
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -579,6 +580,9 @@ class Defense:
     """Where a defender goes that leaves an opponent alone, or has none [m]."""
     is_left_alone: Callable[[Player, Place], bool]
     """Whether an opponent at a place must not be touched."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
         """Defend until the match ends, and let an opponent go before a pin of it is a foul."""

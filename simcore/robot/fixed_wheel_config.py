@@ -15,8 +15,6 @@ from simcore.quantities import (
     ROBOT_PLACE,
     VOLTAGE_OR_NONE,
     require_fields,
-    require_row,
-    shown,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, WheelConfig
@@ -108,11 +106,9 @@ class TankConfig(FixedWheelConfig):
     motors_per_side: int = 2
 
     def __post_init__(self) -> None:
-        if not self.wheel_xs:
-            raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
         require_fields(self, "tank", wheel_xs=[ROBOT_PLACE], trackwidth=ROBOT_LENGTH, motors_per_side=MOTORS)
-        if not isinstance(self.dropped_center, bool):
-            raise ConfigError(f"tank: dropped_center must be True or False, got {shown(self.dropped_center)}")
+        if not len(self.wheel_xs):
+            raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
         self.require_robot("tank")
         if self.dropped_center:
             ends = min(self.wheel_xs), max(self.wheel_xs)
@@ -136,11 +132,7 @@ class MecanumConfig(FixedWheelConfig):
     """Coefficient of friction of the rollers on carpet, along their axes [-]; estimate, +-20 %."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.places, tuple) or len(self.places) != 4:
-            raise ConfigError(f"mecanum: places must be those of 4 wheels, got {shown(self.places)}")
-        require_fields(self, "mecanum", motors_per_wheel=MOTORS)
-        for place in self.places:
-            require_row("mecanum", "places", place, (ROBOT_PLACE, ROBOT_PLACE))
+        require_fields(self, "mecanum", motors_per_wheel=MOTORS, places=((ROBOT_PLACE, ROBOT_PLACE),) * 4)
         self.require_robot("mecanum")
 
     @property

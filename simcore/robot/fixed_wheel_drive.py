@@ -22,12 +22,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from simcore.errors import ConfigError
 from simcore.loop.robot_state import NEUTRAL, TARGET, VOLTS
+from simcore.quantities import checked_number, require_count
 from simcore.robot.battery import Battery
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.wheel_config import WheelConfig
-from simcore.robot.wheeled_drive import DriveShaft, WheeledDrive, checked_number, launch_accel
+from simcore.robot.wheeled_drive import DriveShaft, WheeledDrive, launch_accel
 
 __all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
 
@@ -114,8 +114,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
         kind = type(self).__name__
-        if len(values) != self._driven:
-            raise ConfigError(f"{kind}: need one value for each of {self._driven} shafts, got {len(values)}")
+        require_count(f"{kind} {what}", values, self._driven, "shafts")
         return tuple(checked_number(f"{kind} {what} of shaft {k} ({self._groups[k]})", v) for k, v in enumerate(values))
 
     # ---------------------------------------------------------------- readings

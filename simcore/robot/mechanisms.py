@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from simcore.errors import ConfigError, NonFiniteError
+from simcore.errors import ConfigError
 from simcore.loop.robot_state import DUTY, MECHANISM, NEUTRAL, PISTON, SERVO, SHAFT, TARGET, VOLTS, Records, records
 from simcore.loop.shaft import turn_alone
 from simcore.quantities import (
@@ -25,6 +25,7 @@ from simcore.quantities import (
     ROBOT_LENGTH,
     ROBOT_PLACE,
     TURN_RATE,
+    checked_number,
     require,
     require_fields,
 )
@@ -171,9 +172,7 @@ class ShaftSim:
         Raises:
             NonFiniteError: If `volts` is NaN or infinite.
         """
-        if not math.isfinite(volts):
-            raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
-        record = self.record
+        volts, record = checked_number(f"{type(self).__name__}: volts", volts), self.record
         record["mode"], record["request"], record["brakes"] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
@@ -182,9 +181,7 @@ class ShaftSim:
         Raises:
             NonFiniteError: If it is NaN or infinite.
         """
-        if not math.isfinite(share):
-            raise NonFiniteError(f"{type(self).__name__}: duty cycle must be a finite number, got {share}")
-        record = self.record
+        share, record = checked_number(f"{type(self).__name__}: duty cycle", share), self.record
         record["mode"], record["request"], record["brakes"] = DUTY, min(max(share, -1.0), 1.0), 1
 
     @property
@@ -194,9 +191,7 @@ class ShaftSim:
 
     def set_load(self, torque: float) -> None:
         """Let this torque [N m] act from outside, along positive motion, from the next step on."""
-        if not math.isfinite(torque):
-            raise NonFiniteError(f"{type(self).__name__}: load torque must be a finite number, got {torque}")
-        self.record["load"] = torque
+        self.record["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""
@@ -205,8 +200,8 @@ class ShaftSim:
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
         """Put the shaft somewhere, with zero volts asked for."""
-        if not (math.isfinite(position) and math.isfinite(velocity)):
-            raise NonFiniteError(f"{type(self).__name__}: state must be finite, got {position} rad, {velocity} rad/s")
+        position = checked_number(f"{type(self).__name__}: position", position)
+        velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
         self.position, self.velocity = min(max(position, lower), upper), velocity
         record = self.record
@@ -378,7 +373,7 @@ class ElevatorSim(ShaftSim):
 
     def set_load(self, torque: float) -> None:
         """Let this torque [N m] act on the drum besides the weight, along positive motion."""
-        super().set_load(torque - self._weight_torque)
+        super().set_load(checked_number("ElevatorSim: load torque", torque) - self._weight_torque)
 
     @property
     def travel_per_radian(self) -> float:
@@ -585,6 +580,7 @@ class PistonSim(RackSim):
 
         Without power it goes where the spring sends it; a valve with two coils stays as it is.
         """
+        volts = checked_number("PistonSim: volts", volts)
         if volts == 0.0:
             volts = float(self.record["idle"][0])
         if volts != 0.0:

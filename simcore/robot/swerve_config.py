@@ -119,7 +119,7 @@ class SwerveModuleConfig(WheelConfig):
     """Feedback of the on-board steer loop [V/rad]."""
 
     def __post_init__(self) -> None:
-        owner = self.name or "module"
+        owner = f"{self.name}" or "module"
         self.require_wheel(owner)
         require_fields(
             self,
@@ -189,6 +189,7 @@ class SwerveConfig(DrivetrainConfig):
     modules: tuple[SwerveModuleConfig, ...]
 
     def __post_init__(self) -> None:
+        require_fields(self, "swerve")
         if not self.modules:
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))

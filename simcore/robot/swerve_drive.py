@@ -8,15 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.loop.robot_state import AZIMUTH, CURRENT, DUTY, NEUTRAL, TARGET, VOLTS
+from simcore.quantities import checked_number, require_count
 from simcore.robot.battery import Battery
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.wheeled_drive import (
     DriveShaft,
     MotorReadout,
     WheeledDrive,
-    checked_number,
     launch_accel,
     set_motor,
 )
@@ -297,9 +296,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return list(self.shafts[name][self._n :].tolist())
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
-        if len(values) != self._n:
-            raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
+        require_count(what, values, self._n, "modules")
         return [  # a module's name is made up for a message only: for all values it took 20 us of a tick
-            v if type(v) is float and math.isfinite(v) else checked_number(f"{what} of {self.config.module_name(k)}", v)
+            v if type(v) is float and abs(v) < 1e6 else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]

@@ -18,7 +18,7 @@ from simcore.geometry.rotation import Vector
 from simcore.loop.robot_state import NEUTRAL, OUTLINE, PART, ROBOT, SHAFT, SPRING, WHEEL, WHEELS, Records, records
 from simcore.loop.robots import move_robots, prepare
 from simcore.loop.tires import share_loads
-from simcore.quantities import ANGLE, DURATION, require
+from simcore.quantities import ANGLE, DURATION, checked_number, require
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, RobotMass, WheelConfig
 from simcore.typing import FloatArray
@@ -29,7 +29,6 @@ __all__ = [
     "MotorReadout",
     "PlanarChassis",
     "WheeledDrive",
-    "checked_number",
     "free_speed",
     "launch_accel",
     "normal_loads",
@@ -182,21 +181,6 @@ _NOWHERE = (  # no bumpers, nothing that stands on the field
     *(records(PART, 0), records(OUTLINE, 0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.uint8)),
     *(records(SPRING, 0).reshape(0, 1), np.zeros(1, np.int64)),
 )
-
-
-def checked_number(what: str, value: object) -> float:
-    """A command as a plain float.
-
-    Args:
-        what: Name for the message.
-        value: From outside.
-
-    Raises:
-        NonFiniteError: It is not a number, or not finite.
-    """
-    if not isinstance(value, (int, float, np.floating, np.integer)) or not math.isfinite(value):
-        raise NonFiniteError(f"{what} must be a finite number, got {value!r}")
-    return float(value)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:

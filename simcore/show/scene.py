@@ -18,7 +18,7 @@ from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone, Zone
 from simcore.match.runner import split_level
 from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
+from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require_fields
 from simcore.show.palette import shade
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
@@ -64,11 +64,9 @@ class PieceLook:
     """Of its outline; empty: half as bright as `color`."""
 
     def __post_init__(self) -> None:
+        require_fields(self, radius=FIELD_LENGTH, size=(FIELD_LENGTH,) * 3)
         if (self.radius is None) == (self.size is None):
             raise ConfigError(f"PieceLook: give radius or size, one of them; got {self.radius} and {self.size}")
-        for name, value in (("radius", self.radius), *(("size", value) for value in self.size or ())):
-            if value is not None:
-                require("PieceLook", name, value, FIELD_LENGTH)
         object.__setattr__(self, "air_color", self.air_color or shade(self.color, 0.75))
         object.__setattr__(self, "edge_color", self.edge_color or shade(self.color, 0.5))
 

@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from importlib.metadata import packages_distributions, version
@@ -17,7 +17,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES, choose_engine
-from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
+from simcore.quantities import COUNT, DURATION, Quantity, require_fields, shown
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import PROJECT, Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name, named_object
@@ -128,16 +128,15 @@ class Experiment:
     stop: StopRule = field(default_factory=StopRule)
 
     def __post_init__(self) -> None:
-        for name in ("options", "factors", "seeds"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-        object.__setattr__(self, "points", tuple(tuple(point) for point in self.points))
-        object.__setattr__(self, "metrics", tuple(metric_name(metric) for metric in self.metrics))
         for name in ("robot", "project"):
             if isinstance(getattr(self, name), Path):
                 object.__setattr__(self, name, str(getattr(self, name)))
-        require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT)
-        if self.alliance not in ("blue", "red"):
-            raise ConfigError(f"Experiment: alliance must be 'blue' or 'red', got {shown(self.alliance)}")
+        if isinstance(self.metrics, Sequence) and not isinstance(self.metrics, str):
+            object.__setattr__(self, "metrics", tuple(metric_name(metric) for metric in self.metrics))
+        require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT, seeds=[_SEED])
+        for name in ("options", "factors", "seeds"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "points", tuple(tuple(point) for point in self.points))
         if self.robot is not None and self.project is not None:
             raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
         if self.alliance != "blue" and (self.red or self.blue):
@@ -146,8 +145,6 @@ class Experiment:
             raise ConfigError("Experiment: who plays with a project's robot stands in its simcore.toml: match = '...'")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ConfigError(f"Experiment: seeds must be different whole numbers, at least one, got {self.seeds}")
-        for seed in self.seeds:
-            require("Experiment", "seed", seed, _SEED)
         names = [factor.name for factor in self.factors]
         if len(set(names)) < len(names):
             raise ConfigError(f"Experiment: factors must differ, got {names}")

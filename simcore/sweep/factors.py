@@ -23,7 +23,7 @@ from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import choose_engine
 from simcore.players.lineup import lineup
-from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
+from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, require_fields, shown
 from simcore.robot.robot_config import RobotConfig
 
 __all__ = [
@@ -74,10 +74,7 @@ class Distribution:
     """Upper end of `uniform`, standard deviation of `normal`; in the unit of the factor."""
 
     def __post_init__(self) -> None:
-        if self.kind not in ("uniform", "normal"):
-            raise ConfigError(f"a distribution is 'uniform' or 'normal', got {shown(self.kind)}")
-        for name in ("first", "second"):
-            require(f"distribution {self.kind}", name, getattr(self, name), _ANY)
+        require_fields(self, f"distribution {self.kind}", first=_ANY, second=_ANY)
         if self.kind == "uniform" and not self.first < self.second:
             raise ConfigError(f"uniform(low,high) needs low < high, got {self}")
         if self.kind == "normal" and not self.second > 0.0:
@@ -109,7 +106,8 @@ class Factor:
     """In place of values."""
 
     def __post_init__(self) -> None:
-        if not self.name or not all(part for part in self.name.split(".")):
+        require_fields(self, f"factor {self.name}")
+        if not all(self.name.split(".")):
             raise ConfigError(f"a factor needs a name such as 'robot.mass', got {shown(self.name)}")
         object.__setattr__(self, "values", tuple(self.values))
         if bool(self.values) == (self.distribution is not None):

@@ -17,6 +17,9 @@ __all__ = [
     "sequential_difference", "wilson_share",
 ]  # fmt: skip
 
+_PRINTED = 5e-4  # of a value; figures have three digits
+_LEAST = 1e-6  # in whatever unit: below it is arithmetic
+
 CONFIDENCE = 0.95
 """Of an interval, if nothing else is asked for."""
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0)
@@ -247,7 +250,7 @@ def sequential_difference(
 
 
 def _differences(first: Any, second: Any, confidence: float) -> FloatArray:
-    """Second less first, checked."""
+    """Second less first, checked; 0 where both are the same as they are printed."""
     _require_confidence(confidence)
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if a.shape != b.shape or a.ndim != 1 or len(a) < 2:
@@ -255,7 +258,8 @@ def _differences(first: Any, second: Any, confidence: float) -> FloatArray:
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ConfigError("a paired difference wants finite values")
     differences: FloatArray = b - a
-    return differences
+    least = np.maximum(_LEAST, _PRINTED * np.maximum(np.abs(a), np.abs(b)))
+    return np.where(np.abs(differences) < least, 0.0, differences)
 
 
 def _paired(differences: FloatArray, half: float, p_value: float, confidence: float) -> PairedDifference:

@@ -339,12 +339,11 @@ class CameraConfig:
     """Publish the robot's exact pose, whatever is in sight: for tests of what follows a pose estimate."""
 
     def __post_init__(self) -> None:
+        require_fields(self, f"camera {self.name!r}", frame_rate=FRAME_RATE)
         if not self.name or "/" in self.name:
             raise ConfigError(f"CameraConfig: name is a NetworkTables name without '/', got {self.name!r}")
-        owner = f"camera {self.name!r}"
         if not 1 <= len(self.pipelines) <= 10:
-            raise ConfigError(f"{owner}: a Limelight has 1 to 10 pipelines, got {len(self.pipelines)}")
-        require_fields(self, owner, frame_rate=FRAME_RATE)
+            raise ConfigError(f"camera {self.name!r}: a Limelight has 1 to 10 pipelines, got {len(self.pipelines)}")
 
     @property
     def rate(self) -> float:

@@ -7,6 +7,7 @@ import math
 import socket
 import struct
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,10 +16,12 @@ from game_table import GAMES
 from simcore import season
 from simcore.errors import ConfigError
 from simcore.match.control_topics import ControlTopics
-from simcore.match.game import PieceSupply
+from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.robot_config import RobotConfig
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 
@@ -196,3 +199,31 @@ def test_a_dashboard_does_the_same_over_networktables():
     everything.close()
     for instance in (client, server):
         ntcore.NetworkTableInstance.destroy(instance)
+
+
+@pytest.mark.parametrize("name", ["rebuilt", "reefscape"])
+def test_an_auto_that_a_dashboard_starts_on_a_robot_of_ones_own_is_refused_and_nothing_ends(name):
+    game = GAMES[name]
+    entry = RobotEntry(start=(2.0, 2.0, 0.0), config=RobotConfig(drivetrain=TankConfig()), preload=0)
+    with Match(game, robots=[entry]) as match:
+        for auto in game.autos:
+            match.control.start_auto(auto)
+            match.play(0.1)
+            result = match.control.results[-1]
+            assert not result.is_done and "is for the game's own robot, and robot 0 has no " in result.text
+        assert match.entries == (entry,) and match.field_resets == 0
+
+
+def test_an_auto_that_cannot_go_on_ends_and_the_match_goes_on():
+    """Its mechanisms have the names and types of the game's own, but it shoots another way."""
+
+    def fail(robot, time):
+        raise IndexError("list index out of range")
+
+    game = GAMES["rebuilt"]
+    auto = replace(game.auto("depot"), controller=lambda match, alliance: fail)
+    with Match(replace(game, autos={"depot": auto})) as match:
+        match.control.start_auto("depot")
+        match.play(0.1)
+        begun, ended = list(match.control.results)[-2:]
+        assert begun.is_done and not ended.is_done and ended.text == "IndexError: list index out of range"

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from match_laws import require_one_owner
 
 from simcore.errors import SimcoreError
-from simcore.match.game import RobotEntry
+from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
+from simcore.match.starts import StartError
 from simcore.pieces.piece_manager import Footprint
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.robot_config import RobotConfig
 
 GAMES = ("rebuilt", "reefscape")
 _DEEPEST = 0.020  # [m]
@@ -172,3 +176,73 @@ def test_coral_that_people_put_down_is_missing_at_the_stations():
         before = sum(match.rules.human_players.stock.values())
         match.pieces.put_down(match.pieces.spare("Coral", before), np.full((before, 2), 4.0))
         assert sum(match.rules.human_players.stock.values()) == 0
+
+
+BARE = RobotConfig(drivetrain=TankConfig())
+PUT_ENGINES = pytest.mark.parametrize("engine", ["bullet", "mujoco"])
+
+
+@PUT_ENGINES
+def test_a_robot_that_changes_sides_stands_beside_one_that_is_where_it_starts(engine, caplog):
+    entries = [RobotEntry(start=(2.6, 5.3, 0.0), preload=0), RobotEntry(start=(2.0, 2.0, 0.0), preload=0)]
+    with Match(find_game("rebuilt"), robots=entries, engine=engine) as match:
+        taken = find_game("rebuilt").field.symmetry.flip_pose(2.6, 5.3, 0.0)
+        match.carry_to(1, taken)
+        match.set_alliance(0, "red")
+        match.play(0.5)
+        assert match.robots[1].chassis.pose == pytest.approx(taken, abs=2e-3)
+        assert math.dist(match.robots[0].chassis.pose[:2], taken[:2]) == pytest.approx(0.8, abs=0.05)
+        assert max(robot.chassis.speed for robot in match.robots) < 0.05
+    assert "finds its start taken" in caplog.text
+
+
+@PUT_ENGINES
+def test_all_robots_may_change_sides_at_once(engine, caplog):
+    game = find_game("rebuilt")
+    with Match(game, robots=[RobotEntry(preload=0), RobotEntry(alliance="red", preload=0)], engine=engine) as match:
+        before = [robot.chassis.pose for robot in match.robots]
+        match.set_alliance(0, "red")
+        match.set_alliance(1, "blue")
+        match.tick()
+        after = [robot.chassis.pose[:2] for robot in match.robots]
+        assert after[0] == pytest.approx(before[1][:2], abs=1e-3) and after[1] == pytest.approx(before[0][:2], abs=1e-3)
+    assert "taken" not in caplog.text
+
+
+@PUT_ENGINES
+def test_where_a_cage_hangs_no_robot_is_put_and_beside_it_none_is_shoved(engine):
+    with Match(find_game("reefscape"), robots=[RobotEntry(start=(7.2, 2.0, 0.0), config=BARE)], engine=engine) as match:
+        robot, taken = match.robots[0], 0
+        for x in np.arange(8.0, 9.5, 0.25):
+            for y in (0.8, 1.6, 2.4):
+                try:
+                    robot.reset((float(x), y, 0.0))
+                except StartError:
+                    continue
+                taken += 1
+                match.play(0.3)
+                assert math.dist(robot.chassis.pose[:2], (x, y)) < 0.03, f"put at ({x:.2f}, {y:.2f}) m"
+        assert 3 < taken < 18
+
+
+def test_no_robot_is_put_where_another_one_is_in_the_next_tick():
+    """It drives at 4 m/s: in 20 ms by 80 mm."""
+    entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
+    with Match(replace(Game.bare(), robots=2), robots=entries) as match:
+        driver, other = match.robots
+        match.play(1.5, controllers=[lambda robot, time: robot.drive.set_chassis_speeds(4.0, 0.0)])
+        x, y, _ = driver.chassis.pose
+        assert driver.chassis.speed > 2.5
+        with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
+            other.reset((x + 0.83, y, 0.0))
+        other.reset((x + 1.0, y, 0.0))
+
+
+def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():
+    with Match(find_game("rebuilt"), robots=[RobotEntry()]) as match:
+        robot, slot = match.robots[0], match.robots[0].held[0]
+        match.pieces.release(np.array([slot]), np.array([[6.0, 4.0, 0.075]]))
+        assert slot not in robot.held and slot not in robot.storage.pieces
+        match.play(0.1)
+        assert match.count.held == len(robot.held) == 7
+        require_one_owner(match)

@@ -176,6 +176,30 @@ def test_g405_a_fuel_that_is_shot_over_the_guardrail_is_minor_and_the_next_one_m
     assert told(match) == [("G405", "blue", 5), ("G405", "blue", 15)]
 
 
+def test_g405_is_counted_by_robot_and_is_about_fuel_that_touched_nothing():
+    with RebuiltSim(robots=[RobotEntry(preload=0), RobotEntry(preload=0)]) as match:
+        fouls = match.rules.fouls
+        for slot, (robot, untouched) in enumerate(((0, True), (1, True), (0, False), (1, True))):
+            fouls._shots[slot] = robot, False
+            fouls.left_field(slot, untouched=untouched)
+        fouls.left_field(8, untouched=True)  # nobody shot it
+        assert [foul[2] for foul in told(match)] == [5, 5, 15]
+
+
+def test_g419_begins_anew_after_a_gap_and_is_not_about_robots_that_drive(play):
+    trenches = {0: (dim.TRENCH_X, dim.TRENCH_LEFT_Y, 0.0), 2: (dim.TRENCH_X, dim.TRENCH_RIGHT_Y, 0.0)}
+
+    def twice(match):
+        match.play(2.0)
+        away = match.robots[0].chassis.pose
+        match.carry_to(0, (6.5, 4.0, 0.0))
+        match.play(0.1)
+        match.carry_to(0, away)
+        match.play(2.0)
+
+    assert told(play(trenches, 60.0, act=twice)) == []
+
+
 # --- fuel, tower and the sheet --------------------------------------------------------------------------------------
 
 

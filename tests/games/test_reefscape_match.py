@@ -16,6 +16,7 @@ from simcore.match.match import Match
 from simcore.match.scoring import ScoreEvent
 from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
+from simcore.units import GRAVITY
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
 
@@ -223,3 +224,24 @@ def test_human_players_feed_robots_of_their_own_alliance_only():
         before = dict(match.rules.human_players.stock)
         match.play(2.5)
         assert match.robots[0].chassis.pose[0] < 2.0 and dict(match.rules.human_players.stock) == before
+
+
+def test_an_algae_that_hits_a_lodged_one_gives_it_no_more_than_it_has():
+    """Thrown from below and outside, nothing else moves: both together never have more energy than at the throw."""
+    with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
+        for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):
+            match.reset(seed)
+            state = match.pieces.state
+            algae = np.nonzero(state.kind == 1)[0]
+            inside = (state.pos[algae, 0] > 3.0) & (state.pos[algae, 0] < 6.0) & (state.pos[algae, 2] > 0.5)
+            lodged, thrown = algae[inside][seed], algae[state.pos[algae, 0] > 8.0][:1]
+            out = state.pos[lodged, :2] - dim.REEF_CENTER
+            out /= np.linalg.norm(out)
+            way = np.array([-out[0] * math.cos(up), -out[1] * math.cos(up), math.sin(up)])
+            match.pieces.release(thrown, (state.pos[lodged] - 0.55 * way)[None])
+            match.pieces.push(thrown, speed * way[None], flying=True)
+            both, energies = np.array([lodged, thrown[0]]), []
+            for _ in range(100):
+                energies.append(0.5 * (state.vel[both] ** 2).sum() + GRAVITY * state.pos[both, 2].sum())
+                match.tick()
+            assert max(energies) < energies[0] + 0.01, f"seed {seed} [J/kg]"

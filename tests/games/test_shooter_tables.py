@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import importlib.util
 import json
+import math
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -156,3 +158,16 @@ def test_shares_hold_in_matches_at_all_bearings_standing_and_moving(whole):
         assert len(found) == 1
     misses = [str(cell) for cell in found if not cell.holds]
     assert 20 * len(misses) <= len(found), misses
+
+
+def test_shares_hold_of_a_low_fixed_shooter_that_stands_near(monkeypatch):
+    """A muzzle .35 m high at 62 deg, 3 m away: shots rise steeply past the rim, 40 of them."""
+    spec = importlib.util.spec_from_file_location("shot_cells", DOCS.parent / "scripts" / "shot_cells.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    own = REBUILT.robot()
+    launch = replace(own.shooters[0].launch, height=0.35)
+    low = replace(own.shooters[0], hood=None, elevation=math.radians(62.0), launch=launch)
+    monkeypatch.setattr(script, "REBUILT", replace(REBUILT, robot=lambda: replace(own, shooters=(low,))))
+    (cell,) = script.cells((3.0,), 40, bearings=1, motions=script.MOTIONS[:1])
+    assert cell.holds, str(cell)

@@ -181,6 +181,33 @@ def test_a_shot_gives_the_robot_its_recoil():
         assert MASS * one.chassis.vel[0] == pytest.approx(-2.0 * speed, rel=0.01)
 
 
+@pytest.mark.parametrize("aside", [0.25, -0.25])
+def test_a_shot_from_beside_the_center_turns_the_robot(aside):
+    """Angular momentum stays 0: I omega = aside m v.
+
+    The ball of 2 kg was held in the middle and leaves at the muzzle: what is left has its center 9 mm beside.
+    """
+    shooter = ShooterConfig(
+        wheels=("wheels",), wheel_radius=0.1, exit_efficiency=0.5, elevation=0.5, shot_rate=4.0, min_wheel_speed=50.0,
+        launch=LaunchParameters(height=0.6, pivot_y=aside),
+    )  # fmt: skip
+    config = robot(SLIDING, shooters=(shooter,), storage=StorageConfig(capacity=1))
+    with Match.bare(config, pieces=(PieceSupply(BALL, 1),)) as match:
+        one = match.robots[0]
+        match.pieces.spawn("Ball", (8.0, 2.0, 0.1))
+        slots = match.pieces.on_field("Ball")
+        match.pieces.hold(slots, 0)
+        one.storage.add(slots.tolist())
+        match.play(0.1)
+        one.mechanisms["wheels"].velocity = 120.0
+        while one.held:
+            match.tick()
+        speed = float(match.pieces.state.vel[slots[0], 0])
+        match.tick()
+        inertia = one.chassis.distribution.inertia[2]
+        assert inertia * one.chassis.robot_rate[2] == pytest.approx(aside * 2.0 * speed, rel=0.08)
+
+
 def test_an_arm_that_is_stretched_slows_the_turn():
     """I omega stays on wheels without grip, and energy falls; the arm is a rack that goes out on both sides of x."""
     out = [

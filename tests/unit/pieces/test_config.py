@@ -44,7 +44,10 @@ OFF_CENTER = Compound((Part(Sphere(0.1)), Part(Sphere(0.1), (0.4, 0.0, 0.0))))
 @pytest.mark.parametrize(
     ("shape", "words"),
     [
-        (Mesh(np.eye(3), np.array([[0, 1, 2]])), "shape must be a Sphere, Cylinder, Box, Hull or Compound, got a Mesh"),
+        (
+            Mesh(np.eye(3), np.array([[0, 1, 2]])),
+            "shape must be a Sphere, a Cylinder, a Box, a Hull or a Compound, got a Mesh",
+        ),
         (Compound((Part(Sphere(0.1)),) * 40), "40 parts are too many to be simulated, at most 32"),
         (OFF_CENTER, r"its center of mass, which is at \(0.2, 0, 0\) m; give `centered\(shape\)`"),
         (tube(length=0.3, outer_radius=0.05, inner_radius=0.0475), "a part is 2.5 mm thick, engines need 3 mm"),

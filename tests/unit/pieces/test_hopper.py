@@ -257,8 +257,8 @@ def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
 
 def test_hoppers_that_cannot_be_are_refused():
     for change, words in (
-        ({"outlet": "top"}, "outlet must be one of front, back, left, right, bottom"),
-        ({"inlet": "bottom"}, "inlet must be one of front, back, left, right, got 'bottom'"),
+        ({"outlet": "top"}, "outlet must be 'front', 'back', 'left', 'right' or 'bottom'"),
+        ({"inlet": "bottom"}, "inlet must be another side than the bottom, got 'bottom'"),
         ({"outlet_width": 0.0}, "outlet_width"),
         ({"funnel": "steep"}, "funnel must be a number from 0 to 1.2 rad"),
         ({"slope": 2.0}, "slope must be a number from 0 to 1.2 rad"),

@@ -108,7 +108,7 @@ def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
         ("blue", 33.0, "off"), ("red", 55.1, "pulsing"), ("red", 58.0, "off"), ("blue", 105.1, "off"),
         ("red", 106.0, "pulsing"),
         ("blue", 131.0, "on"), ("blue", 159.9, "on"), ("blue", 160.1, "pulsing"), ("red", 163.0, "off"),
-        ("red", 166.0, "purple"),
+        ("red", 165.9, "off"), ("red", 166.0, "purple"),
     ],
 )  # fmt: skip
 def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance, time, light):
@@ -119,6 +119,10 @@ def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance,
 def test_in_practice_both_hubs_count_all_the_time():
     made = hubs("blue", practice=True)
     assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
+
+
+def test_in_practice_no_light_turns_purple():
+    assert {hubs("blue", practice=True).light(a, t) for a in ALLIANCES for t in (10.0, 50.0, 165.9, 166.0)} == {"on"}
 
 
 def test_thresholds_are_numbers_of_the_event():
@@ -202,3 +206,21 @@ def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
     for pins in [{(0, 1)}] * 100 + [{(1, 0)}] * 10:
         counts.update(0.02, pins, places)
     assert counts.seconds((0, 1)) == 0.0 and counts.seconds((1, 0)) == pytest.approx(0.2)
+
+
+def test_g418_a_count_ends_three_seconds_after_both_have_moved_on_together():
+    """They stay close, but six feet from where the pin began."""
+    for time, left in ((2.9, True), (3.1, False)):
+        counts = PinCounts()
+        pin(2.0, counts=counts)
+        for _ in range(round(time / 0.02)):
+            counts.update(0.02, set(), {0: (4.0, 2.0), 1: (4.8, 2.0)})
+        assert (counts.seconds((0, 1)) > 0.0) is left
+
+
+def test_g418_three_seconds_apart_are_three_seconds_in_one_piece():
+    counts = PinCounts()
+    pin(2.0, away=1.9, gap=2.0, counts=counts)
+    counts.update(0.02, set(), {0: (2.0, 2.0), 1: (2.8, 2.0)})  # together for one tick
+    pin(0.0, away=1.9, gap=2.0, counts=counts)
+    assert counts.seconds((0, 1)) == pytest.approx(2.0)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from simcore.errors import ConfigError
-from simcore.sweep.sweep_statistics import paired_difference, seed_share, wilson_share
+from simcore.sweep.sweep_statistics import paired_difference, seed_share, sequential_difference, wilson_share
 
 
 @pytest.mark.parametrize(
@@ -130,3 +130,16 @@ def test_a_sure_gain_in_ten_of_ten_pairs_is_clear():
     values = np.random.default_rng(4).normal(20.0, 5.0, 10)
     found = paired_difference(values, values + 1.0)
     assert found.is_clear and found.more == 10 and found.mean == pytest.approx(1.0) and found.p_value < 0.01
+
+
+@pytest.mark.parametrize("judge", [paired_difference, sequential_difference])
+def test_a_difference_below_what_figures_are_printed_with_is_none(judge):
+    """The same code against itself differs by the last bits; three digits are printed."""
+    first = np.linspace(20.0, 30.0, 50)
+    for second in (first + 6e-10, first * (1.0 + 2e-4)):
+        difference = judge(first, second)
+        assert not difference.is_clear and (difference.mean, difference.more, difference.less) == (0.0, 0, 0)
+        assert difference.p_value == 1.0
+    assert judge(np.zeros(50), np.full(50, 6e-10)).mean == 0.0, "nothing beside nothing"
+    assert judge(first, first + 0.1).is_clear
+    assert judge(np.zeros(50), np.full(50, 1e-3)).is_clear
