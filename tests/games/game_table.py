@@ -17,7 +17,7 @@ from simcore.pieces.pool import PieceStatus
 
 GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES, "crescendo": CRESCENDO}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
-LONG = {("reefscape", "station_cycle"), ("reefscape", "algae")}
+LONG = {("reefscape", "station_cycle"), ("reefscape", "algae"), ("reefscape", "climb")}
 """Autos that are played with `--whole` only: another of their game stands for them."""
 
 
@@ -42,7 +42,7 @@ class Played:
 
 
 def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:
-    """Play an auto and look at it at every tick."""
+    """Play an auto and look at it at every tick; its match is closed."""
     seen = Played(run=None, auto=GAMES[game].auto(auto))  # type: ignore[arg-type]
 
     def look(match: Match) -> None:
@@ -64,4 +64,5 @@ def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings
     asleep = np.nonzero((match.pieces.state.status == PieceStatus.ASLEEP) & (rows >= 0))[0]
     bodies = match.world.engine.centers(match.pieces._pool.rows_of(asleep))
     seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max(initial=0.0))
+    match.close()  # what is asked of it afterwards the engine need not know
     return seen
