@@ -1,5 +1,6 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
+import gc
 import os
 from importlib.util import find_spec
 
@@ -106,3 +107,18 @@ def pytest_runtest_setup(item):
         os.environ["SIMCORE_ENGINE"] = name
     if item.get_closest_marker("realtime") and "PYTEST_XDIST_WORKER" in os.environ:
         pytest.skip("on the wall clock: without -n")
+
+
+def pytest_collection_finish(session):
+    """What was imported and collected stays: no later search for garbage looks at it."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Matches and recordings of a file are forgotten with it; they know each other in circles."""
+    result = yield
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+    return result
