@@ -54,6 +54,11 @@ def pytest_addoption(parser):
     )
 
 
+EXTRAS = {
+    **{name: name for name in ("navx", "phoenix5", "phoenix6", "rev")},
+    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "viser": "view", "mkdocs": "docs"},
+}
+"""Extras with tests of their own, which `[test]` does not bring, by a module of each."""
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 _ENGINE = os.environ.get("SIMCORE_ENGINE")  # that the caller has set
 
@@ -122,3 +127,15 @@ def pytest_runtest_teardown(item, nextitem):
     if nextitem is None or nextitem.path != item.path:
         gc.collect()
     return result
+
+
+def pytest_terminal_summary(terminalreporter):
+    """One line says what was left out, and how to run it."""
+    skipped = len(terminalreporter.stats.get("skipped", ()))
+    missing = sorted(extra for module, extra in EXTRAS.items() if find_spec(module) is None)
+    said = [f"{skipped} tests skipped"] if skipped else []
+    if not terminalreporter.config.getoption("--whole"):
+        said.append("long ones run in full with --whole")
+    if missing:
+        said.append(f'those of {", ".join(missing)} after: python -m pip install -e ".[{",".join(missing)}]"')
+    terminalreporter.write_line("; ".join(said))
