@@ -148,7 +148,7 @@ MUTANTS = (
            "tests/unit/robot/test_swerve_drive.py::"
            "test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step"),
     Mutant("loads do not follow the tires", ROBOTS, "(robot.felt[0] + bump_x + robot.tires[0]",
-           "(robot.felt[0] + bump_x", "tests/unit/robot/test_wheel_loads.py"),
+           "(robot.felt[0] + bump_x", "tests/unit/robot/test_wheeled_drive.py"),
     Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.supply_limit * supply",
            "power = math.inf",
            "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
