@@ -92,7 +92,7 @@ MUTANTS = (
     Mutant("a wall pushes back with 15 g", ROBOTS, "_MOST_PULL = 1.5", "_MOST_PULL = 15.0",
            f"{ROBOT_LAWS}::test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand"),
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
-           "+ s * (self._values[k] - self._values[k - 1])", "+ 0.0",
+           "(time - times[k - 1]) / (times[k] - times[k - 1]))", "0.0)",
            "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("digest without status", "simcore/match/match.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",
