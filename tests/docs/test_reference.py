@@ -117,7 +117,10 @@ def exists(dotted: str) -> bool:
             continue
         except ImportError:
             return True
-        return all(hasattr(found, word) for word in words[count : count + 1])
+        try:
+            return all(hasattr(found, word) for word in words[count : count + 1])
+        except VendorError:
+            return True
     return False
 
 
