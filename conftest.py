@@ -122,9 +122,9 @@ def pytest_collection_finish(session):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item, nextitem):
-    """Matches and recordings of a file are forgotten with it; they know each other in circles."""
+    """Matches and recordings, which know each other in circles, are forgotten with a file, and with each game."""
     result = yield
-    if nextitem is None or nextitem.path != item.path:
+    if nextitem is None or nextitem.path != item.path or "game" in getattr(item, "fixturenames", ()):
         gc.collect()
     return result
 
