@@ -1,5 +1,6 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
+import gc
 import os
 from importlib.util import find_spec
 
@@ -53,6 +54,11 @@ def pytest_addoption(parser):
     )
 
 
+EXTRAS = {
+    **{name: name for name in ("navx", "phoenix5", "phoenix6", "rev")},
+    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "viser": "view", "mkdocs": "docs"},
+}
+"""Extras with tests of their own, which `[test]` does not bring, by a module of each."""
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 _ENGINE = os.environ.get("SIMCORE_ENGINE")  # that the caller has set
 
@@ -106,3 +112,30 @@ def pytest_runtest_setup(item):
         os.environ["SIMCORE_ENGINE"] = name
     if item.get_closest_marker("realtime") and "PYTEST_XDIST_WORKER" in os.environ:
         pytest.skip("on the wall clock: without -n")
+
+
+def pytest_collection_finish(session):
+    """What was imported and collected stays: no later search for garbage looks at it."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Matches and recordings, which know each other in circles, are forgotten with a file, and with each game."""
+    result = yield
+    if nextitem is None or nextitem.path != item.path or "game" in getattr(item, "fixturenames", ()):
+        gc.collect()
+    return result
+
+
+def pytest_terminal_summary(terminalreporter):
+    """One line says what was left out, and how to run it."""
+    skipped = len(terminalreporter.stats.get("skipped", ()))
+    missing = sorted(extra for module, extra in EXTRAS.items() if find_spec(module) is None)
+    said = [f"{skipped} tests skipped"] if skipped else []
+    if not terminalreporter.config.getoption("--whole"):
+        said.append("long ones run in full with --whole")
+    if missing:
+        said.append(f'those of {", ".join(missing)} after: python -m pip install -e ".[{",".join(missing)}]"')
+    terminalreporter.write_line("; ".join(said))

@@ -92,7 +92,7 @@ MUTANTS = (
     Mutant("a wall pushes back with 15 g", ROBOTS, "_MOST_PULL = 1.5", "_MOST_PULL = 15.0",
            f"{ROBOT_LAWS}::test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand"),
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
-           "+ s * (self._values[k] - self._values[k - 1])", "+ 0.0",
+           "(time - times[k - 1]) / (times[k] - times[k - 1]))", "0.0)",
            "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("digest without status", "simcore/match/match.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",
@@ -148,7 +148,7 @@ MUTANTS = (
            "tests/unit/robot/test_swerve_drive.py::"
            "test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step"),
     Mutant("loads do not follow the tires", ROBOTS, "(robot.felt[0] + bump_x + robot.tires[0]",
-           "(robot.felt[0] + bump_x", "tests/unit/robot/test_wheel_loads.py"),
+           "(robot.felt[0] + bump_x", "tests/unit/robot/test_wheeled_drive.py"),
     Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.supply_limit * supply",
            "power = math.inf",
            "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -113,12 +114,24 @@ class FieldDefinition:
         if mesh is not None:
             names = [group.name for group in read_obj(mesh)]
             materials = {p: s for p, s in materials.items() if any(fnmatchcase(name, p) for name in names)}
-        return FieldGeometry.load(path, surfaces=materials, symmetry=self.symmetry)
+        try:
+            written = path.stat().st_mtime_ns
+        except OSError:  # the reader says what is wrong with it
+            written = 0
+        return _read_field(path, written, tuple(materials.items()), self.symmetry)
 
     def drivable_in(self, geometry: FieldGeometry) -> list[str]:
         """Those of the `drivable` patterns that name something in a field."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
+
+
+@lru_cache(maxsize=4)
+def _read_field(
+    path: Path, written: int, materials: tuple[tuple[str, TerrainSurface], ...], symmetry: FieldSymmetry
+) -> FieldGeometry:
+    """The shapes of a mesh, read once for all matches as long as the file is as it was written [ns]."""
+    return FieldGeometry.load(path, surfaces=dict(materials), symmetry=symmetry)
 
 
 def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:

@@ -324,7 +324,8 @@ class RobotDynamics:
             self._corners = np.concatenate((self._corners, *polygons)) if polygons else self._corners
             normals = [_outward(corners) for corners in polygons]
             self._normals = np.concatenate((self._normals, *normals)) if polygons else self._normals
-            hidden = [_covered(k, polygons, normals) for k in range(len(polygons))]
+            boxes = np.array([(*corners.min(axis=0), *corners.max(axis=0)) for corners in polygons]).reshape(-1, 4)
+            hidden = [_covered(k, polygons, normals, boxes) for k in range(len(polygons))]
             self._hidden = np.concatenate((self._hidden, *hidden)) if polygons else self._hidden
         return self._slices[low, high]
 
@@ -336,24 +337,29 @@ def _outward(corners: FloatArray) -> FloatArray:
     return normals
 
 
-def _covered(number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray]) -> npt.NDArray[np.uint8]:
-    """Which sides of an outline others cover from end to end, shape (n,): nothing can come at them."""
+def _covered(
+    number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
+) -> npt.NDArray[np.uint8]:
+    """Which sides of an outline others cover from end to end, shape (n,): nothing can come at them.
+
+    Args:
+        number: Of the outline.
+        polygons: Corners of all outlines [m].
+        normals: Of their sides.
+        boxes: Around each outline: low x, low y, high x, high y [m], shape (m, 4).
+    """
     corners = polygons[number]
-    low, high = corners.min(axis=0) - _COVERED, corners.max(axis=0) + _COVERED
-    near = [
-        (polygons[k], normals[k])
-        for k in range(len(polygons))
-        if k != number and (polygons[k].max(axis=0) >= low).all() and (polygons[k].min(axis=0) <= high).all()
-    ]
     after = np.roll(corners, -1, axis=0)
     covered = np.zeros(len(corners), np.uint8)
     for k in range(len(corners)):
         shares = np.array([0.02, 0.5, 0.98])[:, None]
         places = corners[k] + shares * (after[k] - corners[k]) + _COVERED * normals[number][k]
         inside = np.zeros(len(places), dtype=bool)
-        for polygon, outward in near:
-            away = ((places[:, None, :] - polygon[None]) * outward[None]).sum(axis=2)
-            inside |= (away < 0.0).all(axis=1)
+        near = (boxes[:, :2] <= places.max(axis=0)).all(axis=1) & (boxes[:, 2:] >= places.min(axis=0)).all(axis=1)
+        for other in np.nonzero(near)[0].tolist():
+            if other != number:
+                away = ((places[:, None, :] - polygons[other][None]) * normals[other][None]).sum(axis=2)
+                inside |= (away < 0.0).all(axis=1)
         covered[k] = inside.all()
     return covered if not covered.all() else np.zeros_like(covered)
 

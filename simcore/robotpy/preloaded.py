@@ -21,7 +21,7 @@ _OF_2026 = (
     *("simcore.robotpy.robot_physics", "simcore.robotpy.simulated_phoenix"),
 )
 
-for _name in (*_ALWAYS, *(_OF_2026 if metadata.version("robotpy-hal").startswith("2026.") else ())):
+for _name in (*_ALWAYS, *(_OF_2026 if metadata.version("robotpy-hal") < "2027" else ())):
     with contextlib.suppress(ImportError):  # an extra that this project does without
         import_module(_name)
 with contextlib.suppress(EngineError):

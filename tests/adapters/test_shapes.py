@@ -59,13 +59,6 @@ def test_it_pushes_fuel_and_stops_at_the_wall(run):
     assert run["counted"] == run["staged"]
 
 
-def test_physics_came_in_time(run):
-    """A part late enough to be done together with the next one is a part whose volts were old."""
-    parts = 4 * run["ticks"]
-    assert run["late_parts"] <= 0.02 * parts
-    assert run["skipped_s"] == 0.0
-
-
 def test_the_log_says_who_moves_what(run):
     owners = {
         "generated": ("TalonFX 31 + 32 + 33: 3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37: 1 x Minion, 3:1"),

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from simcore.cli import main
+
 pytestmark = pytest.mark.slow
 
 TURRETED = Path(__file__).parent / "robots" / "turreted"
@@ -63,16 +65,14 @@ def test_the_flag_is_stronger_than_the_file(scenario, second_game):
     assert "game later (2999), as --game says; also installed: " in line_of(run)
 
 
-def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path):
-    path = os.pathsep.join([str(second_game), os.environ.get("PYTHONPATH", "")])
+def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(str(second_game))
+    monkeypatch.chdir(tmp_path)
 
     def said(*words: str) -> str:
-        run = subprocess.run(
-            [sys.executable, "-m", "simcore", *words],
-            cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120,
-        )  # fmt: skip
-        assert "Traceback" not in run.stderr, run.stderr
-        return run.stdout + run.stderr
+        main(list(words))
+        run = capsys.readouterr()
+        return run.out + run.err
 
     assert "game later (2999), the newest; also installed: rebuilt" in said("play", "--seconds", "0.2")
     assert "also installed" not in said("play", "rebuilt", "--seconds", "0.2", "--log", "old.wpilog")

@@ -18,6 +18,7 @@ from games.rebuilt import REBUILT
 from games.rebuilt.robot import rebuilt_robot
 from games.reefscape import REEFSCAPE
 from simcore import ClimberConfig, ElevatorConfig, Game, Match, RobotConfig, RobotEntry, Rules, cli
+from simcore.errors import VendorError
 from simcore.geometry.linkage import Joint
 from simcore.geometry.zones import BoxZone
 from simcore.match.scoring import FoulEvent, ScoreEvent
@@ -117,7 +118,10 @@ def exists(dotted: str) -> bool:
             continue
         except ImportError:
             return True
-        return all(hasattr(found, word) for word in words[count : count + 1])
+        try:
+            return all(hasattr(found, word) for word in words[count : count + 1])
+        except VendorError:
+            return True
     return False
 
 

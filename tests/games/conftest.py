@@ -10,7 +10,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).parent))  # for game_table.py and crates.py, which the tests here share
 
-from game_table import GAMES, LONG, Played, play
+from game_table import AUTOS, GAMES, LONG, Played, play
 
 from simcore.match.game import Game
 
@@ -26,18 +26,29 @@ def game(request) -> Game:
     return GAMES[request.param]
 
 
-@pytest.fixture(scope="session")
-def played(engine_name, pytestconfig) -> Iterator[dict[tuple[str, str, str], Played]]:
-    """Runs by game, auto and alliance, made when first asked for."""
+class Runs(dict):
+    """Runs of an auto by alliance, each played when it is first asked for."""
 
-    class Runs(dict):
-        def __missing__(self, key: tuple[str, str, str]) -> Played:
-            if key[:2] in LONG and not pytestconfig.getoption("--whole"):
-                pytest.skip("sampled: --whole plays it")
-            self[key] = play(*key)
-            return self[key]
+    def __init__(self, name: str, auto: str) -> None:
+        super().__init__()
+        self.name, self.auto = name, auto
 
-    runs = Runs()
-    yield runs
-    for one in runs.values():
-        one.run.match.close()
+    def __missing__(self, alliance: str) -> Played:
+        self[alliance] = play(self.name, self.auto, alliance)
+        return self[alliance]
+
+
+@pytest.fixture(scope="session", params=AUTOS, ids="-".join)
+def runs(request, engine_name) -> Iterator[Runs]:
+    """One auto after the other: tests are sorted by it, so that each is played once and forgotten then."""
+    if request.param in LONG and not request.config.getoption("--whole"):
+        pytest.skip("sampled: --whole plays it")
+    made = Runs(*request.param)
+    yield made
+    made.clear()
+
+
+@pytest.fixture
+def run(runs) -> Played:
+    """The run of an auto for blue."""
+    return runs["blue"]

@@ -24,7 +24,7 @@ GAMES: dict[str, Game] = {
     "charged_up": CHARGED_UP,
 }
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
-LONG = {("reefscape", "station_cycle"), ("reefscape", "algae")}
+LONG = {("reefscape", "station_cycle"), ("reefscape", "algae"), ("reefscape", "climb")}
 """Autos that are played with `--whole` only: another of their game stands for them."""
 
 
@@ -49,7 +49,7 @@ class Played:
 
 
 def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:
-    """Play an auto and look at it at every tick."""
+    """Play an auto and look at it at every tick; its match is closed."""
     seen = Played(run=None, auto=GAMES[game].auto(auto))  # type: ignore[arg-type]
 
     def look(match: Match) -> None:
@@ -71,4 +71,5 @@ def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings
     asleep = np.nonzero((match.pieces.state.status == PieceStatus.ASLEEP) & (rows >= 0))[0]
     bodies = match.world.engine.centers(match.pieces._pool.rows_of(asleep))
     seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max(initial=0.0))
+    match.close()  # what is asked of it afterwards the engine need not know
     return seen

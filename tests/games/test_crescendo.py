@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from crescendo import ALLIANCES, AMP_BOTTOM, AMP_X, CRESCENDO, HUMAN_PLAYERS, SIZE, SOURCE_CYCLE, SPEAKER, SYMMETRY
+from game_table import play
 
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
@@ -14,8 +15,8 @@ from simcore.pieces.pool import PieceStatus
 
 
 @pytest.mark.parametrize("auto", CRESCENDO.autos)
-def test_shots_score_on_their_way_up(played, auto):
-    shots = played["crescendo", auto, "blue"].run.match.record.shots
+def test_shots_score_on_their_way_up(auto):
+    shots = play("crescendo", auto).run.match.record.shots
     assert len(shots) >= 2
     for shot in shots:
         heights = np.array(shot.points)[:, 2]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from game_table import GAMES
+from game_table import GAMES, play
 from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
@@ -29,7 +29,7 @@ def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whole):
     """As many robots as there are starts, all playing an auto, with everything that brings pieces back.
 
-    The second match, after the reset, is a short one unless `--whole`.
+    Short matches unless `--whole`.
     """
     autos = list(game.autos.values())
     places = game.starts[: min(len(game.starts), game.robots // 2)]
@@ -38,7 +38,7 @@ def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whol
     with Match(game, robots=entries, seed=1, options=options) as match:
         for number, entry in enumerate(entries):
             match.set_controller(number, autos[number % len(autos)].controller(match, entry.alliance))
-        for ticks in (300, 300 if whole else 80):
+        for ticks in (300, 300) if whole else (120, 60):
             total = match.count.staged
             assert total == sum(supply.count for supply in game.pieces)
             for tick in range(ticks):
@@ -139,11 +139,11 @@ def test_an_auto_in_four_parts_scores_the_same(name, auto, seconds):
 # --- robots ---------------------------------------------------------------------------------------------------------
 
 
-def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game, played):
+def test_two_robots_play_their_autos_in_one_match_as_each_does_alone(game):
     """Blue and red on opposite ends: each scores for its own alliance what one alone does."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]
-    alone = played[game.name, auto.name, "blue"].run.report
+    alone = play(game.name, auto.name).run.report
     with Match(game, robots=entries) as match:
         for number, entry in enumerate(entries):
             match.set_controller(number, auto.controller(match, entry.alliance))

@@ -39,10 +39,11 @@ def test_an_auto_keeps_the_laws_of_a_match(game):
     assert seen.run.report.score.blue > 0 and seen.run.report.score.red == 0
     assert math.degrees(np.abs(np.array(seen.roll_pitch)).max()) < 30.0
     assert np.array(seen.poses)[:, 2].min() > -0.01
-    match.close()
 
 
-def test_the_same_seed_is_the_same_match_in_another_process(game):
+def test_the_same_seed_is_the_same_match_in_another_process(game, whole):
+    if game.name not in ("rebuilt", "crates") and not whole:
+        pytest.skip("sampled: --whole plays all games")
     run = play_auto(GAMES[game.name], seconds=SECONDS, seed=3)
     run.match.close()
     path = os.pathsep.join((str(HERE.parents[1]), str(HERE)))

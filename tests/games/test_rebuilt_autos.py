@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from game_table import play
 
 from games.rebuilt.dimensions import (
     BUMP_DEPTH,
@@ -22,13 +23,14 @@ from simcore.pieces.pool import PieceStatus
 AUTOS = ["depot", "neutral", "tour"]
 
 
-@pytest.fixture(params=AUTOS)
-def run(request, played):
-    return played["rebuilt", request.param, "blue"]
+@pytest.fixture(scope="module")
+def played(engine_name):
+    """Runs by auto."""
+    return {auto: play("rebuilt", auto) for auto in AUTOS}
 
 
 def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
-    report = played["rebuilt", "depot", "blue"].run.report
+    report = played["depot"].run.report
     assert 20 <= report.score.blue <= 32
     assert report.pieces.staged == 504
     assert report.score.red == 0
@@ -37,14 +39,16 @@ def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
 
 
 def test_the_neutral_auto_comes_back_with_more_than_it_took_along(played):
-    one = played["rebuilt", "neutral", "blue"]
+    one = played["neutral"]
     x = [pose[0] for pose in one.poses]
     assert max(x) > HUB_CENTER[0] + 2.0, "it was in the neutral zone"
     assert x[-1] < HUB_CENTER[0] - 1.0, "and is back"
     assert one.run.report.score.blue > 20, "8 of its own and more"
 
 
-def test_the_robot_stays_on_the_floor_and_upright(run):
+@pytest.mark.parametrize("auto", AUTOS)
+def test_the_robot_stays_on_the_floor_and_upright(played, auto):
+    run = played[auto]
     roll, pitch = np.array(run.roll_pitch).T
     z = np.array(run.poses)[:, 2]
     assert z.min() > -0.01, "it does not sink"
@@ -55,7 +59,7 @@ def test_the_robot_stays_on_the_floor_and_upright(run):
 
 
 def test_the_tour_climbs_the_bump_and_comes_down(played):
-    one = played["rebuilt", "tour", "blue"]
+    one = played["tour"]
     poses = np.array(one.poses)
     on_bump = (np.abs(poses[:, 0] - HUB_CENTER[0]) < BUMP_DEPTH / 2) & (
         np.abs(poses[:, 1] - FIELD_WIDTH / 2) < 0.6 + BUMP_WIDTH
@@ -65,7 +69,7 @@ def test_the_tour_climbs_the_bump_and_comes_down(played):
 
 
 def test_the_tour_passes_under_the_arm_of_the_trench(played):
-    one = played["rebuilt", "tour", "blue"]
+    one = played["tour"]
     poses = np.array(one.poses)
     config = one.run.match.robots[0].chassis.config
     assert config.height < TRENCH_CLEAR_HEIGHT
@@ -78,7 +82,7 @@ def test_the_tour_passes_under_the_arm_of_the_trench(played):
 
 
 def test_what_nobody_touched_still_lies_where_it_was_staged(played):
-    run = played["rebuilt", "tour", "blue"].run
+    run = played["tour"].run
     state = run.match.pieces.state
     on_field = run.match.pieces.on_field()
     assert (state.status[on_field] == PieceStatus.ASLEEP).all()

@@ -127,7 +127,6 @@ def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor(
         assert match.score.red == 4 * rows(match, "Red/").get("netAlgaeCount", 0) > 0
 
 
-@pytest.mark.engines("bullet", "mujoco")
 @pytest.mark.parametrize(("speed", "comes_off"), [(0.1, False), (2.0, True)])
 def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed, comes_off):
     """v sqrt(k m) of the pair: 4 N at 0.1 m/s, 85 N at 2 m/s; 15 to 30 N hold them."""

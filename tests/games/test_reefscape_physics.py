@@ -96,6 +96,8 @@ def test_algae_stay_on_the_reef_and_a_thrown_one_flies_as_the_differential_equat
 @pytest.mark.engines("bullet", "mujoco")
 def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     """30 mm are free in its bore: with 23 mm aside all stay, with 51 mm none. With --whole it prints the tables."""
+    if engine_name == "mujoco" and not whole:
+        pytest.skip("sampled: --whole plays on both engines")
     assert placed_share(4, 0.9 * 0.0254) == 1.0
     assert placed_share(2, 2.0 * 0.0254) == 0.0
     assert placed_share(2, tilt=math.radians(15.0)) == 0.0

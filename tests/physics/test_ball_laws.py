@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -379,37 +375,6 @@ def test_no_ball_at_forty_meters_a_second_gets_into_an_element_of_the_field(game
             inside += int(np.count_nonzero(tight))
         assert inside == 0
         assert np.isfinite(balls.pos).all() and balls.is_touched.any()
-
-
-# --- the same bits --------------------------------------------------------------------------------------------------
-
-_BITS = """
-import hashlib, numpy as np
-from simcore.match.match import Match
-from simcore.match.registry import find_game
-from simcore.match.game import RobotEntry
-with Match(find_game("rebuilt"), robots=[RobotEntry(start=(2.5, 5.9, 0.0), preload=0)], seed=3) as match:
-    match.robots[0].drive.set_chassis_speeds(3.0, 0.0, 0.0)
-    pieces = match.pieces
-    slots = pieces.on_field()[:12]
-    pieces.push(slots, np.column_stack((np.linspace(-4, 4, 12), np.linspace(3, -3, 12), np.linspace(0, 5, 12))))
-    match.play(0.24)
-    print(hashlib.sha256(pieces.state.pos.tobytes() + pieces.state.vel.tobytes()).hexdigest(), len(pieces.awake))
-"""
-
-
-@pytest.mark.slow
-def test_compiled_and_plain_python_give_the_same_bits():
-    """The same lines, without fused multiply-add, without reordering: x86-64."""
-    root, seen = Path(__file__).resolve().parents[2], []
-    for plain in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": plain}
-        done = subprocess.run(
-            [sys.executable, "-c", _BITS], cwd=root, env=environment, capture_output=True, text=True, check=True
-        )
-        seen.append(done.stdout.split())
-    assert int(seen[0][1]) > 8, "they moved"
-    assert seen[0] == seen[1]
 
 
 def test_a_foam_needs_its_two_numbers():

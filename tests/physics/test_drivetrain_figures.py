@@ -18,6 +18,8 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
+pytestmark = pytest.mark.engines("bullet")
+
 IDEAL = SwerveModuleConfig(
     x=0, y=0, wheel_inertia=1e-4, drive_friction_volts=0.0, drive_efficiency=1.0, rolling_resistance=0.0
 )

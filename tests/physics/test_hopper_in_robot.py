@@ -19,6 +19,8 @@ from simcore.match.runner import play_auto
 from simcore.pieces.hopper import HopperConfig
 from simcore.robot.robot_config import RobotConfig
 
+pytestmark = pytest.mark.engines("bullet")
+
 
 def robot(**config) -> RobotConfig:
     base = rebuilt_robot()

@@ -9,6 +9,8 @@ from games.rebuilt import REBUILT
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 
+pytestmark = pytest.mark.engines("bullet")
+
 
 @pytest.mark.parametrize("carried", [False, True])
 def test_a_robot_that_stood_for_long_pushes_sleepers_as_if_it_had_just_come(carried):

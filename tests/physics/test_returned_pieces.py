@@ -17,6 +17,8 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 
+pytestmark = pytest.mark.engines("bullet")
+
 DT = 0.02
 RADIUS = 0.075
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0.8, restitution=0.55)

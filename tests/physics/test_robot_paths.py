@@ -22,6 +22,8 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
+pytestmark = pytest.mark.engines("bullet")
+
 DT = 0.02
 RAW = SwerveModuleConfig(x=0.0, y=0.0)
 LIMITED = replace(

@@ -15,6 +15,8 @@ from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 
+pytestmark = pytest.mark.engines("bullet")
+
 N = 12
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.3, restitution=0.8, aerodynamics=Aerodynamics())
 APART = np.column_stack([np.arange(N) + 1.0, np.full(N, 4.0), np.full(N, 1.2)])

@@ -25,6 +25,8 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY, TICK
 
+pytestmark = pytest.mark.engines("bullet")
+
 RADIUS = 0.075
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)
 GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=1.5)

@@ -36,14 +36,12 @@ class Play:
         DriverStationSim.setAllianceStationId(station)
         self.play = getattr(self, name)
         self.tick = 0
-        self.begin = time.perf_counter()
         self.walls: list[float] = []
         self.results: dict[str, object] = {}
 
     def __call__(self, physics: RobotPhysics) -> None:
         if self.tick == 0:
             self.steps = self.play(physics)
-            self.begin = time.perf_counter()
         self.walls.append(time.perf_counter())
         self.tick += 1
         try:
@@ -53,9 +51,7 @@ class Play:
 
     def finish(self, physics: RobotPhysics) -> None:
         match = physics.match
-        times = physics.times
         gaps = np.diff(self.walls)
-        real = (self.walls[-1] - self.begin) / (0.02 * (self.tick - 1))
         count = match.count
         print(
             json.dumps(
@@ -73,14 +69,6 @@ class Play:
                     + count.scored
                     + count.off_field,
                     "lateness_ms": 1e3 * max(0.0, float(np.percentile(gaps, 99)) - 0.02),
-                    "wall_per_sim": real,
-                    "tick_median_ms": times.median_ms,
-                    "tick_p99_ms": times.p99_ms,
-                    "tick_max_ms": times.max_ms,
-                    "ticks": times.ticks,
-                    "late_loops": times.late_loops,
-                    "late_parts": times.late_parts,
-                    "skipped_s": times.skipped,
                     "min_volts": physics.robot_sim.battery.min_voltage,
                 }
             ),

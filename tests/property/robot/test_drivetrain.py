@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from simcore.robot.battery import Battery, BatteryConfig
@@ -187,20 +185,6 @@ def test_wheels_in_neutral_never_speed_a_robot_up(config, seed, h):
 
 
 @given(robots(), batteries, seeds)
-@settings(max_examples=15)
-def test_same_seed_is_bit_identical(config, battery, seed):
-    def digest() -> str:
-        h = hashlib.sha256()
-        for drive, c in drive_around(config, battery, seed, 0.005):
-            h.update(np.array([c.x, c.y, c.yaw, c.vx, c.vy, c.omega, drive.bus_voltage]).tobytes())
-            h.update(np.array(drive.shaft_angles).tobytes())
-            h.update(drive.steer_angles.tobytes())
-        return h.hexdigest()
-
-    assert digest() == digest()
-
-
-@given(robots(), batteries, seeds)
 @settings(max_examples=3)
 def test_a_minute_of_random_commands_stays_finite(config, battery, seed):
     *_, (drive, c) = drive_around(config, battery, seed, 0.02, n=3000)
@@ -245,25 +229,6 @@ def test_left_and_right_are_mirror_images(seed):
         sign = -1.0 if mirrored else 1.0
         ends.append((chassis.x, sign * chassis.y, sign * chassis.yaw))
     assert ends[0] == pytest.approx(ends[1], abs=1e-6)
-
-
-@given(st.sampled_from(["Kraken X60", "Falcon 500", "NEO"]), st.floats(20.0, 200.0), st.floats(0.8, 2.0))
-@settings(max_examples=15)
-def test_halving_the_step_hardly_changes_t95(name, limit, tread):
-    def t95(h: float) -> float:
-        module = SwerveModuleConfig(x=0, y=0, drive_motor=motor(name), drive_stator_limit=limit, wheel_cof=tread)
-        drive = SwerveDrive(SwerveConfig.square(0.5, module))
-        chassis = PlanarChassis(drive)
-        drive.set_volts([12.0] * 4, [0.0] * 4)
-        goal = 0.95 * drive.max_speed
-        while chassis.vx < goal:
-            v = chassis.vx
-            chassis.step(h)
-            assume(chassis.time < 10.0)
-        return chassis.time - h * (chassis.vx - goal) / (chassis.vx - v)
-
-    # + half a millisecond: at full skid the run is over in 0.3 s and the front axle lifts within two steps
-    assert t95(0.002) == pytest.approx(t95(0.004), rel=0.02)
 
 
 @given(robots(), st.data())
@@ -314,7 +279,6 @@ def test_drives_share_nothing():
     assert b_before == (0.0, 0.0, 0.0)
     assert b.battery.voltage > a.battery.voltage
     assert not any(b.shaft_angles)
-    assert replace(config) == config
 
 
 @pytest.mark.parametrize("h", [0.001, 0.0025, 0.005])

@@ -1,12 +1,8 @@
-"""The robots' loop: battery and motors at one voltage, bumpers against closed forms, and the same bits uncompiled."""
+"""The robots' loop: battery and motors at one voltage, and bumpers against closed forms."""
 
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -256,57 +252,3 @@ def test_an_outside_force_acts_at_the_center_of_mass_and_tires_below_it():
     end_robots(robots, h, GRAVITY)
     wx, wy, _ = (robots["given"] + robots["rest"])[0, 3:].tolist()
     assert (wx, wy) == pytest.approx((-0.03 * MASS * 0.2 / 3.0, -0.02 * MASS * 0.2 / 4.0))
-
-
-# --- the same bits --------------------------------------------------------------------------------------------------
-
-_BITS = """
-import hashlib
-from games.rebuilt import RebuiltSim
-from games.rebuilt.staging import Staging
-from simcore.match.game import RobotEntry
-from simcore.robot.fixed_wheel_config import TankConfig
-from simcore.robot.robot_config import RobotConfig
-
-def swerve(robot, now):
-    robot.drive.set_chassis_speeds(-3.0, 0.5, 1.0)
-    robot.mechanisms["shooter"].set_volts(10.0)
-    robot.mechanisms["hood"].set_volts(2.0 if now < 0.1 else -3.0)
-
-def tank(robot, now):
-    robot.drive.set_volts(9.0, 6.0) if now < 0.14 else robot.drive.stop()
-
-starts = (0.47, 2.0, 0.1), (1.34, 2.1, 3.1)
-entries = (
-    RobotEntry(start=starts[0], preload=0),
-    RobotEntry(start=starts[1], preload=0, config=RobotConfig(drivetrain=TankConfig())),
-)
-nothing = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=2)
-touched, digest = set(), hashlib.sha256()
-with RebuiltSim(robots=entries, staging=nothing, controllers=[swerve, tank]) as match:
-    robots = match.world.robots
-    for _ in range(10):
-        match.tick()
-        for robot in match.robots:
-            drive = robot.drive
-            mechanisms = [mechanism.record for mechanism in robot.mechanisms.values()]
-            for rows in (drive.robot_record, drive.shafts, drive.wheel_records, drive.battery.records, *mechanisms):
-                for name in rows.dtype.names:
-                    digest.update(rows[name].tobytes())
-            touched.update(robots.touching(robot.chassis.row))
-    print(digest.hexdigest(), len(touched), all(robot.battery.voltage < 12.9 for robot in match.robots))
-"""
-
-
-@pytest.mark.slow
-def test_compiled_and_plain_python_give_the_same_bits():
-    """A swerve robot with mechanisms that is driven into a wall, and a tank into it, on their batteries: x86-64."""
-    root, seen = Path(__file__).resolve().parents[3], []
-    for plain in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": plain}
-        done = subprocess.run(
-            [sys.executable, "-c", _BITS], cwd=root, env=environment, capture_output=True, text=True, check=True
-        )
-        seen.append(done.stdout.split())
-    assert int(seen[0][1]) >= 3, "the wall, and each other"
-    assert seen[0] == seen[1]

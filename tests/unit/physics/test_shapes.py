@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import IDENTITY, from_rpy
+from simcore.geometry.rotation import IDENTITY, from_rpy, matrix
 from simcore.physics.shapes import (
     Box,
     Compound,
     Cylinder,
     Hull,
+    Mesh,
     Part,
     Sphere,
     bounding_box,
     bounding_radius,
+    centered,
     cone,
     inner_radius,
+    mass_properties,
     mean_frontal_area,
+    principal_axes,
     smallest_thickness,
     stands,
     support_height,
@@ -109,3 +113,83 @@ def test_the_bounding_box_follows_turned_parts():
     )
     assert high == pytest.approx([0.3, 0.1 * math.sqrt(2.0), 0.1])
     assert low == pytest.approx(-high)
+
+
+# --- inertia of solids against their formulas -----------------------------------------------------------------------
+
+
+CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+def test_a_tube_has_the_inertia_of_a_hollow_cylinder():
+    """m (a^2 + b^2) / 2 and m (3 (a^2 + b^2) + h^2) / 12; the bore is a polygon, 2 % larger in area than its circle.
+
+    The halves of its staves overlap in the middle, where the mass counts twice: 3 % less across.
+    """
+    a, b, h = 0.1016 / 2, 0.1143 / 2, 0.3016
+    found = mass_properties(tube(length=h, outer_radius=b, inner_radius=a))
+    across = (3.0 * (a * a + b * b) + h * h) / 12.0
+    assert found.inertia[2, 2] == pytest.approx((a * a + b * b) / 2.0, rel=0.01)
+    assert np.diag(found.inertia)[:2] == pytest.approx(across, rel=0.03)
+    assert np.abs(found.inertia - np.diag(np.diag(found.inertia))).max() < 1e-9
+    assert found.center == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    assert found.volume == pytest.approx(math.pi * (b * b - a * a) * h, rel=0.12)
+
+
+def test_a_hull_of_the_corners_of_a_box_is_that_box_wherever_it_lies():
+    turn, size = matrix(from_rpy(0.4, -0.8, 1.1)), np.array([0.2, 0.5, 0.9])
+    hull = mass_properties(Hull(CORNERS * size @ turn.T + (1.0, 2.0, 3.0)))
+    box = mass_properties(Box((0.2, 0.5, 0.9)))
+    assert hull.center == pytest.approx([1.0, 2.0, 3.0])
+    assert hull.volume == pytest.approx(box.volume)
+    assert hull.inertia == pytest.approx(turn @ box.inertia @ turn.T, abs=1e-12)
+    moments, axes = principal_axes(hull.inertia)
+    assert sorted(moments) == pytest.approx(sorted(np.diag(box.inertia)))
+    again = matrix(axes) @ np.diag(moments) @ matrix(axes).T
+    assert again == pytest.approx(hull.inertia, abs=1e-12) and np.linalg.det(matrix(axes)) == pytest.approx(1.0)
+
+
+def test_a_cone_and_a_ring_have_the_inertia_of_the_books():
+    """Cone: 3/10 r^2 and 3/20 (r^2 + h^2 / 4), center at h / 4. Torus: R^2 + 3/4 r^2 and R^2 / 2 + 5/8 r^2."""
+    found = mass_properties(cone(height=0.4, bottom_radius=0.2, sides=48))
+    assert np.diag(found.inertia) == pytest.approx([0.15 * (0.04 + 0.04)] * 2 + [0.3 * 0.04], rel=0.02)
+    assert bounding_box(cone(height=0.4, bottom_radius=0.2))[0][2] == pytest.approx(-0.1, rel=0.01)
+    ring = np.diag(mass_properties(torus(ring_radius=0.15, tube_radius=0.025, segments=16)).inertia)
+    across = 0.15**2 / 2.0 + 5.0 / 8.0 * 0.025**2
+    assert ring == pytest.approx([across, across, 0.15**2 + 0.75 * 0.025**2], rel=0.05)
+
+
+def test_a_compound_counts_its_turned_parts():
+    cross = Compound((Part(Cylinder(0.05, 0.4)), Part(Cylinder(0.05, 0.4), quat=from_rpy(math.pi / 2, 0.0, 0.0))))
+    one = np.diag(mass_properties(Cylinder(0.05, 0.4)).inertia)
+    assert np.diag(mass_properties(cross).inertia) == pytest.approx(
+        [one[0], (one[0] + one[2]) / 2, (one[0] + one[2]) / 2]
+    )
+    high, low = Part(Sphere(0.1), (0.0, 0.0, 0.5)), Part(Sphere(0.1), (0.0, 0.0, 0.1))
+    shape = centered(Compound((high, low)))
+    assert mass_properties(shape).center == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    assert bounding_box(shape)[1][2] == pytest.approx(0.3)
+
+
+def test_what_has_no_volume_is_refused():
+    with pytest.raises(ConfigError, match="Mesh has no volume"):
+        mass_properties(Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    with pytest.raises(ConfigError, match="one plane"):
+        mass_properties(Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.05), "leaves no wall"),
+        (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.03, staves=3), "parts of a ring, got 3"),
+        (lambda: torus(ring_radius=0.1, tube_radius=0.2), "ring_radius must be above"),
+        (lambda: cone(height=0.1, bottom_radius=0.1, top_radius=-1.0), "top_radius must be a number from 0"),
+        (lambda: Part(Mesh(np.eye(3), np.array([[0, 1, 2]]))), "got a Mesh"),
+        (lambda: Part(Sphere(0.1), quat=(0.0, 0.0, 0.0, 2.0)), "unit quaternion"),
+        (lambda: Compound(()), "at least one part"),
+    ],
+)
+def test_shapes_that_cannot_be_are_refused(make, words):
+    with pytest.raises(ConfigError, match=words):
+        make()

@@ -7,17 +7,23 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
+from simcore.loop.robot_state import STEP
 from simcore.robot.dc_motor import motor
-from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts, no_load_friction
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
     ElevatorConfig,
     ElevatorSim,
     FlywheelConfig,
+    PistonConfig,
+    PistonSim,
     RackConfig,
     RackSim,
     RollerConfig,
+    ServoConfig,
+    ServoSim,
+    ShaftSim,
 )
 from simcore.units import GRAVITY
 
@@ -159,3 +165,164 @@ def test_springs_carry_their_part_of_a_weight():
     assert half.holding_volts == pytest.approx(0.5 * whole.holding_volts)
     with pytest.raises(ConfigError, match="spring_share"):
         ArmConfig(**arm, spring_share=1.5)
+
+
+# --- friction where nobody has measured it: what stops a mechanism that is let go, and when -------------------------
+
+
+KRAKEN = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
+
+
+def with_friction(torque: float) -> GearboxConfig:
+    return GearboxConfig(motor=KRAKEN.motor, motors=2, gearing=3.0, friction_torque=torque)
+
+
+def test_a_mechanism_that_is_let_go_stops_as_coulomb_friction_says():
+    """dw/dt = -T/J: it stands still after J w / T, having turned J w^2 / (2 T).
+
+    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): T h^2 / (8 J) more at most.
+    """
+    torque, inertia, speed = default_friction(KRAKEN), 0.004, 150.0
+    shaft = ShaftSim(with_friction(torque), inertia)
+    shaft.reset(velocity=speed)
+    shaft.coast()
+    rest = inertia * speed / torque
+    steps = math.ceil(rest / 0.005)
+    for k in range(steps):
+        assert shaft.velocity == pytest.approx(speed - torque / inertia * 0.005 * k, abs=1e-9)
+        shaft.step(0.005)
+    assert shaft.velocity == 0.0
+    too_far = shaft.position - inertia * speed**2 / (2.0 * torque)
+    assert -1e-9 < too_far < torque * STEP**2 / (8.0 * inertia) + 1e-9
+    shaft.step(1.0)
+    assert shaft.velocity == 0.0 and shaft.current == 0.0
+
+
+def test_no_load_friction_gives_the_free_speed_and_current_of_the_datasheet():
+    shaft = ShaftSim(with_friction(no_load_friction(KRAKEN)), 0.001)
+    shaft.set_volts(12.0)
+    shaft.step(30.0)
+    assert shaft.velocity == pytest.approx(KRAKEN.motor.free_speed / 3.0, rel=1e-6)
+    shaft.step(0.01)
+    assert shaft.current == pytest.approx(2 * KRAKEN.motor.free_current, rel=1e-6)
+
+
+def test_friction_from_a_ks_holds_up_to_that_voltage_and_no_further():
+    torque = friction_from_volts(KRAKEN, -0.25)
+    for volts, moves in ((0.2499, False), (0.2501, True)):
+        shaft = ShaftSim(with_friction(torque), 0.001)
+        shaft.set_volts(volts)
+        shaft.step(0.1)
+        assert (shaft.velocity > 0.0) is moves
+
+
+def test_geared_mechanisms_have_at_least_the_friction_of_their_motors():
+    assert default_friction(KRAKEN) == pytest.approx(friction_from_volts(KRAKEN, 0.2))
+    assert default_friction(KRAKEN, has_gears=False) == no_load_friction(KRAKEN) < default_friction(KRAKEN)
+    brushed = GearboxConfig(motor=motor("Bag"), gearing=1.0)  # 1.8 A of 53 A: 0.41 V
+    assert default_friction(brushed) == no_load_friction(brushed)
+    with pytest.raises(ConfigError, match="finite"):
+        friction_from_volts(KRAKEN, math.nan)
+
+
+# --- pistons and servos: where they are, and when -------------------------------------------------------------------
+
+
+STROKE, TIME = 0.3, 0.5
+
+
+def settling(time: float, tau: float) -> float:
+    """The way from rest over the final speed, with a time constant [s]."""
+    return time - tau * (1.0 - math.exp(-time / tau))
+
+
+@pytest.mark.parametrize("dt", [0.005, 0.02])
+def test_a_piston_takes_its_stroke_time_each_way(dt):
+    """It comes to speed with a time constant of a twentieth of that; steps are exact, whatever dt is."""
+    piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
+    piston.set_volts(12.0)
+    speed = STROKE / settling(TIME, TIME / 20.0)
+    for k in range(1, round(TIME / dt)):
+        piston.step(dt, battery_voltage=8.0)  # air, not the battery, moves it
+        assert piston.extension == pytest.approx(speed * settling(k * dt, TIME / 20.0), rel=1e-9)
+        assert piston.supply_current == 0.0
+    assert piston.extension < 0.99 * STROKE
+    piston.step(dt)
+    assert piston.extension == pytest.approx(STROKE, rel=1e-12)
+    piston.step(dt)
+    assert (piston.extension, piston.velocity, piston.extended_fraction) == (STROKE, 0.0, 1.0)
+    piston.set_volts(0.0)
+    piston.step(1.0)
+    assert piston.extension == 0.0
+
+
+def test_without_power_a_single_valve_returns_by_its_spring_and_a_double_one_stays():
+    def after_power_loss(**settings) -> float:
+        piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME, **settings))
+        piston.set_volts(-12.0 if settings.get("springs_out") else 12.0)
+        piston.step(1.0)
+        piston.coast()
+        piston.step(1.0)
+        return piston.extension
+
+    assert after_power_loss() == 0.0
+    assert after_power_loss(springs_out=True) == STROKE
+    assert after_power_loss(is_double=True) == STROKE
+
+
+def test_a_piston_stays_where_it_starts():
+    for start, where in ((False, 0.0), (True, STROKE)):
+        piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME, is_double=True, starts_extended=start))
+        piston.step(1.0)
+        assert piston.extension == where
+
+
+SERVO = ServoConfig(min_angle=-1.0, max_angle=2.0, speed=6.0, start_angle=-0.5)
+TAU = 0.02
+
+
+def test_a_servo_turns_at_its_speed_and_settles_without_overshoot():
+    """At full voltage until 4 tau of its speed before the goal; from there critically damped."""
+    servo = ServoSim(SERVO)
+    servo.set_goal(1.5)
+    for k in range(1, 50):
+        servo.step(0.005)
+        if servo.goal - servo.position > 4.0 * TAU * SERVO.speed:
+            assert servo.position == pytest.approx(-0.5 + SERVO.speed * settling(0.005 * k, TAU), rel=1e-9)
+            assert servo.velocity < SERVO.speed
+    assert 5.9 < SERVO.speed * (1.0 - math.exp(-0.2 / TAU)) < SERVO.speed  # it was all but there
+    highest = servo.position
+    for _ in range(100):
+        servo.step(0.005)
+        highest = max(highest, servo.position)
+    # 25/s twice over: half a second after it e^-12.5 (1 + 12.5) of 0.5 rad is left
+    assert servo.position == pytest.approx(1.5, abs=1e-4)
+    assert highest < 1.5 + 1e-4
+
+
+def test_a_servo_keeps_within_its_travel_and_holds_still_without_a_signal():
+    servo = ServoSim(SERVO)
+    servo.set_goal(9.0)
+    servo.step(0.1)
+    held = servo.position
+    servo.coast()
+    servo.step(1.0)
+    assert servo.position == held and servo.supply_current == 0.0
+    servo.set_goal(9.0)
+    servo.step(1.0)
+    assert servo.position == pytest.approx(2.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: PistonConfig(stroke=0.0, stroke_time=1.0), "PistonConfig: stroke must be"),
+        (lambda: PistonConfig(stroke=1.0, stroke_time=math.nan), "PistonConfig: stroke_time must be"),
+        (lambda: ServoConfig(min_angle=1.0, max_angle=1.0, speed=1.0), "min_angle must be below max_angle"),
+        (lambda: ServoConfig(min_angle=0.0, max_angle=1.0, speed=0.0), "ServoConfig: speed must be"),
+        (lambda: ServoSim(SERVO).set_goal(math.nan), "goal"),
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused(build, words):
+    with pytest.raises(ConfigError, match=words):
+        build()

@@ -8,11 +8,12 @@ import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import STEP
+from simcore.loop.robots import optimize
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.swerve_drive import SwerveDrive, desaturate, module_targets
 from simcore.robot.wheeled_drive import PlanarChassis
 from simcore.units import GRAVITY
 
@@ -409,3 +410,27 @@ def test_readings_are_the_same_for_swerve_and_tank():
     left, right = tank.motor_currents().values()
     assert left[0] == left[1] > right[0] > 0.0
     assert tank.supply_current == pytest.approx(tank.battery.current)
+
+
+# --- kinematics of the on-board loops -------------------------------------------------------------------------------
+
+
+def test_optimize_turns_at_most_a_quarter():
+    assert optimize(2.0, 3.0, 0.0) == pytest.approx((-2.0 * math.cos(3.0 - math.pi), 3.0 - math.pi))
+    assert optimize(2.0, 0.3, 4 * math.pi) == pytest.approx((2.0 * math.cos(0.3), 0.3))
+
+
+def test_desaturate_keeps_ratios():
+    assert desaturate([4.0, -8.0], 4.0) == [2.0, -4.0]
+    assert desaturate([1.0], 4.0) == [1.0]
+
+
+def test_turning_on_the_spot():
+    positions = [(0.3, 0.3), (-0.3, 0.3)]
+    speeds, angles = module_targets(positions, 0.0, 0.0, 2.0, 5.0, [0.0, 0.0])
+    assert speeds == pytest.approx([0.6 * math.sqrt(2)] * 2)
+    assert angles == pytest.approx([math.radians(135), math.radians(-135)])
+
+
+def test_no_wish_keeps_the_angles():
+    assert module_targets([(0.3, 0.3)], 0.0, 0.0, 0.0, 5.0, [1.2]) == ([0.0], [1.2])

@@ -24,7 +24,7 @@ LIFT = ElevatorConfig(
     drum_radius=0.05,
     max_height=1.5,
 )
-JOINT = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.2), slides=True, ratio=0.05)
+SLIDE = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.2), slides=True, ratio=0.05)
 MODULE = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0)
 ROBOT = RobotConfig(
     drivetrain=SwerveConfig.rectangle(0.6, 0.4, MODULE, mass=50.0, height=0.25),
@@ -42,7 +42,7 @@ def test_a_plain_robot_tips_about_its_outer_wheels():
 
 
 def test_an_elevator_that_is_up_and_full_storages_lower_the_limit():
-    lifting = replace(ROBOT, moving_masses=(MovingMass(name="carriage", mass=10.0, joints=(JOINT,)),))
+    lifting = replace(ROBOT, moving_masses=(MovingMass(name="carriage", mass=10.0, joints=(SLIDE,)),))
     raised = tipping_limit(lifting)
     assert raised.height == pytest.approx(0.25 + 10.0 * 1.5 / 50.0)
     assert raised.sideways == pytest.approx(GRAVITY * 0.2 / raised.height)

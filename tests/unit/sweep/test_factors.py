@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
+from games.rebuilt import REBUILT
 from simcore.errors import ConfigError
-from simcore.sweep.factors import Distribution, Factor, parse_factor
+from simcore.match.scatter import Scatter
+from simcore.sweep.factors import Distribution, Factor, RunSetup, parse_factor, vary
 
 
 @pytest.mark.parametrize(
@@ -45,3 +47,93 @@ def test_what_cannot_be_read_is_said(text):
 def test_a_factor_survives_json():
     for factor in (parse_factor("a=1,b"), Factor("m", distribution=Distribution("normal", 55.0, 2.0))):
         assert Factor.from_json(json.loads(json.dumps(asdict(factor)))) == factor
+
+
+# --- what names of factors reach, and what is said of those that reach nothing --------------------------------------
+
+
+SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
+
+
+def test_names_reach_the_robot():
+    robot = vary(
+        SETUP,
+        {
+            "robot.bumper.0": 0.82,
+            "battery.charge": 0.3,
+            "shooter.exit_efficiency": 0.45,  # of the shooter
+            "shooter.inertia": 0.01,  # of the mechanism of the same name
+            "hood.gearing": 80.0,  # in the mechanism's gearbox
+            "drivetrain.wheel_cof": 1.1,  # of all modules
+            "robot.drivetrain.modules.2.drive_kp": 2.0,  # of one
+            "robot.storage.capacity": 30.0,
+            "battery.brownout_enabled": "false",
+        },
+    ).robot
+    assert robot.bumper == (0.82, 0.8)
+    assert robot.battery.initial_charge == 0.3 and robot.battery.brownout_enabled is False
+    assert robot.shooters[0].exit_efficiency == 0.45
+    assert robot.mechanisms["shooter"].inertia == 0.01
+    assert robot.mechanisms["hood"].gearbox.gearing == 80.0
+    assert [module.wheel_cof for module in robot.drivetrain.modules] == [1.1] * 4
+    assert [module.drive_kp for module in robot.drivetrain.modules] == [1.0, 1.0, 2.0, 1.0]
+    assert robot.storage.capacity == 30 and isinstance(robot.storage.capacity, int)
+    assert robot.components == SETUP.robot.components
+
+
+def test_a_heavier_robot_is_as_wide_as_before():
+    before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
+    assert after.drivetrain.mass == after.body.mass == 66.0
+    assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
+    assert vary(SETUP, {"mass": 66.0}).robot == after
+    assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
+
+
+def test_names_reach_how_it_is_played():
+    varied = vary(
+        SETUP,
+        {"start.y": 6.1, "auto": "neutral", "preload": 4.0, "seconds": 5.0, "alliance": "red", "scatter": 0.5,
+         "scatter.spin": 0.2, "pieces.fuel.mass": 0.22, "pieces.restitution": 0.4},
+    )  # fmt: skip
+    neutral = REBUILT.auto("neutral")
+    assert varied.auto == replace(neutral, start=(neutral.start[0], 6.1, neutral.start[2]), preload=4)
+    assert (varied.seconds, varied.alliance) == (5.0, "red")
+    assert varied.scatter == replace(Scatter().scaled(0.5), spin=0.2)
+    assert (varied.game.pieces[0].kind.mass, varied.game.pieces[0].kind.restitution) == (0.22, 0.4)
+    assert vary(SETUP, {"scatter.spin": 0.2}).scatter == replace(Scatter.none(), spin=0.2)
+    alone = vary(SETUP, {"scatter.drag": 0.1, "scatter.only": "spin", "scatter": 0.5}).scatter
+    assert alone == replace(Scatter.none(), spin=0.5 * Scatter().spin, drag=0.1)
+    assert vary(SETUP, {"scatter.only": "all"}).scatter == Scatter()
+    assert vary(SETUP, {"scatter.only": "none"}).scatter == Scatter.none()
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"robot.mas": 3.0}, "Did you mean 'mass'"),
+        ({"robt.mass": 3.0}, "Did you mean 'robot'"),
+        ({"battery.chage": 1.0}, "Did you mean 'initial_charge'"),
+        ({"shooter.exit_eficiency": 0.4}, "Did you mean 'exit_efficiency'"),
+        ({"hoood.mass": 1.0}, "Did you mean 'hood'"),
+        ({"auto": "dpot"}, "Did you mean 'depot'"),
+        ({"scatter.only": "spim"}, "Did you mean 'spin'"),
+        ({"scatter.exit": 0.1}, "Did you mean 'exit_speed'"),
+        ({"pieces.fuel.mas": 0.2}, "Did you mean 'mass'"),
+        ({"start.z": 0.2}, "Known: ['alliance'"),
+        ({"robot.drivetrain.modules.7.x": 0.2}, "Known: ['*', '0'"),
+        ({"robot.mass": -3.0}, "above 0 and up to 1000 kg, got -3.0"),
+        ({"robot.mass": "heavy"}, "got 'heavy'"),
+        ({"battery.charge": 1.5}, "from 0 to 1, got 1.5"),
+        ({"robot.storage.capacity": 3.5}, "whole number"),
+        ({"battery.brownout_enabled": 2.0}, "true or false"),
+        ({"alliance": "green"}, "'blue' or 'red', got 'green'"),
+        ({"gyro": 3.0}, "name a number in it, as robot.gyro.{"),
+        ({"robot.bumper": 3.0}, "robot.bumper.{*,0,1}"),
+        ({"robot.mass.x": 3.0}, "to vary"),
+    ],
+)
+def test_what_cannot_be_is_said_with_what_could(values, said):
+    (name,) = values
+    with pytest.raises(ConfigError) as caught:
+        vary(SETUP, values)
+    assert said in str(caught.value) and name in str(caught.value)

@@ -1,15 +1,14 @@
-"""Every public config of simcore and its games, found by looking, with an example and the units of its fields."""
+"""Every public config of simcore and its games, found by looking, refuses what is no number and names the field."""
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import importlib
 import inspect
-import itertools
+import math
 import pkgutil
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 
 import games
 import simcore
+from simcore.errors import SimcoreError
 from simcore.geometry.linkage import Joint
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
@@ -165,33 +165,25 @@ def _text_of(annotation: Any) -> str:
     return "" if text.startswith("Callable") else text
 
 
-@cache
-def units(kind: type) -> dict[str, str]:
-    """The unit of each field, as its docstring says it in brackets."""
-    try:
-        tree = ast.parse(inspect.getsource(importlib.import_module(kind.__module__)))
-    except OSError:
-        return {}
-    (body,) = [node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
-    found = {
-        name: unit for base in kind.__bases__ if dataclasses.is_dataclass(base) for name, unit in units(base).items()
-    }
-    for line, below in itertools.pairwise(body):
-        if isinstance(line, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
-            brackets = re.findall(r"\[([^\]]*)\]", str(below.value.value))
-            if brackets:
-                found[line.target.id] = brackets[-1]
-    return found
-
-
-def numbers_in(value: Any) -> Iterator[Any]:
-    """All that stands where numbers should: of a row, an array or a table, too."""
-    if isinstance(value, Mapping):
-        value = tuple(value.values())
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, tuple | list):
-        for part in value:
-            yield from numbers_in(part)
-    else:
-        yield value
+def test_every_config_has_an_example_and_refuses_no_number_where_a_number_is_due():
+    """NaN in each number of each config, whether new or old: none is forgotten."""
+    forgotten = []
+    for kind in config_types():
+        good = examples()[kind]
+        for name in number_places(kind):
+            before = getattr(good, name)
+            bad = math.nan
+            if isinstance(before, np.ndarray):
+                bad = np.full(before.shape, math.nan) if before.size else np.full((1, 3), math.nan)
+            elif isinstance(before, tuple) and before and all(isinstance(n, float | int) for n in before):
+                bad = (*before[:-1], math.nan)
+            try:
+                dataclasses.replace(good, **{name: bad})
+            except SimcoreError as error:
+                if name not in str(error):
+                    forgotten.append(f"{kind.__name__}.{name} is not named in: {error}")
+            except Exception as error:
+                forgotten.append(f"{kind.__name__}.{name}: {type(error).__name__} {error}")
+            else:
+                forgotten.append(f"{kind.__name__}.{name} may be {bad}")
+    assert forgotten == []
