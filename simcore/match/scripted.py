@@ -328,13 +328,14 @@ class ScriptedRobot:
         """
         back = -self.settings.intake_x * math.cos(yaw)
         middle = 0.5 * (low[1] + high[1])
-        reach = aside + self.robot.intakes[0].zone.y_max - 0.02
+        robot = self.robot
+        reach = aside + robot.intakes[0].zone.y_max - 0.02
         low, high = (low[0], max(low[1], middle - reach)), (high[0], min(high[1], middle + reach))
         for _ in range(round(timeout / TICK)):
             places = self.piece_positions(kind)
             inside = ((places[:, :2] > low) & (places[:, :2] < high)).all(axis=1)
             near = places[inside & (places[:, 2] < _LYING)]
-            if not len(near) or self.robot.storage.room == 0:
+            if not len(near) or robot.storage.room == 0:
                 break
             here_x, here_y, heading = self.pose
             away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)
@@ -355,7 +356,8 @@ class ScriptedRobot:
         a shot may come to its target on its way up.
         """
         patience, told = round(timeout / TICK), False
-        while self.robot.storage.pieces and patience:
+        robot = self.robot
+        while robot.storage.pieces and patience:
             patience -= 1
             try:
                 shot = self._solve(target)
@@ -414,10 +416,11 @@ class ScriptedRobot:
         return (self._elevation_goal - shooter.elevation) / shooter.elevation_per_hood
 
     def _is_ready(self, turn: float) -> bool:
-        shooter = self.robot.shooters[0]
+        robot = self.robot
+        shooter = robot.shooters[0]
         hood = shooter.config.hood
-        aimed = hood is None or abs(self.robot.mechanisms[hood].position - self._hood_goal) < degrees(1.5)
-        still = math.hypot(*self.robot.chassis.vel) < _MOST_SPEED
+        aimed = hood is None or abs(robot.mechanisms[hood].position - self._hood_goal) < degrees(1.5)
+        still = math.hypot(*robot.chassis.vel) < _MOST_SPEED
         up = abs(shooter.wheel_speed / self._wheel_goal - 1.0) < _WHEEL_TOLERANCE
         return abs(turn) < _HEADING_TOLERANCE and aimed and still and up
 
@@ -440,7 +443,8 @@ class ScriptedRobot:
         robot, s = self.robot, self.settings
         robot.setpoints.clear()
         for name, loop in self._wheel_loops.items():
-            robot.mechanisms[name].set_volts(loop.volts(self._wheel_goal, robot.mechanisms[name].velocity))
+            wheel = robot.mechanisms[name]
+            wheel.set_volts(loop.volts(self._wheel_goal, wheel.velocity))
             robot.setpoints[f"{telemetry_name(name)}VelocityRPS"] = self._wheel_goal / math.tau
         hood_name = robot.shooters[0].config.hood if robot.shooters else None
         if hood_name is not None:
@@ -462,8 +466,9 @@ class ScriptedRobot:
                 robot.mechanisms[intake.roller].set_volts(s.roller_volts if self._intake else 0.0)
 
     def _hold(self, name: str, goal: float) -> None:
-        mechanism = self.robot.mechanisms[name]
-        self.robot.setpoints[f"{telemetry_name(name)}PositionRot"] = goal / math.tau
+        robot = self.robot
+        mechanism = robot.mechanisms[name]
+        robot.setpoints[f"{telemetry_name(name)}PositionRot"] = goal / math.tau
         weight = mechanism.holding_volts if isinstance(mechanism, (ArmSim, ElevatorSim)) else 0.0
         position, velocity = mechanism.position, mechanism.velocity
         mechanism.set_volts(self._position_loop.volts(goal, position, velocity, feedforward=weight))

@@ -250,7 +250,7 @@ class Shooter:
     @property
     def gate_open(self) -> bool:
         """Whether pieces reach wheels that turn."""
-        return all(spare > 0.0 for spare in self._gate_spares())
+        return min(self._gate_spares()) > 0.0
 
     @property
     def aim(self) -> Aim:

@@ -16,12 +16,12 @@ from simcore.physics.world import prepare_loop
 
 _ALWAYS = ("scipy.spatial", "mujoco", "hypothesis")
 """hypothesis: its plugin of pytest imports it in any case."""
-_OF_2026 = (
+_BEFORE_2027 = (
     *("wpilib.simulation", "ntcore", "pyfrc.test_support", "phoenix6.hardware", "phoenix6.swerve"),
     *("simcore.robotpy.robot_physics", "simcore.robotpy.simulated_phoenix"),
 )
 
-for _name in (*_ALWAYS, *(_OF_2026 if metadata.version("robotpy-hal") < "2027" else ())):
+for _name in (*_ALWAYS, *(_BEFORE_2027 if metadata.version("robotpy-hal") < "2027" else ())):
     with contextlib.suppress(ImportError):  # an extra that this project does without
         import_module(_name)
 with contextlib.suppress(EngineError):

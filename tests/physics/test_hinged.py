@@ -97,7 +97,7 @@ def test_a_robot_drives_on_it_tips_it_to_its_stops_and_balances():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (dict(hinge="z"), "hinge must be along 'x' or 'y', or None for a chain, got 'z'"),
+        (dict(hinge="z"), "hinge must be 'x' or 'y' or None, got 'z'"),
         (dict(hinge=None, drop=0.2), "only what has a hinge has a spring, or carries robots"),
         (dict(spring=-1.0), r"spring must be a number from 0 to 100000 N m/rad, got -1"),
     ],

@@ -128,7 +128,7 @@ def test_more_pieces_than_there_is_room_for_are_refused_and_nothing_changes(piec
 
 def test_a_negative_count_stages_nothing(pieces):
     """It once staged all but one."""
-    with pytest.raises(ConfigError, match="must be >= 0, got -1"):
+    with pytest.raises(ConfigError, match="count must be a whole number from 0"):
         pieces.stage("Fuel", -1)
     assert pieces.count(PieceStatus.FREE) == 5
 

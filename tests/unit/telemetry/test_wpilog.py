@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simcore.telemetry.log_reader import read_log
 
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.snapshot import Snapshot
-from simcore.telemetry.wpilog import WpilogSink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 log = pytest.importorskip("wpiutil.log", reason="WPILib's own reader checks what we write")
 
