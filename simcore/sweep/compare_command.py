@@ -12,6 +12,7 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.show.two_runs import write_page_of_two
@@ -147,6 +148,10 @@ def _git(*words: str) -> bytes:
         return b""
 
 
+_SAFELY: dict[str, Any] = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
+"""Of `extractall`: nothing outside of the folder; before Python 3.10.12 and 3.11.4 it cannot be asked for."""
+
+
 def _checked_out(commit: str, folder: Path) -> Path:
     """The working folder as it was in a commit, in a folder of its own.
 
@@ -160,7 +165,7 @@ def _checked_out(commit: str, folder: Path) -> Path:
             folder.mkdir(parents=True, exist_ok=True)
             if packed:
                 with tarfile.open(fileobj=io.BytesIO(packed)) as tar:
-                    tar.extractall(folder, filter="data")
+                    tar.extractall(folder, **_SAFELY)
         except OSError as error:
             raise OutputError(f"cannot write {commit[:12]} to {str(folder)!r}: {error.strerror or error}") from error
     if not (folder / "robot.py").is_file():
