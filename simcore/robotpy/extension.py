@@ -66,7 +66,7 @@ def _load() -> None:
     except VendorError as error:
         _leave(error, Path())
     except ImportError as error:
-        needs = install_command("phoenix6", "robotpy")
+        needs = install_command("robotpy")
         print_error(_PROGRAM, f"--simcore cannot load what it needs ({error}); {needs} brings it")
         os._exit(1)
 

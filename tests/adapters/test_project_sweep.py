@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from page_reader import PageReader
 
 from simcore import cli
 from simcore.match.scatter import Scatter, ScatterDraws, start_error
@@ -79,8 +80,11 @@ def test_two_versions_of_a_project_are_compared_and_shown_on_one_page(tmp_path, 
     assert cli.main(["compare", "old", "new", *words]) == 0
     said = capsys.readouterr().out
     assert said.startswith("distance_m, new less old: ") and "2 seeds: 0 more, 2 less" in said, said
-    page = Path("out/compare/both.html").read_text(encoding="utf-8")
-    assert "old (robot 0) and new (robot 1), seed" in page
+    page = PageReader(Path("out/compare/both.html"))
+    assert page.meta["title"].startswith("old and new, seed") and [r["name"] for r in page.meta["robots"]] == [
+        "old",
+        "new",
+    ]
     row = play_run(Experiment(project="old", auto="depot", seconds=4.0, scatter=Scatter()), PlannedRun(0, 0, 0, {}))
     (same,) = (r for r in read_rows("out/compare") if r["seed"] == 0 and r["project"] == "old")
     assert same["digest"] == row["digest"], "the run as it is alone"

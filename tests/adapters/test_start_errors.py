@@ -15,25 +15,13 @@ pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED = Path(__file__).parent / "robots" / "team_generated"
-
-HIDDEN = """
-import sys
-
-
-class Hidden:
-    def find_spec(self, name, path=None, target=None):
-        if name == "phoenix6":
-            raise ModuleNotFoundError("No module named 'phoenix6'", name=name)
-
-
-sys.meta_path.insert(0, Hidden())
-"""
 HOLLOW = """
 from dataclasses import replace
+from pathlib import Path
 
 from games.rebuilt import REBUILT
 
-GAME = replace(REBUILT, name="hollow", field=replace(REBUILT.field, mesh="nowhere.obj"))
+GAME = replace(REBUILT, name="hollow", field=replace(REBUILT.field, mesh=Path("nowhere.obj")))
 """
 TEAM = """
 class PhysicsEngine:
@@ -60,10 +48,6 @@ STARTS = {
     "in a hub": Start(
         files={"simcore.toml": "[start]\nx = 4.6\ny = 4.03\n"},
         says=("simcore.toml [start]: the robot starts inside of a field element, at (4.60, 4.03) m; (", ") m is free"),
-    ),
-    "no Phoenix": Start(
-        library={"sitecustomize.py": HIDDEN},
-        says=("--simcore cannot load what it needs (No module named 'phoenix6'); `python -m pip install", "brings it"),
     ),
     "no mesh": Start(
         library={"hollow_game.py": HOLLOW},
