@@ -245,7 +245,7 @@ def cameras(seconds: float) -> dict[str, Any]:
             setattr(match.cameras, name, call)
 
         timed("listen")
-        timed("look")
+        timed("expose" if hasattr(match.cameras, "expose") else "look")
 
         def send(number: int) -> None:
             nonlocal tags

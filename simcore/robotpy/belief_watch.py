@@ -23,6 +23,7 @@ _APART = 0.4  # [m]
 _SHARE = 0.15  # of the way since the last reset; less is a calibration that a real robot may have as well
 _TURNED = 0.5 * math.pi  # [rad]
 _TURNED_WRONG = 0.5  # [rad], where its turning is another than the robot's throughout
+_SETTLES = 5  # ticks until a pose that was set anew is the one that is believed
 _CARRIED = 0.25  # [m] in a tick: no robot drives so fast
 _LEAST_TURN = 0.2  # [rad] to and fro, from which its sense can be told
 _TRIVIAL = 0.1  # [m]; while a robot moves less in sum, nothing is told of its directions
@@ -48,7 +49,7 @@ class BeliefWatch:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._is_told = False
-        self._is_set = True
+        self._settles = _SETTLES
         self._last: tuple[Pose, Pose, Pose] | None = None  # believed, reckoned, true
 
     @property
@@ -59,7 +60,7 @@ class BeliefWatch:
 
     def note_reset(self) -> None:
         """The program has set its pose anew."""
-        self._is_set = True
+        self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
         """Look at the end of a tick.
@@ -73,7 +74,8 @@ class BeliefWatch:
         poses = believed, self._robot.odometry.pose, self._robot.chassis.pose
         last = self._last
         was_carried = last is not None and math.dist(last[2][:2], poses[2][:2]) > _CARRIED
-        if last is None or self._is_set or was_carried or not is_driving:
+        if last is None or self._settles or was_carried or not is_driving:
+            self._settles = max(0, self._settles - 1)
             self._begin(poses)
             return
         self._add(last, poses)
@@ -81,7 +83,6 @@ class BeliefWatch:
         self._judge(poses)
 
     def _begin(self, poses: tuple[Pose, Pose, Pose]) -> None:
-        self._is_set = False
         self._start = self._last = poses
         self._way = 0.0
         # Sums over ticks: of turning, and of steps in the axes of the robot as the program and as its wheels have them.

@@ -36,7 +36,7 @@ class Shoot(Command):
         ahead = hub - state.pose.translation()
         error = (ahead.angle() - state.pose.rotation()).radians()
         error = math.remainder(error, math.tau)
-        rate = min(max(6.0 * error, -MAX_TURN), MAX_TURN)
+        rate = min(max(10.0 * error, -MAX_TURN), MAX_TURN)
         self._drivetrain.set_control(self._turn.with_rotational_rate(rate if abs(error) > 0.008 else 0.0))
         self._shooter.set_speed(shooter_rps(ahead.norm()))
         is_still = math.hypot(state.speeds.vx, state.speeds.vy) < 0.15

@@ -20,6 +20,6 @@ def test_a_robot_that_was_put_down_beside_its_mark_finds_the_branch_with_its_cam
 
 def test_a_second_auto_begins_like_the_first(sim):
     for _ in range(2):
-        sim.autonomous("two coral", seconds=4)
+        sim.autonomous("two coral", seconds=4.5)
         assert sim.score.blue == 7
         sim.disable(seconds=0.5)
