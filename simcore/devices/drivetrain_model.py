@@ -179,6 +179,7 @@ class _Mounted:
         self._port = port
         self._sign = sign
         self._ahead = ahead
+        self._held = port.duty_cycle if isinstance(port, DutyHolder) else None
         self.set_supply = port.set_supply
         self.is_open = port.is_open
         if isinstance(port, CurrentMeter):
@@ -192,7 +193,7 @@ class _Mounted:
 
     def duty_cycle(self) -> float | None:
         """See `DutyHolder`."""
-        share = self._port.duty_cycle() if isinstance(self._port, DutyHolder) else None
+        share = None if self._held is None else self._held()
         return None if share is None else self._sign * share
 
     def write(self, rotations: float, rps: float) -> None:

@@ -108,7 +108,19 @@ class SuppliedMotor:
             self._write(rotations, rps)
 
 
-def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
+def _duty_cycles(ports: Sequence[MotorPort]) -> list[Callable[[], float | None]]:
+    """Of each controller what says the duty cycle that it holds; see `DutyHolder`."""
+    return [port.duty_cycle if isinstance(port, DutyHolder) else _holds_volts for port in ports]
+
+
+def _holds_volts() -> None:
+    """Of a controller that holds no duty cycle."""
+    return None
+
+
+def _requests(
+    ports: Sequence[MotorPort], duty_cycles: Sequence[Callable[[], float | None]], back_emf: Callable[[int], float]
+) -> tuple[list[int], list[float]]:
     """What the controllers want of their motors: kinds of requests, and volts or duty cycles.
 
     An open circuit carries no current, as at exactly its back-EMF [V], asked for by number. Few circuits are open, so
@@ -121,7 +133,7 @@ def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> t
         if shown == 0.0:
             if port.is_open():
                 values[k] = back_emf(k)
-        elif isinstance(port, DutyHolder) and (share := port.duty_cycle()) is not None:
+        elif (share := duty_cycles[k]()) is not None:
             modes[k], values[k] = DUTY, share
     return modes, values
 
@@ -187,6 +199,7 @@ class SwervePorts:
         self._drive = drive
         self._drive_ports = list(drive_motors)
         self._steer_ports = list(steer_motors)
+        self._drive_duties, self._steer_duties = _duty_cycles(self._drive_ports), _duty_cycles(self._steer_ports)
         self._steer_encoders = list(steer_encoders)
         self._wheel_encoders = list(wheel_encoders)
         self._loops = _loops([*drive_motors, *steer_motors])
@@ -208,8 +221,8 @@ class SwervePorts:
             port.set_supply(battery_voltage)
         for port in self._steer_ports:
             port.set_supply(battery_voltage)
-        modes, drive = _requests(self._drive_ports, self._drive_emf)
-        more, steer = _requests(self._steer_ports, self._steer_emf)
+        modes, drive = _requests(self._drive_ports, self._drive_duties, self._drive_emf)
+        more, steer = _requests(self._steer_ports, self._steer_duties, self._steer_emf)
         self._drive.set_requests([*modes, *more], [*drive, *steer])
 
     def _drive_emf(self, k: int) -> float:
@@ -292,6 +305,7 @@ class ShaftPorts:
         self._drive = drive
         self._shafts = [list(ports) for ports in shafts]
         self._first = [ports[0] for ports in self._shafts]
+        self._duties = _duty_cycles(self._first)
         self._encoders = list(encoders) or [None] * n
         self._loops = _loops([port for ports in self._shafts for port in ports])
         self._meters = _meters(self._shafts)
@@ -307,7 +321,7 @@ class ShaftPorts:
         for ports in self._shafts:
             for port in ports:
                 port.set_supply(battery_voltage)
-        self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
+        self._drive.set_requests(*_requests(self._first, self._duties, self._drive.shaft_emf))
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Hand the sensors what the model did; see `SwervePorts.write`."""
