@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.rotation import multiply, rotate
+from simcore.geometry.rotation import matrix, multiply
 from simcore.match.run_record import RobotRecord
 from simcore.match.scoring import Alliance
 from simcore.match.starts import pose_text
@@ -76,7 +76,8 @@ def build_snapshot(match: Match) -> Snapshot:
 def _add_pieces(rows: _Rows, match: Match) -> None:
     pieces = match.pieces
     flying = match.record.flying
-    held = [(slot, robot) for robot in match.robots for slot in robot.held]
+    held, carried = _carried(match)
+    kinds = pieces.state.kind[held]
     for number, supply in enumerate(match.game.pieces):
         name = supply.kind.name
         slots, here = pieces.shown.of(number)
@@ -89,21 +90,25 @@ def _add_pieces(rows: _Rows, match: Match) -> None:
             in_flight.setflags(write=False)
         rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
         rows.integer_arrays[f"Sim/InFlightIds/{name}"] = mine
-        inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
         poses, ids = _NO_POSES, _NO_IDS
-        if inside:
-            poses = _rounded(np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside]))
-            ids = _frozen_ids([slot for slot, _ in inside])
+        if (inside := kinds == number).any():
+            poses, ids = _rounded(carried[inside]), _frozen_ids(held[inside])
         rows.pose_arrays[f"Sim/Held/{name}"] = poses
         rows.integer_arrays[f"Sim/HeldIds/{name}"] = ids
 
 
-def _held_pose(slot: int, robot: Robot, radius: float) -> tuple[float, ...]:
-    pos, quat = robot.held_pose(slot, radius)
-    c = robot.chassis
-    dx, dy, dz = rotate(c.quat, pos)
-    x, y, z, w = multiply(c.quat, quat)
-    return c.pos[0] + dx, c.pos[1] + dy, c.pos[2] + dz, w, x, y, z
+def _carried(match: Match) -> tuple[IntArray, FloatArray]:
+    """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
+    robots = [robot for robot in match.robots if robot.held]
+    if not robots:
+        return _NO_IDS, _NO_POSES
+    inside = [robot.held_poses(match.pieces.radius) for robot in robots]
+    counts, rows = [len(poses) for poses in inside], np.concatenate(inside)
+    own = np.repeat([(*robot.chassis.pos, *robot.chassis.quat) for robot in robots], counts, axis=0).T
+    w, x, y, z = rows[:, 3:].T
+    x, y, z, w = multiply(tuple(own[3:]), (x, y, z, w))
+    places = own[:3] + np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])
+    return _frozen_ids([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
 
 
 def _rounded(poses: FloatArray) -> FloatArray:

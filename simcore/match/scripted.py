@@ -119,6 +119,7 @@ class ScriptedRobot:
         self._wheel_goal = 0.0
         self._feed = False
         self._intake = False
+        self._from_below: dict[tuple[float, float, float], bool] = {}  # by target, whether a shot may come to it rising
         self._positions: dict[str, float] = {}
         self._volts: dict[str, float] = {}
         self._position_loop = PositionController(kp=25.0)
@@ -396,9 +397,11 @@ class ScriptedRobot:
 
     def _solve(self, target: tuple[float, float, float]) -> Shot:
         x, y, yaw = self.pose
-        place, around = np.array(target), _AT_TARGET * np.eye(3)
-        zones = [one for one in self._match.game.zones if one.zone.crossed(place - around, place + around).any()]
-        rising = any(not zone.downward for zone in zones)
+        if target not in self._from_below:
+            place, around = np.array(target), _AT_TARGET * np.eye(3)
+            zones = [one for one in self._match.game.zones if one.zone.crossed(place - around, place + around).any()]
+            self._from_below[target] = any(not zone.downward for zone in zones)
+        rising = self._from_below[target]
         shooter = self.robot.shooters[0].config
         launch = shooter.launch
         muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)

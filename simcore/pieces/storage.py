@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.pieces.hopper import FACES, Hopper, HopperConfig
 from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
+from simcore.typing import FloatArray
 
 __all__ = ["Storage", "StorageConfig"]
 
@@ -129,6 +132,8 @@ class Storage:
         """Slots of the pieces, in the order in which they came."""
         self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
         """Where each of them is, if that is asked for."""
+        self._radii: list[float] = []  # of the pieces whose places without a hopper these are
+        self._places: FloatArray = np.empty((0, 3))
 
     @property
     def room(self) -> int:
@@ -142,14 +147,21 @@ class Storage:
         waiting = len(set(self.pieces).difference(self.hopper.slots))  # that another intake has put there in this tick
         return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
 
-    def place(self, number: int, radius: float) -> Vector:
-        """Where the piece of a number in `pieces` and of a bounding radius [m] is, robot frame [m]."""
+    def places(self, radii: FloatArray) -> FloatArray:
+        """Where its pieces are, in the order of `pieces`, robot frame [m], shape (n, 3).
+
+        Args:
+            radii: Bounding radii of all pieces, by slot [m].
+        """
+        mine = radii[self.pieces].tolist()
         if self.hopper is None:
-            return self.config.position(number, radius)
+            if mine != self._radii:
+                places = [self.config.position(number, radius) for number, radius in enumerate(mine)]
+                self._radii, self._places = mine, np.array(places).reshape(-1, 3)
+            return self._places
         if self.hopper.slots != self.pieces:
-            self.follow([radius] * len(self.pieces))
-        x, y, z = self.hopper.pos[number].tolist()
-        return x, y, z
+            self.follow(mine)
+        return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
         """Let its hopper hold the pieces that it holds, of these radii [m]."""

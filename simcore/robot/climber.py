@@ -102,12 +102,12 @@ class Climber:
         self.config = config
         self._mechanisms = mechanisms
         self._chassis = chassis
-        self._rungs = tuple(rungs)
         self._mounts = mounts
         far = config.reach + _FAR
-        corners = [corner for rung in rungs for corner in self._reached(rung)]
-        self._low = [min(axis) - far for axis in zip(*corners, strict=True)]  # of a box around all, empty without
-        self._high = [max(axis) + far for axis in zip(*corners, strict=True)]
+        self._boxes: list[tuple[Rung, list[float], list[float]]] = []  # low and high corner of where a rung may be
+        for rung in rungs:
+            axes = list(zip(*self._reached(rung), strict=True))
+            self._boxes.append((rung, [min(axis) - far for axis in axes], [max(axis) + far for axis in axes]))
         self.rung: Rung | None = None
         """What it hangs on."""
 
@@ -126,13 +126,11 @@ class Climber:
         if self.rung is not None:
             return True
         c = self._chassis
-        if not self._low or not all(
-            low - _SPREAD < p < high + _SPREAD for p, low, high in zip(c.pos[:2], self._low, self._high, strict=False)
-        ):
+        if not any(_is_inside(c.pos[:2], low, high, _SPREAD) for _, low, high in self._boxes):
             return False  # without asking where the mechanism is
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
-        hook = zip(c.pos, rotate(c.quat, pos), self._low, self._high, strict=False)
-        return all(low < p + a < high for p, a, low, high in hook)
+        hook = [p + a for p, a in zip(c.pos, rotate(c.quat, pos), strict=True)]
+        return any(_is_inside(hook, low, high) for _, low, high in self._boxes)
 
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.
@@ -166,7 +164,9 @@ class Climber:
 
     def _force(self, hook: Vector, vel: Vector, h: float) -> Vector:
         if self.rung is None and vel[2] < 0.0:
-            for rung in self._rungs:
+            for rung, low, high in self._boxes:
+                if not _is_inside(hook, low, high):
+                    continue
                 near = self._nearest(rung, hook)
                 if math.dist(near, hook) < self.config.reach and hook[2] > near[2]:
                     self.rung = rung
@@ -213,3 +213,8 @@ class Climber:
             rx, ry, rz = (h - p for h, p in zip(hook, frame.pos, strict=True))
             effort = ax * (ry * fz - rz * fy) + ay * (rz * fx - rx * fz) + az * (rx * fy - ry * fx)
         self._mechanisms[joint.mechanism].set_load(effort * joint.ratio)
+
+
+def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float], beside: float = 0.0) -> bool:
+    """Whether the first coordinates of a place are in a box, or no further beside it than that [m]."""
+    return all(a - beside < p < b + beside for p, a, b in zip(place, low, high, strict=False))

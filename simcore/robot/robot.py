@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from simcore.errors import UnknownNameError
-from simcore.geometry.linkage import MechanismMotion, PartState, part_pose
+from simcore.geometry.linkage import Joint, MechanismMotion, PartState, part_pose
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.physics.hanging import HangingBody
@@ -181,9 +181,9 @@ class MassBalance:
             self._laden = with_points(
                 self._body,
                 [
-                    (float(masses[slot]), storage.place(number, float(radii[slot])))
+                    (float(masses[slot]), (x, y, z))
                     for storage in self._storages
-                    for number, slot in enumerate(storage.pieces)
+                    for slot, (x, y, z) in zip(storage.pieces, storage.places(radii).tolist(), strict=True)
                 ],
             )
         points: list[PointMass] = moved_points(self._parts, self._mechanisms)
@@ -312,6 +312,8 @@ class Robot:
         """The first of its storages."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
+        self.storages = list(dict.fromkeys(self._storages.values()))
+        """All of them, the first one first."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
         self.shooters = [
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
@@ -322,6 +324,12 @@ class Robot:
             *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
         )
         """What it weighs with what it holds and as its mechanisms stand."""
+        self._chains: dict[tuple[Joint, ...], list[tuple[int, Vector]]] = {}  # with the components that each moves
+        for place, component in enumerate(config.components):
+            self._chains.setdefault(component.joints, []).append((place, component.offset))
+        self._moving = list(dict.fromkeys(joint.mechanism for joints in self._chains for joint in joints))
+        self._stands: list[float] | None = None  # of those mechanisms, as the components were placed last
+        self._component_rows: FloatArray = np.empty((0, 7))
         self.devices: RobotDevices | None = None
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
@@ -472,11 +480,6 @@ class Robot:
         stored = [slot for storage in self.storages for slot in storage.pieces]
         return stored + [placer.piece for placer in self.placers if placer.piece is not None]
 
-    @property
-    def storages(self) -> list[Storage]:
-        """All of them, the first one first."""
-        return list(dict.fromkeys(self._storages.values()))
-
     def storage_of(self, part: IntakeConfig | ShooterConfig | PlacerConfig) -> Storage:
         """The storage that an intake, shooter or placer works with."""
         return self._storages[part.storage]
@@ -497,19 +500,25 @@ class Robot:
             if placer.piece == slot:
                 placer.piece = None
 
-    def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
-        """Where a piece that it holds is, robot frame [m].
+    def held_poses(self, radii: FloatArray) -> FloatArray:
+        """Pose rows `x, y, z, qw, qx, qy, qz` of the pieces of `held`, in its order, robot frame, shape (n, 7).
 
         Args:
-            slot: Of the piece.
-            radius: Bounding radius of the piece [m].
+            radii: Bounding radii of all pieces, by slot [m].
         """
+        rows, first = np.empty((len(self.held), 7)), 0
+        for storage in self.storages:
+            if storage.pieces:
+                last = first + len(storage.pieces)
+                x, y, z, w = storage.config.attitude
+                rows[first:last, :3], rows[first:last, 3:] = storage.places(radii), (w, x, y, z)
+                first = last
         for placer in self.placers:
-            if placer.piece == slot:
-                state = placer.held_state()
-                return state.pos, state.quat
-        storage = next(storage for storage in self.storages if slot in storage.pieces)
-        return storage.place(storage.pieces.index(slot), radius), storage.config.attitude
+            if placer.piece is not None:
+                pos, (x, y, z, w), *_ = placer.held_state()
+                rows[first] = *pos, w, x, y, z
+                first += 1
+        return rows
 
     def follow_hoppers(self, radii: FloatArray) -> None:
         """Let hoppers hold what has been put into them; `radii` are of all pieces, by slot [m]."""
@@ -591,13 +600,22 @@ class Robot:
     # --- questions ------------------------------------------------------------------------------------------------
 
     def component_poses(self) -> FloatArray:
-        """Pose rows `x, y, z, qw, qx, qy, qz` of its components in the robot frame, shape (n, 7)."""
-        rows = np.empty((len(self.config.components), 7))
-        for number, component in enumerate(self.config.components):
-            pos, (x, y, z, w) = part_pose(component.joints, self.mechanisms, component.offset)
-            rows[number] = (*pos, w, x, y, z)
-        rows.setflags(write=False)
-        return rows
+        """Pose rows `x, y, z, qw, qx, qy, qz` of its components in the robot frame, shape (n, 7).
+
+        The array is that of before while no mechanism moves.
+        """
+        stands = [self.mechanisms[name].position for name in self._moving]
+        if stands != self._stands:
+            self._stands = stands
+            rows = np.empty((len(self.config.components), 7))
+            for joints, parts in self._chains.items():
+                (px, py, pz), (x, y, z, w) = part_pose(joints, self.mechanisms)
+                for number, offset in parts:
+                    ox, oy, oz = offset if offset == (0.0, 0.0, 0.0) else rotate((x, y, z, w), offset)
+                    rows[number] = px + ox, py + oy, pz + oz, w, x, y, z
+            rows.setflags(write=False)
+            self._component_rows = rows
+        return self._component_rows
 
 
 def _between(a: Vector, b: Vector, share: float) -> Vector:

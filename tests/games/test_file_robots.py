@@ -110,7 +110,7 @@ def test_a_claw_on_an_arm_on_an_elevator_is_handed_a_piece_lifts_it_and_lets_it_
     match.play(1.0)
     lift, arm = robot.mechanisms["lift"].height, robot.mechanisms["arm"].position
     assert lift > 0.5 and arm > 0.5
-    assert robot.held_pose(slot, 0.075)[0] == pytest.approx(
+    assert robot.held_poses(match.pieces.radius)[0, :3] == pytest.approx(
         (0.2 + 0.4 * math.cos(arm), 0.0, 0.1 + lift + 0.4 * math.sin(arm))
     )
     robot.mechanisms["grip"].set_volts(-6.0)

@@ -33,7 +33,7 @@ WIDE = robot(outlet_width=0.36, belt="spindexer", belt_travel=0.1, funnel=0.5)
 def center(match) -> np.ndarray:
     """Of the pieces, robot frame [m]."""
     one = match.robots[0]
-    return np.mean([one.held_pose(slot, FUEL.bounding_radius)[0] for slot in one.held], axis=0)
+    return one.held_poses(match.pieces.radius)[:, :3].mean(axis=0)
 
 
 def test_pieces_slide_to_the_rear_and_the_robot_s_center_of_mass_with_them():
@@ -81,8 +81,8 @@ def _require_conserved(match) -> None:
 
 def _places_are_inside(match) -> bool:
     storage = match.robots[0].config.storage
-    places = [match.robots[0].held_pose(slot, FUEL.bounding_radius)[0] for slot in match.robots[0].held]
-    return all((np.array(place) >= storage.low).all() and (np.array(place) <= storage.high).all() for place in places)
+    places = match.robots[0].held_poses(match.pieces.radius)[:, :3]
+    return bool((places >= storage.low).all() and (places <= storage.high).all())
 
 
 def test_a_narrow_outlet_jams_is_told_once_and_keeps_its_fuel(caplog):
