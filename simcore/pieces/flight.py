@@ -88,9 +88,9 @@ class ShotOutcomes:
     by_rim: BoolArray
     """Which touched anything else before: the rim, or what is in the way."""
     time: FloatArray
-    """From the muzzle to the opening [s], NaN for those that do not come through it."""
+    """From the muzzle to the first way through the opening [s], NaN for those that do not come through it."""
     place: FloatArray
-    """Where they come through the plane of the opening [m], NaN for the others, shape (n, 3)."""
+    """Where they come through the plane of the opening then [m], NaN for the others, shape (n, 3)."""
     vel: FloatArray
     """Velocity there [m/s], shape (n, 3)."""
 
@@ -132,9 +132,10 @@ def fly_shots(
             share = depth_before[passes] / (depth_before - depth)[passes]
             place = before[passes] + share[:, None] * (balls.pos - before)[passes]
             within = opening.holds(place)
-            there = row[passes[within]]
-            found.place[there], found.vel[there] = place[within], balls.vel[passes[within]]
-            found.time[there] = FLIGHT_STEP * (number + share[within])
+            first = within & np.isnan(found.time[row[passes]])  # not again after a bounce out of it
+            there = row[passes[first]]
+            found.place[there], found.vel[there] = place[first], balls.vel[passes[first]]
+            found.time[there] = FLIGHT_STEP * (number + share[first])
             is_over[passes[~within]] = clean
         if (number + 1) % PER_TICK == 0:
             falls = balls.pos[:, 2] < as_it_began[:, 2]

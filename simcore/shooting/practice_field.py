@@ -43,6 +43,7 @@ class PracticeField:
         game = replace(task.game, staging=lambda rng, entries: [], preload=0)
         self._match = Match(game, robots=[entry], practice=True, seed=seed, engine=engine)
         self._robot = self._match.robots[0]
+        self._shooter = self._robot.shooters[task.robot.shooters.index(task.shooter)]
         self._slot = self._match.pieces.stage(task.kind.name, 1)
         self._match.pieces.hold(self._slot, 0)
 
@@ -95,7 +96,8 @@ class PracticeField:
     def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> bool | None:
         """Whether a shot of the robot scores, from a stand, turned beyond the aim [rad]; None if none has left.
 
-        Wheels and hood are where elevation [rad] and speed [m/s] have them as the gate opens; the rest is the match's.
+        Wheels and hood are where elevation [rad] and speed [m/s] have them as the gate opens; a shooter without a hood
+        is built at that elevation. The rest is the match's.
         """
         match, task, slot = self._match, self.task, int(self._slot[0])
         mechanisms = self._robot.mechanisms
@@ -135,5 +137,7 @@ class PracticeField:
             mechanisms[name].velocity = velocity
             mechanisms[name].coast()
         hood = self.task.hood_for(elevation)
-        if shooter.hood is not None and hood is not None:
+        if shooter.hood is None or hood is None:
+            self._shooter.config = replace(self._shooter.config, elevation=elevation)
+        else:
             mechanisms[shooter.hood].position, mechanisms[shooter.hood].velocity = hood, 0.0

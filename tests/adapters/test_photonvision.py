@@ -14,11 +14,23 @@ ntcore = pytest.importorskip("ntcore")
 from photonlibpy import PhotonCamera  # noqa: E402
 from photonlibpy.estimation import TargetModel  # noqa: E402
 from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties, VisionTargetSim  # noqa: E402
-from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transform3d, Translation3d  # noqa: E402
+from wpimath.estimator import SwerveDrive4PoseEstimator  # noqa: E402
+from wpimath.geometry import (  # noqa: E402
+    Pose2d,
+    Pose3d,
+    Quaternion,
+    Rotation2d,
+    Rotation3d,
+    Transform3d,
+    Translation2d,
+    Translation3d,
+)
+from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition  # noqa: E402
 
 from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
 from simcore.photonvision import PhotonCameraPort, pipeline_result  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
+    CameraBias,
     CameraConfig,
     CameraMount,
     PiecePipeline,
@@ -31,6 +43,7 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
 from simcore.vision.camera_scene import CameraScene  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
+from simcore.vision.limelight_table import LimelightTable  # noqa: E402
 from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.tag_layout import official_layout  # noqa: E402
 from simcore.vision.tag_visibility import find_tags  # noqa: E402
@@ -192,6 +205,54 @@ def test_what_a_photon_camera_asks_for_takes_effect():
     assert reader.getPipelineIndex() == 0 and run(0.3)[-1].hasTargets()
     assert camera.bad_requests == 1
     port.close()
+
+
+def test_each_frame_of_a_robot_that_stands_is_new_and_an_estimator_converges():
+    """Without any noise all frames say the same, and NetworkTables drops equal values unless it is told not to."""
+    quiet = CameraConfig(
+        name="photon-still",
+        type=replace(limelight_type("LL3"), corner_noise=0.0),
+        mount=CameraMount(x=0.2, z=0.5, pitch_deg=-15.0),
+        bias=CameraBias.none(),
+    )
+    instance, clock, pos, quat = ntcore.NetworkTableInstance.getDefault(), NetworkClock(offset=0.0), (2.3, 4.2), 0.05
+    port, table = PhotonCameraPort(quiet, clock), LimelightTable(instance, quiet, LAYOUT.field_size, clock)
+    camera = LimelightSim(quiet, LAYOUT, np.random.default_rng(0), ports=[port, table])
+    every = ntcore.PubSubOptions(sendAll=True, keepDuplicates=True, pollStorage=50)
+    poses = instance.getTable(quiet.name).getDoubleArrayTopic("botpose_wpiblue").subscribe([], every)
+    beats = instance.getTable(quiet.name).getDoubleTopic("hb").subscribe(0.0, every)
+    reader, history, frames, results, limelight, hearts = PhotonCamera(quiet.name), PoseHistory(), 0, [], [], []
+    for tick in range(100):
+        history.add(0.02 * tick, (*pos, 0.0), from_yaw(quat))
+        frames += len(camera.update(0.02 * tick, history, CameraScene()))
+        results += reader.getAllUnreadResults()
+        limelight += poses.readQueue()
+        hearts += beats.readQueue()
+    assert frames == pytest.approx(60, abs=3)
+    stamps = [result.getTimestampSeconds() for result in results]
+    beaten = [beat.value for beat in hearts]
+    for told in (stamps, [pose.time for pose in limelight], beaten):
+        assert len(told) == frames and (np.diff(told) > 0.0).all()
+    assert reader.isConnected()
+    still = [SwerveModulePosition()] * 4
+    places = [Translation2d(x, y) for x in (0.3, -0.3) for y in (0.3, -0.3)]
+    eye = Transform3d(Translation3d(0.2, 0.0, 0.5), Rotation3d(0.0, math.radians(-15.0), 0.0))
+    for name in ("photon", "limelight"):
+        start = Pose2d(pos[0] + 0.4, pos[1] - 0.3, quat)
+        estimator = SwerveDrive4PoseEstimator(SwerveDrive4Kinematics(*places), Rotation2d(quat), still, start)
+        for result, pose in zip(results, limelight, strict=True):
+            estimator.updateWithTime(result.getTimestampSeconds(), Rotation2d(quat), still)
+            x, y, _, _, _, yaw, *_ = pose.value
+            seen = Pose2d(x, y, Rotation2d.fromDegrees(yaw))
+            if name == "photon":
+                seen = (
+                    Pose3d().transformBy(result.multitagResult.estimatedPose.best).transformBy(eye.inverse()).toPose2d()
+                )
+            estimator.addVisionMeasurement(seen, result.getTimestampSeconds())
+        found = estimator.getEstimatedPosition()
+        assert math.dist((found.X(), found.Y()), pos) < 0.01, name
+    for one in (port, table, poses, beats):
+        one.close()
 
 
 def test_pieces_are_object_detections():

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import hub_exit
 from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
+from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
@@ -126,6 +130,34 @@ def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
             left.append(match.rules.ways.in_hub("blue"))
         assert left[35] == 12, "nothing comes out within 0.75 s"
         assert left[-1] == 0 and max(a - b for a, b in zip(left, left[5:], strict=False)) <= 1
+
+
+def test_two_hundred_fuel_in_each_hub_are_counted_and_come_back_red_turned_as_blue():
+    """With the same chance in both hubs: red's exits are blue's, turned, within 1 mm after a tick."""
+    empty = replace(REBUILT, staging=lambda rng, entries: [], preload=0)
+    with Match(empty, options=["hub_exits"], robots=(RobotEntry(preload=0, start=(1.0, 1.0, 0.0)),)) as match:
+        pieces, ways = match.pieces, match.rules.ways
+        ways._rng["red"] = copy.deepcopy(ways._rng["blue"])
+        goals = {"blue": HUB_TARGET, "red": (*FIELD.symmetry.flip_point(*HUB_TARGET[:2]), HUB_TARGET[2])}
+        out = {"blue": [], "red": []}
+        fuel = {"blue": [], "red": []}
+        for tick in range(1150):
+            if tick % 2 == 0 and tick < 400:
+                for alliance, (x, y, z) in goals.items():
+                    slots = pieces.spawn("Fuel", np.array([[x, y, z + 0.4]]))
+                    pieces.push(slots, np.array([[0.0, 0.0, -5.0]]), flying=True)
+                    fuel[alliance] += slots.tolist()
+            aside = pieces.state.status == PieceStatus.STAGED
+            match.tick()
+            comes_out = aside & (pieces.state.status == PieceStatus.IN_FLIGHT)
+            for alliance, slots in fuel.items():
+                out[alliance] += [pieces.state.pos[slot].copy() for slot in slots if comes_out[slot]]
+        assert match.count.is_conserved and match.count.on_field == 400
+        assert (match.score.blue, match.score.red) == (200, 200)
+        x, y, _ = pieces.state.pos[pieces.on_field()].T
+        assert (0.0 < x).all() and (x < dim.FIELD_LENGTH).all() and (0.0 < y).all() and (y < dim.FIELD_WIDTH).all()
+        turned = FIELD.symmetry.flip_points(np.array(out["red"]))
+        assert len(turned) == 200 and np.abs(turned - out["blue"]).max() < 1e-3
 
 
 def test_people_bring_back_what_left_the_field_of_a_match_after_some_seconds():

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from games.rebuilt import RebuiltSim
@@ -15,6 +16,8 @@ from simcore.errors import ConfigError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.robot.battery import BatteryConfig
+from simcore.robot.dc_motor import motor
+from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.sinks import MemorySink
@@ -123,6 +126,39 @@ def test_a_battery_that_starves_the_roborio_ends_the_match(caplog):
     reset, *_, end = [record.getMessage() for record in caplog.records if "robot 0: " in record.getMessage()]
     assert reset.startswith("robot 0: roboRIO reset at 0.0 s: 1.") and reset.endswith("; no motor runs for 25 s")
     assert "1 resets of the roboRIO" in end
+
+
+def test_twelve_stalled_motors_without_limits_divide_the_batterys_voltage(caplog):
+    """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; released, all is well again.
+
+    That of the heartbeat before a brown-out; in the next one the motors are off.
+    """
+    kraken, battery = motor("Kraken X60"), BatteryConfig(resistance=0.02, reset_hold=100.0)
+    drivetrain = TankConfig(
+        motor=kraken, motors_per_side=6, wheel_cof=10.0, stator_limit=math.inf, supply_limit=math.inf
+    )
+    config = RobotConfig(drivetrain=drivetrain, battery=battery)
+
+    def push(robot, time):
+        robot.drive.set_volts(12.0, 12.0)
+
+    with Match.bare(config, start=(0.41, 4.0, math.pi), controllers=[push]) as match:
+        drive, spent = match.robots[0].drive, match.robots[0].battery
+        volts = []
+        for _ in range(50):
+            match.tick()
+            volts.append((spent.tick_min_voltage, drive.bus_voltage, drive.supply_current))
+        stalled = kraken.resistance / 12.0
+        expected = battery.full_voltage * stalled / (stalled + battery.resistance)
+        assert min(volts)[0] == pytest.approx(expected, rel=0.03) and np.isfinite(volts).all()  # bumpers give a little
+        assert spent.brownouts == 25, "on for one heartbeat, off for the next"
+        match.carry_to(0, (8.0, 4.0, 0.0))
+        match.set_controller(0, None)
+        drive.set_volts(0.0, 0.0)
+        match.play(1.0)
+        assert np.isfinite(match.robots[0].chassis.pose).all() and drive.bus_voltage > 12.0
+    begin, end = [record.getMessage() for record in caplog.records if "robot 0: " in record.getMessage()]
+    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
 
 
 def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(match):

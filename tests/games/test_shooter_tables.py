@@ -19,7 +19,10 @@ from simcore.cli import main
 from simcore.geometry.rotation import from_yaw
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
+from simcore.physics.ball_dynamics import make_memory
+from simcore.pieces.flight import FLIGHT_STEP
 from simcore.pieces.launch import Aim, Launch
+from simcore.shooting.practice_field import PracticeField
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
 from simcore.units import degrees
 
@@ -160,14 +163,45 @@ def test_shares_hold_in_matches_at_all_bearings_standing_and_moving(whole):
     assert 20 * len(misses) <= len(found), misses
 
 
-def test_shares_hold_of_a_low_fixed_shooter_that_stands_near(monkeypatch):
-    """A muzzle .35 m high at 62 deg, 3 m away: shots rise steeply past the rim, 40 of them."""
+@pytest.fixture
+def low_shooter():
+    """A muzzle .35 m high at 62 deg, without a hood: shots rise steeply past the rim."""
+    own = REBUILT.robot()
+    launch = replace(own.shooters[0].launch, height=0.35)
+    shooter = replace(own.shooters[0], hood=None, elevation=math.radians(62.0), launch=launch)
+    return replace(own, shooters=(shooter,))
+
+
+def test_shares_hold_of_a_low_fixed_shooter_that_stands_near(monkeypatch, low_shooter):
+    """40 shots from 3 m."""
     spec = importlib.util.spec_from_file_location("shot_cells", DOCS.parent / "scripts" / "shot_cells.py")
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
-    own = REBUILT.robot()
-    launch = replace(own.shooters[0].launch, height=0.35)
-    low = replace(own.shooters[0], hood=None, elevation=math.radians(62.0), launch=launch)
-    monkeypatch.setattr(script, "REBUILT", replace(REBUILT, robot=lambda: replace(own, shooters=(low,))))
+    monkeypatch.setattr(script, "REBUILT", replace(REBUILT, robot=lambda: low_shooter))
     (cell,) = script.cells((3.0,), 40, bearings=1, motions=script.MOTIONS[:1])
     assert cell.holds, str(cell)
+
+
+def test_scattered_shots_of_a_fixed_shooter_fly_in_a_match_as_foreseen(low_shooter):
+    """Speed and elevation differ as a scatter has them: the same verdict, the same way within 1 mm until it ends."""
+    task, stand = ShotTask(REBUILT, low_shooter), Stand(3.0, 0.0)
+    verdicts = []
+    with PracticeField(task, seed=1) as practice:
+        for elevation_deg, speed in ((62.0, 7.07), (60.0, 7.3), (64.5, 6.95), (58.0, 6.6), (66.0, 6.2)):
+            aim = np.array([degrees(elevation_deg)]), np.array([speed])
+            yaw = task.lead(stand, *aim)
+            foreseen = bool(task.fly(task.rows(stand, *aim, yaw)).goes_in[0])
+            ball, memory = task.rows(stand, *aim, yaw), make_memory(1)
+            way = [ball.pos[0].copy()]
+            while not ball.is_touched[0]:
+                task.field.fly(ball, memory, FLIGHT_STEP)
+                way.append(ball.pos[0].copy())
+            scored = practice.shoot(stand, degrees(elevation_deg), speed)
+            x, *across = np.array(way).T
+            flown = np.array(practice._match.record.shots[-1].points)
+            flown = flown[np.maximum.accumulate(flown[:, 0]) < x[-2]]
+            foreseen_there = np.column_stack([np.interp(flown[:, 0], x, one) for one in across])
+            assert len(flown) > 20 and np.abs(flown[:, 1:] - foreseen_there).max() < 1e-3
+            assert scored == foreseen, f"{elevation_deg} deg, {speed} m/s"
+            verdicts.append(scored)
+    assert verdicts == [True, True, True, False, False]
