@@ -12,6 +12,7 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.places import branch_ends
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.resting_places import PlaceEvent
 
 HALF = 0.4
 
@@ -147,6 +148,25 @@ def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play)
     rows = match.rules.breakdown()
     assert rows["Red/g410Penalty"] == 1 and rows["Blue/coralBonusAchieved"] == 1 and rows["Red/coralBonusAchieved"] == 0
     assert told(play({}, 60.0, act=put_and_take(0))) == []
+
+
+@pytest.mark.parametrize(
+    ("robot", "place", "ago", "fouls"),
+    [
+        (1, "Blue A L4", 0.5, [("G410", "red", 6)]),
+        (0, "Blue A L4", 0.5, []),
+        (1, "Blue A L4", 2.0, []),
+        (1, "Blue net", 0.5, []),
+    ],
+    ids=["the other's", "one's own", "long after the touch", "an algae"],
+)
+def test_who_knocks_a_coral_off_the_other_reef_commits_g410_too(play, robot, place, ago, fouls):
+    def fall(match):
+        match.rules.fouls._touched[3] = robot, match.time - ago
+        here = next(one for one in match.game.places if one.name == place)
+        match.rules.removed(PlaceEvent(here, 3, -1))
+
+    assert told(play({}, 60.0, act=fall, seconds=0.1)) == fouls
 
 
 def test_coral_is_launched_in_the_own_reef_zone_only(play):

@@ -16,7 +16,7 @@ from simcore.match.match import Match
 from simcore.match.scoring import ScoreEvent
 from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, inches
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
 
@@ -196,12 +196,37 @@ def test_a_robot_parks_as_the_match_ends_and_not_before(time, points):
 
 
 @pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
-def test_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
+def test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assessed(blue, red, points):
+    """Three seconds after its end: until then what lies or hangs may still fall."""
     with Match(REEFSCAPE, robots=FAR) as match:
-        at(match, 157.0)
         match.tracker.add("blue", blue)
         match.tracker.add("red", red)
-        assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == points
+        for time, given in ((60.0, (0, 0)), (155.9, (0, 0)), (156.0, points)):
+            at(match, time)
+            assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == given
+
+
+def test_a_robot_leaves_with_all_of_its_bumpers():
+    """Manual, leave points: off the starting line, which is 2 in wide up to 299.438 in, to whichever side."""
+    near, far, half = inches(297.438), inches(299.438), 0.4
+    with Match(REEFSCAPE, robots=FAR) as match:
+        for x, has_left in (
+            (near - half - 0.01, True), (near - half + 0.01, False), (far, False), (far + half - 0.01, False),
+            (far + half + 0.01, True),
+        ):  # fmt: skip
+            match.carry_to(0, (x, 2.0, 0.0))
+            assert match.rules._has_left(match.robots[0]) == has_left, f"center at {x:.3f} m"
+
+
+def test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral():
+    """Manual, ranking points of auto: and one that has left alone pays 3 points all the same."""
+    entries = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(start=(7.0, 5.0, 0.0), preload=0))
+    with Match(REEFSCAPE, robots=entries) as match:
+        for left, coral, is_met in ((2, 1, True), (1, 1, False), (2, 0, False)):
+            match.rules._left = {0: True, 1: left == 2}
+            match.rules._auto_count["BlueL4"] = coral
+            assert rows(match).get("autoBonusAchieved", 0) == is_met
+            assert rows(match)["autoMobilityPoints"] == 3 * left
 
 
 @pytest.mark.parametrize(("height", "end"), [(0.0, "Parked"), (0.05, "DeepCage")])
