@@ -236,6 +236,9 @@ def test_no_robot_is_put_where_another_one_is_in_the_next_tick():
         with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
             other.reset((x + 0.83, y, 0.0))
         other.reset((x + 1.0, y, 0.0))
+        match.tick()
+        driven, put = (robot.distance for robot in match.record.robots)
+        assert driven == pytest.approx(x - 2.0, abs=0.15) and put < 0.01, "to be put somewhere is not to drive there"
 
 
 def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():

@@ -139,6 +139,8 @@ def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed,
         assert np.array_equal(state.pos[match.pieces.on_field("Algae")], places)
         place = reef_algae_places()[0]
         slot = int(np.argmin(np.linalg.norm(state.pos - place, axis=1)))
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))  # 7 N for a tick
+        assert state.status[slot] == PieceStatus.ASLEEP
         other = next(s for s in match.pieces.on_field("Algae").tolist() if state.pos[s, 2] < 0.6)
         out = place - np.array([*dim.REEF_CENTER, place[2]])
         out /= np.linalg.norm(out)
@@ -148,6 +150,9 @@ def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed,
         assert (
             state.status[slot] != PieceStatus.ASLEEP or np.linalg.norm(state.pos[slot] - place) > 0.001
         ) == comes_off
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 2.0]]))  # 45 N
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))
+        assert state.vel[slot, 2] == 0.3, "once it is free, anything moves it"
 
 
 def test_stocks_add_up_to_126_coral_and_18_algae():
