@@ -12,7 +12,7 @@ from simcore.devices.belief_probe import ModulePorts, probe_modules
 Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
 SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
 
-WAY, OFFSET = 0.05, 0.75  # [m] a turn of the rotor, [rad]
+WAY, OFFSET = 0.05, -2.5  # [m] a turn of the rotor, [rad]; a quarter turn on, the angle has passed half a turn
 
 
 class Port:
