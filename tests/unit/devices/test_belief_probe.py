@@ -31,7 +31,7 @@ class Live:
         self.updates = 0
 
     def sensed(self) -> SwerveModulePosition:
-        angle = Rotation2d(OFFSET - self.ports.encoder.position)
+        angle = Rotation2d(math.remainder(OFFSET - self.ports.encoder.position, math.tau))
         return SwerveModulePosition(-WAY * self.ports.drive.position, angle)
 
     def get_position(self) -> SwerveModulePosition:
