@@ -16,6 +16,7 @@ from simcore.match.match import Match
 from simcore.match.scoring import ScoreEvent
 from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.resting_places import PlaceEvent
 from simcore.units import GRAVITY, inches
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
@@ -173,6 +174,32 @@ def process(match: Match, alliance: str, count: int) -> None:
     for slot in algae:
         match.pieces.score(np.array([slot]))
         match.rules.scored(ScoreEvent(match.time, zone.name, alliance, zone.points, int(slot)))
+
+
+def test_a_coral_pays_as_auto_and_match_are_judged_three_seconds_after_their_ends():
+    """7 for the highest level in auto, 5 in teleop, nothing after the assessment; an algae in the processor is 6."""
+    processor = next(zone for zone in REEFSCAPE.zones if "Algae" in zone.kinds)
+    place = next(place for place in REEFSCAPE.places if place.name == "Blue A L4")
+    with Match(REEFSCAPE, robots=FAR) as match:
+        for time, coral, algae in (
+            (14.9, 7, 6), (17.9, 7, 6), (18.0, 5, 6), (152.9, 5, 6), (155.9, 5, 6), (156.1, 0, 0)
+        ):  # fmt: skip
+            match.start_mode("auto")
+            at(match, time)
+            before = match.tracker.totals["blue"]
+            match.rules.placed(PlaceEvent(place, 3, -1))
+            assert (match.tracker.totals["blue"] - before, match.rules.worth(processor)) == (coral, algae), time
+
+
+def test_ranking_points_of_coral_and_barge_have_their_thresholds():
+    """Five coral on each of four levels, four do not do; 14 points at the barge: a deep cage and a parked robot."""
+    with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
+        for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
+            for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):
+                match.rules._count[level] = count
+            match.rules._ends = dict(enumerate(ends))
+            found = rows(match)
+            assert (found.get("coralBonusAchieved", 0), found.get("bargeBonusAchieved", 0)) == (met, met)
 
 
 @pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
