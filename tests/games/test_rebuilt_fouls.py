@@ -329,6 +329,16 @@ def test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessmen
         assert (rows["Blue/rp"], rows["Red/rp"]) == ((1, 1) if totals == (7, 7) else (3, 0))
 
 
+def test_auto_knows_level_1_alone():
+    """15 points, however high a robot is at 0:00."""
+    with RebuiltSim(robots=(RobotEntry(preload=0),)) as match:
+        show_time(match, 19.99)
+        match.rules.towers.level = lambda robot: 3
+        match.tick()
+        assert match.rules.telemetry()["Sim/Match/AutoTowerRobot1"] == "Level1"
+        assert match.rules.towers.points("blue") == (15, 0)
+
+
 def test_auto_pays_at_most_two_robots_on_level_1_and_a_carried_robot_nothing():
     robots = tuple(RobotEntry(preload=0) for _ in range(3))
     with RebuiltSim(robots=robots) as match:

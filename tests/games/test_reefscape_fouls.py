@@ -209,6 +209,8 @@ def test_algae_are_not_to_be_laid_on_the_other_reef(play):
     (x, y), top = dim.REEF_CENTER, dim.TROUGH_WALL_HEIGHT + 0.5 * dim.ALGAE_DIAMETER
     assert told(play({}, 60.0, act=lay(1, (x, y, top + 0.02)), seconds=2.0)) == [("G411", "red", 6)]
     assert told(play({}, 60.0, act=lay(1, (x + 2.0, y - 1.0, 0.21)), seconds=2.0)) == []
+    beside = dim.REEF_APOTHEM + 0.5 * dim.ALGAE_DIAMETER + 0.02
+    assert told(play({}, 60.0, act=lay(1, (x + beside, y, 0.21)), seconds=0.6)) == [], "on the carpet of its zone"
 
 
 def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):

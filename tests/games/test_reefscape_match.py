@@ -202,6 +202,15 @@ def test_ranking_points_of_coral_and_barge_have_their_thresholds():
             assert (found.get("coralBonusAchieved", 0), found.get("bargeBonusAchieved", 0)) == (met, met)
 
 
+def test_of_the_troughs_coral_those_of_auto_are_counted_as_long_as_there_are_as_many():
+    """Two in auto, at 3 points; of four the others are worth 2, and one that is left is one of auto."""
+    with Match(REEFSCAPE, robots=FAR) as match:
+        match.rules._auto_count["BlueL1"] = 2
+        for now, points in ((4, (6, 4)), (2, (6, 0)), (1, (3, 0)), (0, (0, 0))):
+            match.rules._count["BlueL1"] = now
+            assert match.rules._coral("blue") == points
+
+
 @pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
 def test_coopertition_asks_both_alliances_for_two_algae(blue, red, is_met):
     """Manual 6.5.4: each alliance; then three full levels do for the coral ranking point."""
