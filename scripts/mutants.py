@@ -38,6 +38,8 @@ BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/physics/test_
 MASSES = "tests/physics/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
 ROBOT_LAWS = "tests/unit/loop/test_robot_laws.py"
+FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
+STATISTICS = "tests/unit/sweep/test_sweep_statistics.py"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
@@ -195,7 +197,7 @@ MUTANTS = (
            "tests/games/test_rebuilt_fouls.py::test_g419_begins_anew_after_a_gap_and_is_not_about_robots_that_drive"),
     Mutant("a pin goes on where both have moved", "simcore/match/foul_book.py",
            "max(apart, moved) >=", "apart >=",
-           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_both_have_moved_on_together"),
+           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
     Mutant("an owner is not told of a release", MANAGER, "self.on_taken[self.state.holder[slot]](slot)", "pass",
            "tests/games/test_placing.py::test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field"),
     Mutant("a recoil has no lever", "simcore/robot/robot.py",
@@ -206,6 +208,55 @@ MUTANTS = (
     Mutant("robots stand where others are in the next tick", "simcore/match/starts.py",
            "ox + TICK * vx", "ox",
            "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
+    # of rules, sweeps and pieces that no test held
+    Mutant("robots that drive close a passage", "games/rebuilt/fouls.py", "< _STANDS", "< 99.0",
+           f"{FOULS}::test_g419_is_about_bumps_too_and_about_robots_that_stand"),
+    Mutant("bumps are no passages", "games/rebuilt/fouls.py", "for y in (dim.BUMP_LEFT_Y, dim.BUMP_RIGHT_Y)",
+           "for y in (1e3,)", f"{FOULS}::test_g419_is_about_bumps_too_and_about_robots_that_stand"),
+    Mutant("a fuel that came to rest is still a shot", "games/rebuilt/fouls.py", "            del self._shots[slot]\n",
+           "            pass\n", f"{FOULS}::test_fuel_that_has_come_to_rest_is_nobodys_shot_any_more"),
+    Mutant("partners may not touch at the tower", "games/rebuilt/fouls.py",
+           "match.alliances[number] != match.alliances[other] and self._is", "self._is",
+           f"{FOULS}::test_g420_gives_level_3_to_who_was_off_the_carpet_and_is_no_matter_of_partners"),
+    Mutant("who holds fuel of a hub for a moment keeps it", "games/rebuilt/fouls.py", "match.time - since > _MOMENT",
+           "match.time - since > 0.0", f"{FOULS}::test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it"),
+    Mutant("fuel of the pause is none of auto", "games/rebuilt/scoring.py", '"pause": "auto"', '"pause": "transition"',
+           "tests/unit/rebuilt/test_scoring.py::test_fuel_counts_in_its_period"),
+    Mutant("both have to move on from a pin", "simcore/match/foul_book.py", "moved = max(math.dist",
+           "moved = min(math.dist",
+           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
+    Mutant("a coral that is knocked off fell by itself", "games/reefscape/fouls.py",
+           "self._match.time - time < _KNOCKED", "False",
+           "tests/games/test_reefscape_fouls.py::test_who_knocks_a_coral_off_the_other_reef_commits_g410_too"),
+    Mutant("a robot leaves with its center", "games/reefscape/rules.py", "x.max() < dim.STARTING_LINE_X",
+           "x.mean() < dim.STARTING_LINE_X", f"{REEF}::test_a_robot_leaves_with_all_of_its_bumpers"),
+    Mutant("ranking points before the assessment", "games/reefscape/rules.py", "0 if is_early or", "0 if",
+           f"{REEF}::test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assessed"),
+    Mutant("one robot leaves for all", "games/reefscape/rules.py", "bool(robots) and all(", "bool(robots) and any(",
+           f"{REEF}::test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral"),
+    Mutant("seeds have as many runs as on the mean", "simcore/sweep/sweep_statistics.py",
+           "runs = float(sizes @ sizes) / n ", "runs = n / count ", f"{STATISTICS}::"
+           "test_runs_of_which_one_seed_has_most_are_worth_as_much_as_that_seed_leaves"),
+    Mutant("rows are written once or never", "simcore/sweep/run_store.py",
+           '            self._problem = ""\n            self', '            self._problem = ""\n        self',
+           "tests/unit/sweep/test_sweep.py::test_rows_that_could_not_be_written_are_tried_again"),
+    Mutant("a late hit lands where it was after 2 s", "simcore/match/run_record.py",
+           "            shot.points.append(tuple(self._pieces.state.pos[slot].tolist()))\n", "",
+           "tests/unit/sweep/test_run_metrics.py"),
+    Mutant("the first in leaves a hopper first", "simcore/pieces/hopper.py", "np.argsort(-ahead, kind",
+           "np.argsort(0.0 * ahead, kind",
+           "tests/unit/pieces/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
+    Mutant("two wheels lose what foam takes twice", "simcore/pieces/shooter.py",
+           "self.config.compression_loss / len(self._wheels)", "self.config.compression_loss",
+           f"{SHOOTER}::test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel"),
+    Mutant("who is put somewhere drives there", "simcore/match/run_record.py",
+           "        self._place = pose[:2]\n        self.placements", "        self.placements",
+           "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
+    Mutant("a driver's robot starts at the speed of before", "simcore/players/driven_robot.py",
+           "time > self._last + 1.5 * TICK", "False",
+           "tests/unit/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
+    Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",
+           "tests/unit/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
 )  # fmt: skip
 
 

@@ -99,15 +99,10 @@ class HubCount:
 
     def period(self, alliance: Alliance, sensed: float) -> str:
         """In which period a fuel counts that the sensors of a hub see at a time [s]; `UNCOUNTED`: in none."""
-        now = _PERIODS[MATCH.phase(sensed).name]
-        if sensed <= MATCH.start("transition") + _EPS:
-            return "auto"
-        before = sensed - _GRACE
-        if before >= MATCH.start("transition") and self.is_on(alliance, before + _EPS):
-            ended = _PERIODS[MATCH.phase(before + _EPS).name]
-            if ended != now or sensed >= MATCH.duration:
-                return ended
-        return now if self.is_on(alliance, sensed) else UNCOUNTED
+        before = sensed - _GRACE + _EPS
+        if before >= MATCH.start("transition") and self.is_on(alliance, before):
+            return _PERIODS[MATCH.phase(before).name]
+        return _PERIODS[MATCH.phase(sensed).name] if self.is_on(alliance, sensed) else UNCOUNTED
 
     def count(self, alliance: Alliance, sensed: float) -> str:
         """Count a fuel that the sensors of a hub see at a time [s]; returns its period."""
@@ -121,8 +116,7 @@ class HubCount:
             return "purple"
         if not self.is_on(alliance, time):
             return "off"
-        ends = self.is_on(alliance, time + _PULSING) or MATCH.phase(time).mode != "teleop"
-        return "on" if ends else "pulsing"
+        return "on" if self.is_on(alliance, time + _PULSING) else "pulsing"
 
     def counted(self, alliance: Alliance) -> int:
         """Fuel that counts for points and ranking points."""

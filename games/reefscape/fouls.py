@@ -66,7 +66,7 @@ class Fouls:
             self.book.call("G425", number, _MAJOR if before else _MINOR, f"pins robot {other}", other, before)
         for alliance in ALLIANCES:
             own = [robot.number for robot in match.robots if match.alliances[robot.number] == alliance]
-            beyond = [number for number in own if len(own) > 1 and self._is_beyond(number)]
+            beyond = [number for number in own if self._is_beyond(number)]
             for number in beyond[1:]:
                 text = "is a second robot beyond the barge"
                 self.book.call("G421", number, _MINOR, text, every=_FEW_SECONDS, later=_MAJOR)

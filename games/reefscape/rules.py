@@ -245,10 +245,11 @@ class ReefscapeRules(Rules):
         }
 
     def _result(self, alliance: Alliance) -> int:
-        """Ranking points of a match that is over: 3 for a win, 1 for a tie."""
+        """Ranking points of a match that has been assessed: 3 for a win, 1 for a tie."""
         totals = self.match.tracker.totals
         ahead = totals[alliance] - totals[other_alliance(alliance)]
-        return 0 if not self.match.timer.is_over or ahead < 0 else 3 if ahead else 1
+        is_early = self.match.timer.time < MATCH.duration + ASSESSMENT - 1e-9
+        return 0 if is_early or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
         """Whether no part of its bumpers is over its alliance's starting line."""

@@ -158,7 +158,7 @@ class ShotRecord:
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
-    """Its flight, a point a tick [m]: of 2 s, and until it touches something."""
+    """Its flight, a point a tick [m]: of 2 s, and until it touches something; last, where it scored."""
     scored: bool = False
 
 
@@ -312,6 +312,7 @@ class RunRecord:
         shot = self._followed.pop(slot, None)
         if shot is not None:
             shot.scored = True
+            shot.points.append(tuple(self._pieces.state.pos[slot].tolist()))
             self._columns = None
 
     def note_taken_in(self, slots: IntArray, robot: int) -> None:

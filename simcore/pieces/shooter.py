@@ -289,7 +289,7 @@ class Shooter:
                     f" turret {now.turret_angle} rad"
                 )
             period, ready = 1.0 / self.config.shot_rate, held if now.speed >= _SLOWEST else 0
-            self._until_next = max(self._until_next, self._opening() * TICK)
+            self._until_next = max(self._until_next, self._opening() * TICK)  # what was missed is not made up for
             while ready > 0 and self._until_next < TICK - _SAME_INSTANT:
                 delay = max(0.0, self._until_next)
                 aim = self._aim_at(delay / TICK)
@@ -304,8 +304,6 @@ class Shooter:
                 if self._errors is not None:
                     self._until_next += max(_EARLIEST * period, self._errors.feed_time())
         self._until_next -= TICK
-        if self._until_next < -_SAME_INSTANT:  # no shot was due, or none could be: ready, and no more than that
-            self._until_next = 0.0
         self._aim_before, self._gate_before = None, []
         return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
 

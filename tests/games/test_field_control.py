@@ -77,7 +77,10 @@ def test_spawned_pieces_are_staged_lie_free_and_come_to_an_end():
         # on MuJoCo a piece that is put on the carpet sinks by 0.02 mm
         assert np.abs(match.pieces.state.pos - before).max() < 1e-4 and match.count.staged == 4
         match.pieces.score(match.pieces.on_field()[:1])
-        match.control.spawn("Ball", [(3.0, 3.0)] * 3)
+        match.control.spawn("Ball", [(3.0, 3.0)] * 2)
+        match.tick()
+        assert (match.count.staged, match.count.scored) == (6, 1), "what has scored comes back last"
+        match.control.spawn("Ball", [(3.0, 3.0)])
         match.tick()
         assert match.count.on_field == match.count.staged == 6 and match.count.is_conserved
         for bad in ([(1.0, math.nan)], [(1.0,)], [], ["ab"]):

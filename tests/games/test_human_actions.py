@@ -52,6 +52,40 @@ def test_who_is_not_taken_over_plays_on_and_nobody_is_taken_over_by_what_is_refu
     assert changed != alone and stock == {"blue": 23, "red": both_throw["red"]}
 
 
+def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall():
+    """Who drives past gets none; an alliance without robots throws all it has."""
+    start = (0.5, rebuilt.OUTPOST_Y, 0.0)
+    with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:
+        people, robot = match.rules.human_players, match.robots[0]
+        assert people._is_awaited("blue") and not people._is_awaited("red")
+        robot.chassis.vel = (1.0, 0.0, 0.0)
+        assert not people._is_awaited("blue")
+        match.carry_to(0, (2.5, 5.9, 0.0))
+        for feeder in people._feeders.values():
+            del feeder._slots[8:]
+        match.play(3.0)
+        assert people.stock["blue"] == 8 and people.stock["red"] < 7
+
+
+def test_fuel_comes_out_of_a_hub_one_after_the_other_and_back_over_the_guardrail_when_it_is_due():
+    """At most ten a second; three to eight seconds until people have brought it."""
+    with outposts(seed=3) as match:
+        ways, state = match.rules.ways, match.pieces.state
+        *inside, outside = match.pieces.on_field()[:4].tolist()
+        match.pieces.score(np.array(inside))
+        match.pieces.set_aside(np.array(inside))
+        ways._hubs["blue"].extend((0.0, slot) for slot in inside)
+        assert ways.leave_field(outside) and 3.0 <= ways._outside[outside][0] - match.time <= 8.0
+        left = []
+        for _ in range(15):
+            match.tick()
+            left.append(ways.in_hub("blue"))
+        assert left == [2] * 5 + [1] * 5 + [0] * 5 and state.status[outside] == PieceStatus.STAGED
+        ways._outside[outside] = (match.time, 8.0, 0.5)
+        match.tick()
+        assert state.status[outside] == PieceStatus.ASLEEP and match.count.is_conserved
+
+
 def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
     with outposts(seed=6) as match:
         (text,) = said(match, ("blue", "OpenDoor"))

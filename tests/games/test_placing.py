@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from match_laws import require_one_owner
 
+from games.rebuilt.dimensions import HUB_CENTER
 from simcore.errors import SimcoreError
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
-from simcore.match.starts import StartError
+from simcore.match.starts import StartError, free_place
 from simcore.pieces.piece_manager import Footprint
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import RobotConfig
@@ -236,6 +237,18 @@ def test_no_robot_is_put_where_another_one_is_in_the_next_tick():
         with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
             other.reset((x + 0.83, y, 0.0))
         other.reset((x + 1.0, y, 0.0))
+        match.tick()
+        driven, put = (robot.distance for robot in match.record.robots)
+        assert driven == pytest.approx(x - 2.0, abs=0.15) and put < 0.01, "to be put somewhere is not to drive there"
+
+
+def test_a_free_place_is_no_place_on_a_ramp():
+    """Of a robot in REBUILT's hub, near the bump beside it, where nothing solid is in its way."""
+    game = find_game("rebuilt")
+    with Match(game, robots=[RobotEntry(preload=0)]) as match:
+        pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)
+        x, y, _ = free_place(match.world, match.robots[0], pose, game.field.size)
+        assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
 def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():

@@ -12,6 +12,7 @@ from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD
 from simcore.match.game import RobotEntry
+from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
 
 HALF = 0.4
@@ -83,6 +84,18 @@ def test_g420_who_touches_a_robot_at_its_tower_in_the_last_30_s_whoever_starts_i
     assert told(play(poses, 120.0, drive=drive, side=side)) == [], "before, they may"
 
 
+def test_g420_gives_level_3_to_who_was_off_the_carpet_and_is_no_matter_of_partners(play, monkeypatch):
+    """30 points, wherever it ends."""
+    poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
+    partners = {0: AT_TOWER, 2: poses[1]}
+    drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0)}
+    match = play(partners, 140.0, drive=drive)
+    assert (0, 2) in match.contacts.robots and told(match) == []
+    monkeypatch.setattr("games.rebuilt.fouls.is_airborne", lambda robot: True)
+    match = play(poses, 140.0, drive={number: drive[number] for number in poses})
+    assert match.rules.towers.awarded == {0} and match.rules.breakdown()["Blue/endGameTowerPoints"] == 30
+
+
 def test_g420_contact_through_fuel_is_contact(play):
     """A fuel between two robots, the one at its tower."""
     gap = 2 * 0.075 - 0.01
@@ -112,7 +125,10 @@ def test_g418_a_robot_that_is_held_against_a_wall_for_three_seconds_is_pinned(pl
 def test_g419_two_robots_that_stand_in_both_trenches_close_the_side_off(play):
     trenches = {0: (dim.TRENCH_X, dim.TRENCH_LEFT_Y, 0.0), 2: (dim.TRENCH_X, dim.TRENCH_RIGHT_Y, 0.0)}
     assert told(play(trenches, 60.0, seconds=2.8)) == []
-    assert told(play(trenches, 60.0, seconds=3.4)) == [("G419", "blue", 15)]
+    match = play(trenches, 60.0, seconds=3.4)
+    assert told(match) == [("G419", "blue", 15)]
+    match.play(2.8)
+    assert told(match) == [("G419", "blue", 15)] * 2, "and every three seconds another"
     one = {0: trenches[0], 2: (6.5, 4.0, 0.0)}
     assert told(play(one, 60.0, seconds=3.4)) == []
 
@@ -134,11 +150,12 @@ def test_g415_an_intake_that_is_out_reaches_into_an_opponent(play):
 
 
 def test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it(play):
-    def emerge(met):
+    """For more than a moment; fuel that has been on the carpet it may keep."""
+
+    def emerge(*, met=True, falls=False, held=0.8):
         def act(match):
             slot = free_fuel(match)[:1]
-            place = [6.5, 2.0, 0.8] if met else [6.0, 3.0, 0.5]
-            match.pieces.release(slot, np.array([place]))
+            match.pieces.release(slot, np.array([[6.5, 2.0, 0.8] if met else [6.0, 3.0, 0.5]]))
             match.pieces.push(slot, np.array([[0.0, 0.0, -1.0]]), flying=True)
             match.rules.fouls.emerged(int(slot[0]))
             for _ in range(50):
@@ -146,19 +163,22 @@ def test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it(play):
                 if not match.pieces.is_untouched[slot[0]]:
                     break
             match.tick()
+            if falls:
+                match.pieces.release(slot, np.array([[6.0, 3.0, 0.08]]))
+                match.tick()
             match.pieces.hold(slot, 0)
             match.robots[0].storage.add(slot.tolist())
+            match.play(held)
+            match.robots[0].forget_pieces()
+            match.pieces.release(slot, np.array([[3.0, 6.0, 0.3]]))
 
         return act
 
     poses = {0: (6.5, 2.0, 0.0)}
-    match = play(poses, 60.0, act=emerge(True), seconds=0.8)
-    assert told(match) == [("G408", "blue", 5)]
-    match.robots[0].forget_pieces()
-    match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0, 0.3]]))
-    assert told(play(poses, 60.0, act=emerge(False), seconds=0.8)) == [], "it has been on the carpet"
-    match.robots[0].forget_pieces()
-    match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0, 0.3]]))
+    assert told(play(poses, 60.0, act=emerge())) == [("G408", "blue", 5)]
+    assert told(play(poses, 60.0, act=emerge(held=0.4))) == []
+    assert told(play(poses, 60.0, act=emerge(met=False))) == [], "it has been on the carpet"
+    assert told(play(poses, 60.0, act=emerge(falls=True))) == [], "it fell off the robot first"
 
 
 def test_g405_a_fuel_that_is_shot_over_the_guardrail_is_minor_and_the_next_one_major(play):
@@ -198,6 +218,30 @@ def test_g419_begins_anew_after_a_gap_and_is_not_about_robots_that_drive(play):
         match.play(2.0)
 
     assert told(play(trenches, 60.0, act=twice)) == []
+
+
+def test_g419_is_about_bumps_too_and_about_robots_that_stand(play):
+    """Both bumps of a side; who drives through the trenches beside each other at 0.6 m/s closes nothing off."""
+    bumps = {0: (dim.BUMP_X, dim.BUMP_LEFT_Y, 0.0), 2: (dim.BUMP_X, dim.BUMP_RIGHT_Y, 0.0)}
+    assert told(play(bumps, 60.0, seconds=3.2)) == [("G419", "blue", 15)]
+    before = dim.TRENCH_X - 0.5 * dim.TRENCH_DEPTH - HALF
+    drive = dict.fromkeys((0, 2), (0.6, 0.0, 0.0))
+    through = {0: (before, dim.TRENCH_LEFT_Y, 0.0), 2: (before, dim.TRENCH_RIGHT_Y, 0.0)}
+    assert told(play(through, 60.0, drive=drive, seconds=3.3)) == []
+
+
+def test_fuel_that_has_come_to_rest_is_nobodys_shot_any_more(play):
+    """G405 and G407 are about who shot it; whoever moves it later has not."""
+
+    def rest(match):
+        slot = int(free_fuel(match)[-1])
+        assert match.pieces.state.status[slot] == PieceStatus.ASLEEP
+        match.rules.fouls._shots[slot] = 0, True
+        match.tick()
+        match.rules.fouls.scored(ScoreEvent(match.time, "BlueHub", "blue", 1, slot))
+        match.rules.fouls.left_field(slot, untouched=True)
+
+    assert told(play({}, 60.0, act=rest)) == []
 
 
 # --- fuel, tower and the sheet --------------------------------------------------------------------------------------
@@ -283,6 +327,16 @@ def test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessmen
         match.timer.time = 166.0
         rows = match.rules.breakdown()
         assert (rows["Blue/rp"], rows["Red/rp"]) == ((1, 1) if totals == (7, 7) else (3, 0))
+
+
+def test_auto_knows_level_1_alone():
+    """15 points, however high a robot is at 0:00."""
+    with RebuiltSim(robots=(RobotEntry(preload=0),)) as match:
+        show_time(match, 19.99)
+        match.rules.towers.level = lambda robot: 3
+        match.tick()
+        assert match.rules.telemetry()["Sim/Match/AutoTowerRobot1"] == "Level1"
+        assert match.rules.towers.points("blue") == (15, 0)
 
 
 def test_auto_pays_at_most_two_robots_on_level_1_and_a_carried_robot_nothing():

@@ -12,6 +12,7 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.places import branch_ends
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.resting_places import PlaceEvent
 
 HALF = 0.4
 
@@ -149,6 +150,25 @@ def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play)
     assert told(play({}, 60.0, act=put_and_take(0))) == []
 
 
+@pytest.mark.parametrize(
+    ("robot", "place", "ago", "fouls"),
+    [
+        (1, "Blue A L4", 0.5, [("G410", "red", 6)]),
+        (0, "Blue A L4", 0.5, []),
+        (1, "Blue A L4", 2.0, []),
+        (1, "Blue net", 0.5, []),
+    ],
+    ids=["the other's", "one's own", "long after the touch", "an algae"],
+)
+def test_who_knocks_a_coral_off_the_other_reef_commits_g410_too(play, robot, place, ago, fouls):
+    def fall(match):
+        match.rules.fouls._touched[3] = robot, match.time - ago
+        here = next(one for one in match.game.places if one.name == place)
+        match.rules.removed(PlaceEvent(here, 3, -1))
+
+    assert told(play({}, 60.0, act=fall, seconds=0.1)) == fouls
+
+
 def test_coral_is_launched_in_the_own_reef_zone_only(play):
     """G412 for one that flies away; one that is let go drops where the robot is."""
 
@@ -189,6 +209,8 @@ def test_algae_are_not_to_be_laid_on_the_other_reef(play):
     (x, y), top = dim.REEF_CENTER, dim.TROUGH_WALL_HEIGHT + 0.5 * dim.ALGAE_DIAMETER
     assert told(play({}, 60.0, act=lay(1, (x, y, top + 0.02)), seconds=2.0)) == [("G411", "red", 6)]
     assert told(play({}, 60.0, act=lay(1, (x + 2.0, y - 1.0, 0.21)), seconds=2.0)) == []
+    beside = dim.REEF_APOTHEM + 0.5 * dim.ALGAE_DIAMETER + 0.02
+    assert told(play({}, 60.0, act=lay(1, (x + beside, y, 0.21)), seconds=0.6)) == [], "on the carpet of its zone"
 
 
 def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):

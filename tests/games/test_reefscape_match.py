@@ -16,7 +16,8 @@ from simcore.match.match import Match
 from simcore.match.scoring import ScoreEvent
 from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
-from simcore.units import GRAVITY
+from simcore.pieces.resting_places import PlaceEvent
+from simcore.units import GRAVITY, inches
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
 
@@ -139,6 +140,8 @@ def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed,
         assert np.array_equal(state.pos[match.pieces.on_field("Algae")], places)
         place = reef_algae_places()[0]
         slot = int(np.argmin(np.linalg.norm(state.pos - place, axis=1)))
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))  # 7 N for a tick
+        assert state.status[slot] == PieceStatus.ASLEEP
         other = next(s for s in match.pieces.on_field("Algae").tolist() if state.pos[s, 2] < 0.6)
         out = place - np.array([*dim.REEF_CENTER, place[2]])
         out /= np.linalg.norm(out)
@@ -148,6 +151,9 @@ def test_reef_algae_stay_until_something_pushes_with_more_than_holds_them(speed,
         assert (
             state.status[slot] != PieceStatus.ASLEEP or np.linalg.norm(state.pos[slot] - place) > 0.001
         ) == comes_off
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 2.0]]))  # 45 N
+        match.pieces.push(np.array([slot]), np.array([[0.0, 0.0, 0.3]]))
+        assert state.vel[slot, 2] == 0.3, "once it is free, anything moves it"
 
 
 def test_stocks_add_up_to_126_coral_and_18_algae():
@@ -168,6 +174,41 @@ def process(match: Match, alliance: str, count: int) -> None:
     for slot in algae:
         match.pieces.score(np.array([slot]))
         match.rules.scored(ScoreEvent(match.time, zone.name, alliance, zone.points, int(slot)))
+
+
+def test_a_coral_pays_as_auto_and_match_are_judged_three_seconds_after_their_ends():
+    """7 for the highest level in auto, 5 in teleop, nothing after the assessment; an algae in the processor is 6."""
+    processor = next(zone for zone in REEFSCAPE.zones if "Algae" in zone.kinds)
+    place = next(place for place in REEFSCAPE.places if place.name == "Blue A L4")
+    with Match(REEFSCAPE, robots=FAR) as match:
+        for time, coral, algae in (
+            (14.9, 7, 6), (17.9, 7, 6), (18.0, 5, 6), (152.9, 5, 6), (155.9, 5, 6), (156.1, 0, 0)
+        ):  # fmt: skip
+            match.start_mode("auto")
+            at(match, time)
+            before = match.tracker.totals["blue"]
+            match.rules.placed(PlaceEvent(place, 3, -1))
+            assert (match.tracker.totals["blue"] - before, match.rules.worth(processor)) == (coral, algae), time
+
+
+def test_ranking_points_of_coral_and_barge_have_their_thresholds():
+    """Five coral on each of four levels, four do not do; 14 points at the barge: a deep cage and a parked robot."""
+    with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
+        for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
+            for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):
+                match.rules._count[level] = count
+            match.rules._ends = dict(enumerate(ends))
+            found = rows(match)
+            assert (found.get("coralBonusAchieved", 0), found.get("bargeBonusAchieved", 0)) == (met, met)
+
+
+def test_of_the_troughs_coral_those_of_auto_are_counted_as_long_as_there_are_as_many():
+    """Two in auto, at 3 points; of four the others are worth 2, and one that is left is one of auto."""
+    with Match(REEFSCAPE, robots=FAR) as match:
+        match.rules._auto_count["BlueL1"] = 2
+        for now, points in ((4, (6, 4)), (2, (6, 0)), (1, (3, 0)), (0, (0, 0))):
+            match.rules._count["BlueL1"] = now
+            assert match.rules._coral("blue") == points
 
 
 @pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
@@ -196,12 +237,37 @@ def test_a_robot_parks_as_the_match_ends_and_not_before(time, points):
 
 
 @pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
-def test_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
+def test_a_win_gives_three_ranking_points_and_a_tie_one_once_the_match_is_assessed(blue, red, points):
+    """Three seconds after its end: until then what lies or hangs may still fall."""
     with Match(REEFSCAPE, robots=FAR) as match:
-        at(match, 157.0)
         match.tracker.add("blue", blue)
         match.tracker.add("red", red)
-        assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == points
+        for time, given in ((60.0, (0, 0)), (155.9, (0, 0)), (156.0, points)):
+            at(match, time)
+            assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == given
+
+
+def test_a_robot_leaves_with_all_of_its_bumpers():
+    """Manual, leave points: off the starting line, which is 2 in wide up to 299.438 in, to whichever side."""
+    near, far, half = inches(297.438), inches(299.438), 0.4
+    with Match(REEFSCAPE, robots=FAR) as match:
+        for x, has_left in (
+            (near - half - 0.01, True), (near - half + 0.01, False), (far, False), (far + half - 0.01, False),
+            (far + half + 0.01, True),
+        ):  # fmt: skip
+            match.carry_to(0, (x, 2.0, 0.0))
+            assert match.rules._has_left(match.robots[0]) == has_left, f"center at {x:.3f} m"
+
+
+def test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral():
+    """Manual, ranking points of auto: and one that has left alone pays 3 points all the same."""
+    entries = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(start=(7.0, 5.0, 0.0), preload=0))
+    with Match(REEFSCAPE, robots=entries) as match:
+        for left, coral, is_met in ((2, 1, True), (1, 1, False), (2, 0, False)):
+            match.rules._left = {0: True, 1: left == 2}
+            match.rules._auto_count["BlueL4"] = coral
+            assert rows(match).get("autoBonusAchieved", 0) == is_met
+            assert rows(match)["autoMobilityPoints"] == 3 * left
 
 
 @pytest.mark.parametrize(("height", "end"), [(0.0, "Parked"), (0.05, "DeepCage")])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from games.rebuilt import REBUILT
@@ -10,9 +12,9 @@ from simcore.match.match import Match
 from simcore.match.runner import play_auto
 
 
-def shortfalls(volts, *, preload=0, believed=None):
-    """Of REBUILT's robot in a corner without fuel, with volts on its mechanisms."""
-    entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=preload)
+def shortfalls(volts, *, preload=0, believed=None, config=None):
+    """Of REBUILT's robot, or another one, in a corner without fuel, with volts on its mechanisms."""
+    entry = RobotEntry(start=(5.8, 1.0, 0.0), preload=preload, config=config)
     with Match(REBUILT, robots=[entry], seed=1) as match:
         robot = match.robots[0]
         for name, value in volts.items():
@@ -49,6 +51,13 @@ def test_wheels_that_are_never_fast_enough():
 def test_a_feeder_that_never_feeds():
     (line,) = shortfalls({"shooter": 8.0}, preload=8)
     assert line == "shooter 1: 'feeder' reached 0.0 of the 0.5 turns/s from which it works"
+
+
+def test_a_feeder_that_should_turn_backward_and_does_not():
+    own = REBUILT.robot()
+    config = replace(own, shooters=tuple(replace(one, gate_reversed=one.gate) for one in own.shooters))
+    (line,) = shortfalls({"shooter": 8.0, "feeder": 8.0}, preload=8, config=config)
+    assert line.startswith("shooter 1: 'feeder' reached 0.0 of the 0.5 turns/s from which it works, but ")
 
 
 def test_a_hopper_that_is_empty_at_the_shot():

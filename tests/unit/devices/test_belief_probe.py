@@ -12,7 +12,7 @@ from simcore.devices.belief_probe import ModulePorts, probe_modules
 Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
 SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition
 
-WAY, OFFSET = 0.05, 0.75  # [m] a turn of the rotor, [rad]
+WAY, OFFSET = 0.05, -2.5  # [m] a turn of the rotor, [rad]; a quarter turn on, the angle has passed half a turn
 
 
 class Port:
@@ -31,7 +31,7 @@ class Live:
         self.updates = 0
 
     def sensed(self) -> SwerveModulePosition:
-        angle = Rotation2d(OFFSET - self.ports.encoder.position)
+        angle = Rotation2d(math.remainder(OFFSET - self.ports.encoder.position, math.tau))
         return SwerveModulePosition(-WAY * self.ports.drive.position, angle)
 
     def get_position(self) -> SwerveModulePosition:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.project_settings import project_measures
@@ -68,6 +68,33 @@ def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
 def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
     found = complete_measures(swerve(0.05), RobotSettings(), tmp_path)
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
+@pytest.mark.parametrize("half", [0.25, 0.6])
+def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, size, half):
+    """Of robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
+    found = swerve(None)
+    wheels = tuple(
+        replace(wheel, place=tuple(math.copysign(half / size, c) for c in wheel.place)) for wheel in found.wheels
+    )
+    made = in_meters(replace(found, wheels=wheels))
+    assert made.places[0] == pytest.approx((half, half)) and made.places[3] == pytest.approx((-half, -half))
+    assert [unit in sentence for sentence in made.differences] == [True] * (unit != "meters")
+
+
+def test_a_motor_with_foc_is_no_other_motor(planned):
+    """It is a license, and no motor: nothing to say."""
+    for name, count in (("Kraken X60 FOC", 0), ("Kraken X44", 1)):
+        said = swerve(None, drive_motor=Measure(name, "positions"))
+        assert len(complete_measures(said, RobotSettings(), planned(driveMotorType="krakenX60")).differences) == count
+
+
+def test_settings_do_not_give_way_to_a_way_that_no_robot_drives(planned):
+    """0.5 m a turn of the motor are 47 m/s: not measured on the robot."""
+    found = complete_measures(swerve(0.5), RobotSettings(), planned())
+    assert (found.measure("drive_gearing"), found.measure("wheel_radius")) == (5.9, 0.048)
+    assert any("odometry will be off by that much" in sentence for sentence in found.differences)
 
 
 def test_settings_of_pathplanner_fill_what_the_program_does_not_say(planned):
@@ -159,3 +186,22 @@ def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowere
     settings = RobotSettings(drivetrain=DrivetrainSettings(measures=said))
     config = drivetrain_config(complete_measures(found, settings, tmp_path), settings)
     assert config.lowered == lowered
+
+
+@pytest.mark.parametrize("said", [None, False, True])
+def test_which_way_is_forward_is_a_guess_unless_the_file_says(said, tmp_path):
+    sides = tuple(
+        FoundWheel(name=name, place=(0.0, y), motors=(SPARK,)) for name, y in (("left", 0.3), ("right", -0.3))
+    )
+    found = FoundDrivetrain(kind="tank", wheels=sides, measures={"drive_motor": MOTORS["drive_motor"]})
+    table = DrivetrainSettings(measures={} if said is None else {"reversed": said})
+    done = complete_measures(found, RobotSettings(drivetrain=table), tmp_path)
+    assert [wheel.drive_sign for wheel in done.wheels] == [-1.0 if said else 1.0] * 2
+    assert done.measures["reversed"].is_guess == (said is None)
+
+
+def test_a_way_too_short_for_wheels_of_4_in_is_that_of_smaller_ones(tmp_path):
+    """12 mm a turn are 27:1 with them, more than any gears; with wheels of 3 in 20:1."""
+    found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
+    assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess
+    assert found.measure("drive_gearing") == pytest.approx(math.tau * 0.0381 / 0.012)

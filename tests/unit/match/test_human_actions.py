@@ -67,6 +67,18 @@ def test_the_policy_and_a_person_are_as_fast_as_the_action_lets_them_be(match):
     assert stocks(match) == [0, 0] and match.persons == {"red": {}}
 
 
+def test_clumsy_hands_take_longer_and_throw_worse(match):
+    """Twice as clumsy: a ball each second, and errors twice as large."""
+    feeders = match.rules.feeders
+    feeders["red"] = Feeder(match, range(3, 6), clumsiness=2.0)
+    match.play(0.9)
+    assert stocks(match) == [1, 2]
+    match.play(0.2)
+    assert stocks(match) == [0, 1]
+    exact, clumsy = (Feeder(match, (), clumsiness=c, rng=np.random.default_rng(4)).errors(3) for c in (1.0, 2.0))
+    assert clumsy == pytest.approx(2.0 * exact)
+
+
 def test_what_lasts_goes_on_and_ends_by_itself(match):
     match.timer.start("teleop")
     match.control.take_over("blue")

@@ -3,13 +3,14 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.match.run_record import PieceCount, TickTimer, TickTimes, TrajectoryDigest
+from simcore.match.run_record import PieceCount, RunRecord, TickTimer, TickTimes, TrajectoryDigest
 from simcore.match.runner import RunReport, Spread, print_report
 from simcore.match.scoring import Score
 
@@ -58,6 +59,18 @@ def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
     print_report(report, Console(file=stream, width=80), verbose=verbose)
     stream.flush()
     return raw.getvalue().decode(encoding)
+
+
+def test_columns_are_the_same_until_something_happens_and_grow_then() -> None:
+    """What was read of them stays as it was."""
+    state = SimpleNamespace(pos=np.array([[1.0, 2.0, 0.1], [3.0, 4.5, 0.1]]))
+    record = RunRecord(SimpleNamespace(state=state), [], 0.02)  # type: ignore[arg-type]
+    record.note_taken_in(np.array([0]), 0)
+    first = record.columns
+    assert record.columns is first and first.taken_places.tolist() == [1000, 2000]
+    record.note_taken_in(np.array([1]), 0)
+    assert record.columns.taken_places.tolist() == [1000, 2000, 3000, 4500]
+    assert first.taken_places.tolist() == [1000, 2000]
 
 
 def test_json_has_the_fields_that_programs_read() -> None:

@@ -87,6 +87,16 @@ def test_a_lane_feeds_belt_speed_over_diameter(speed):
     assert (times[-1] - times[0]) * TICK == pytest.approx(took, abs=1.5 * TICK + 0.01 * took)
 
 
+def test_the_foremost_leaves_first_whatever_came_first():
+    """Its outlet is at x = 0.3 m: the last one in is the one farthest through it."""
+    storage = Storage(StorageConfig(capacity=4, hopper=HopperConfig(outlet_width=0.4), high=(0.3, 0.305, 0.5)))
+    storage.add([7, 8, 9, 5])
+    storage.follow([R] * 4)
+    storage.hopper.pos[:, 0] = (0.31, 0.29, 0.33, 0.32)
+    assert storage.in_turn == [9, 5, 7]
+    assert [storage.take() for _ in range(3)] == [9, 5, 7] and storage.pieces == [8]
+
+
 def test_a_closed_gate_holds_them_and_then_they_come():
     made = hopper(scattered(1, 8, 0.305), belt="belt", funnel=0.5)
     assert run(made, 150, belt=BELT, gate=False) == [] and made.at_outlet()

@@ -101,6 +101,9 @@ def test_the_turret_turns_muzzle_velocity_and_spin():
     assert piece.vel == pytest.approx((0.0, v * math.cos(1.0), v * math.sin(1.0)))
     assert piece.pos == pytest.approx((1.0, 2.2, 0.5))
     assert piece.rate[0] > 0.0 and piece.rate[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
+    parts["turret"].velocity = 20.0
+    swung = np.subtract(shot(Shooter(made.config, parts)).vel, piece.vel)  # turret_ratio w r to the left of the muzzle
+    assert swung == pytest.approx((-math.pi / 20 * 20.0 * 0.2, 0.0, 0.0), abs=1e-9)
 
 
 def test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant():
@@ -215,13 +218,13 @@ def test_shots_are_off_by_their_errors_and_the_robot_does_not_know():
         hood=0.01,
         turret=0.04,
     )
-    made, parts = shooter(wheels=("lower",), hood="hood", turret="turret", exit_efficiency=0.5)
+    made, parts = shooter(wheels=("lower",), hood="hood", turret="turret", turret_ratio=0.5, exit_efficiency=0.5)
     off = Shooter(made.config, parts, errors)
     parts["lower"].velocity = 300.0
     (right,), (wrong,) = made.update(1), off.update(1)
     assert wrong.aim.speed == pytest.approx(1.1 * right.aim.speed)
     assert wrong.aim.elevation == pytest.approx(right.aim.elevation + 0.02 - 0.01)  # elevation_per_hood is -1
-    assert wrong.aim.turret_angle == pytest.approx(-0.03 + 0.04)
+    assert wrong.aim.turret_angle == pytest.approx(-0.03 + 0.5 * 0.04)
     exact, loose = (m.released(s, radius=RADIUS, robot=STILL) for m, s in ((made, right), (off, wrong)))
     assert np.linalg.norm(loose.rate) == pytest.approx(0.5 * 1.1 * np.linalg.norm(exact.rate))
     assert off.aim == made.aim
@@ -259,6 +262,11 @@ def test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_w
     parts["lower"].velocity = 10.0
     made.after_shot(0.2, 0.1)
     assert parts["lower"].velocity == 0.0, "no more than there is"
+    made, parts = shooter(compression_loss=5.0)
+    parts["lower"].velocity = parts["upper"].velocity = 300.0
+    made.after_shot(0.0, 0.0)
+    left = 0.5 * 0.01 * (parts["lower"].velocity ** 2 + parts["upper"].velocity ** 2)
+    assert 0.01 * 300.0**2 - left == pytest.approx(5.0), "from two wheels together"
 
 
 def test_shooters_that_cannot_be_are_refused():

@@ -50,6 +50,7 @@ def test_a_full_robot_of_rebuilt_is_no_higher_than_its_rules_allow():
 def test_pieces_leave_in_their_order(order, first):
     storage = Storage(StorageConfig(capacity=3, order=order))
     storage.add([3, 4, 5])
+    assert list(storage.in_turn) == first
     assert [storage.take() for _ in range(3)] == first
     with pytest.raises(CapacityError, match="empty"):
         storage.take()

@@ -66,6 +66,22 @@ def test_it_stops_when_nobody_drives():
         assert math.hypot(*match.robots[0].chassis.vel[:2]) < 0.05
 
 
+def test_after_robots_were_disabled_it_starts_from_rest():
+    """Sticks that are pushed as it is enabled again: no more than the acceleration that they may ask for."""
+    match, person = driven()
+    with match:
+        person.wants = DriverInput(ahead=1.0)
+        match.play(1.0)
+        controller, robot = match._controllers[0], match.robots[0]
+        match.set_controller(0, None)
+        robot.drive.stop()
+        match.play(1.0)
+        assert robot.chassis.speed < 0.05
+        match.set_controller(0, controller)
+        match.play(0.1)
+        assert 0.1 < robot.chassis.speed < 0.1 * controller.settings.acceleration + 0.05
+
+
 def test_an_action_runs_while_its_button_is_held_and_takes_the_sticks_only_if_it_steers():
     seen = []
 
@@ -76,6 +92,7 @@ def test_an_action_runs_while_its_button_is_held_and_takes_the_sticks_only_if_it
 
     def hold_still(robot):
         try:
+            robot._feed = True
             while True:
                 robot.accelerate_to(0.0, 0.0)
                 yield
@@ -90,10 +107,11 @@ def test_an_action_runs_while_its_button_is_held_and_takes_the_sticks_only_if_it
         assert seen == ["rest", "count", "count", "count", "rest"] and match.robots[0].chassis.vel[0] > 1.5
         person.wants = replace(AHEAD, action=1)
         match.play(1.0)
-        assert abs(match.robots[0].chassis.vel[0]) < 0.05 and len(seen) == 5
+        assert abs(match.robots[0].chassis.vel[0]) < 0.05 and len(seen) == 5 and match._controllers[0].is_feeding
         person.wants = replace(AHEAD, action=3)  # the game has none of that number
         match.play(0.5)
         assert seen[5:] == ["let go", "rest"] and match.robots[0].chassis.vel[0] > 1.0
+        assert not match._controllers[0].is_feeding
 
 
 def test_it_is_taken_over_while_robots_may_move_and_stays_taken():

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Game, Role
 from simcore.match.match import Match
-from simcore.players.lineup import Seat, entries, lineup, match_seconds, read_player, take_seats
+from simcore.players.lineup import Seat, WhileEnabled, entries, lineup, match_seconds, read_player, take_seats
 from simcore.units import TICK
 
 
@@ -81,3 +83,20 @@ def test_players_drive_while_robots_may_move_and_a_match_lasts_until_it_is_judge
         match.timer.follow_driver_station()
         match.play(1.5)
         assert match.robots[1].chassis.speed < 0.05, "disabled"
+
+
+def test_a_player_begins_anew_with_each_auto_and_coasts_while_disabled():
+    """Not with teleop, nor when robots are enabled again in the course of it."""
+    timer = SimpleNamespace(is_enabled=False, phase=SimpleNamespace(mode="auto"))
+    make, robot = Mock(side_effect=Mock), SimpleNamespace(drive=Mock(), mechanisms={"roller": Mock()})
+    player = WhileEnabled(SimpleNamespace(timer=timer), make)
+    begun = []
+    for is_enabled, mode in (
+        (True, "auto"), (True, "auto"), (False, "disabled"), (True, "teleop"), (False, "teleop"), (True, "teleop"),
+        (False, "auto"), (True, "auto"), (True, "auto"),
+    ):  # fmt: skip
+        timer.is_enabled, timer.phase.mode = is_enabled, mode
+        player(robot, 0.0)
+        begun.append(make.call_count)
+    assert begun == [1, 1, 1, 1, 1, 1, 1, 2, 2]
+    assert robot.drive.stop.call_count == robot.mechanisms["roller"].coast.call_count == 3

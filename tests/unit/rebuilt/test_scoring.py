@@ -208,13 +208,16 @@ def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
     assert counts.seconds((0, 1)) == 0.0 and counts.seconds((1, 0)) == pytest.approx(0.2)
 
 
-def test_g418_a_count_ends_three_seconds_after_both_have_moved_on_together():
-    """They stay close, but six feet from where the pin began."""
+@pytest.mark.parametrize(
+    "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
+)
+def test_g418_a_count_ends_three_seconds_after_either_has_moved_on(places):
+    """They stay closer, but it is six feet from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
         pin(2.0, counts=counts)
         for _ in range(round(time / 0.02)):
-            counts.update(0.02, set(), {0: (4.0, 2.0), 1: (4.8, 2.0)})
+            counts.update(0.02, set(), places)
         assert (counts.seconds((0, 1)) > 0.0) is left
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import choose_engine
 from simcore.sweep.code_version import project_digest
 from simcore.sweep.experiment import Experiment, StopRule
 from simcore.sweep.factors import parse_factor
@@ -74,6 +75,8 @@ def test_a_run_keeps_its_name_where_more_is_asked_for():
     for changed in ({"auto": "tour"}, {"scatter": Scatter()}, {"seconds": 3.0}, {"metrics": ("score",)}):
         other = replace(few, **changed)
         assert not set(few.run_keys(few.runs())) & set(other.run_keys(other.runs()))
+    named = replace(few, engine=choose_engine(None))
+    assert named.run_keys(named.runs()) == few.run_keys(few.runs()), "whether or not the engine is named"
 
 
 def test_a_run_has_another_name_with_another_mesh_or_engine_package(tmp_path, monkeypatch):

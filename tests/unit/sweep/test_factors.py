@@ -87,6 +87,10 @@ def test_a_heavier_robot_is_as_wide_as_before():
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
     assert vary(SETUP, {"mass": 66.0}).robot == after
     assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
+    told = replace(SETUP, robot=replace(before, chassis=replace(before.body, yaw_inertia=4.0)))
+    assert vary(told, {"mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
+    with pytest.raises(ConfigError, match="yaw_inertia"):  # of the drivetrain, or of the chassis?
+        vary(told, {"robot.yaw_inertia": 5.0})
 
 
 def test_names_reach_how_it_is_played():

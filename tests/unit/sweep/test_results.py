@@ -67,6 +67,20 @@ def test_a_pair_that_lost_a_run_is_left_out(tired_battery):
     assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "score").n == 19
 
 
+def test_pairs_of_one_seed_count_as_their_mean():
+    """From 0 to 1 the score rises by 1 at one value of the other factor, by 3 at the other: by 2 in each seed."""
+    points = {"x": np.array([0.0, 1.0, 0.0, 1.0]), "y": np.array([0.0, 0.0, 1.0, 1.0])}
+    rows = made_sweep.runs_of(points, lambda v, seed: {"score": seed + v["x"] * (1.0 + 2.0 * v["y"])}, seeds=3)
+    found = Results(rows, made_sweep.described("x", "y")).paired("x", 0.0, 1.0, "score")
+    assert (found.n, found.mean, found.lower, found.upper) == (3, 2.0, 2.0, 2.0)
+
+
+def test_a_run_in_which_nothing_was_measured_is_in_no_pair(tired_battery):
+    """Hits of no shots at all."""
+    rows = [{**row, "shots": 0 if row["seed"] == 3 or row["run"] == 0 else row["shots"]} for row in tired_battery.rows]
+    assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "hits / shots").n == 19
+
+
 def test_runs_of_one_seed_are_one_witness(tired_battery):
     """All of 3 seeds' 18 runs score: three of three, 44 to 100 % by Wilson; one run a seed is Wilson's share."""
     few = replace(tired_battery, rows=[row for row in tired_battery.rows if row["seed"] < 3])

@@ -7,8 +7,8 @@ from simcore.sweep.experiment import Experiment, StopRule
 from simcore.sweep.factors import Factor
 
 
-def rounds(**stop):
-    experiment = Experiment(factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(60), stop=StopRule(**stop))
+def rounds(seeds=60, **stop):
+    experiment = Experiment(factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(seeds), stop=StopRule(**stop))
     return _Rounds(experiment, experiment.runs())
 
 
@@ -38,3 +38,11 @@ def test_a_round_counts_when_all_its_points_are_there_in_whatever_order():
     made.add(row(3, 1.0))
     made.add(row(0, 1.0))
     assert made.is_over and sorted(one["run"] for one in made.counted) == [0, 1]
+
+
+def test_a_rule_that_is_met_at_once_is_asked_after_the_least_number_of_seeds_and_of_many_every_tenth():
+    for least, end in ((12, 12), (103, 110)):
+        made = rounds(seeds=130, condition="score > 0.5", width=0.49, least=least)
+        for number in range(2 * 130):
+            made.add(row(number, 1.0))
+        assert len(made.counted) == 2 * end

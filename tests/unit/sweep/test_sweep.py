@@ -9,6 +9,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
@@ -163,6 +164,24 @@ print(len(sweep(wanted, executor="process", out=sys.argv[1]).finished))
     assert last.endswith("runs are not in it")
     kept = sqlite3.connect(tmp_path / "runs.sqlite").execute("SELECT count(*) FROM runs").fetchone()[0]
     assert 0 < kept < 40
+
+
+@pytest.mark.parametrize("more", [0, 1], ids=["as it is closed", "with the next one"])
+def test_rows_that_could_not_be_written_are_tried_again(tmp_path, caplog, more):
+    """The file may have no page more for a while."""
+    with closing(RunStore(tmp_path)) as store:
+        ((pages,),) = store._base.execute("PRAGMA page_count").fetchall()
+        store._base.execute(f"PRAGMA max_page_count = {pages}")
+        store.add("large", {"error": "", "score": "7" * 50_000})
+        store.add("small", {"error": ""})
+        assert store.rows(["large", "small"]) == {}
+        store._base.execute("PRAGMA max_page_count = 1000")
+        for number in range(more):
+            store.add(f"new {number}", {"error": ""})
+            assert set(store.rows(["large", "small", "new 0"])) == {"large", "small", "new 0"}
+    assert len(caplog.messages) == 1 and caplog.messages[0].endswith("kept in memory")
+    with closing(RunStore(tmp_path)) as store:
+        assert set(store.rows(["large", "small"])) == {"large", "small"}
 
 
 def test_a_store_that_cannot_be_is_said(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import ndtri
+from scipy.special import fdtri, ndtri
 from scipy.stats import binom
 
 from simcore.errors import ConfigError
@@ -38,8 +38,6 @@ def test_wilsons_interval_is_that_of_published_tables(k, n, lower, upper):
 @given(n=st.integers(1, 2000), data=st.data(), confidence=st.floats(0.5, 0.999))
 def test_the_ends_are_where_the_score_test_just_holds(n, data, confidence):
     """At each end p0 the count is z standard deviations of p0 away: (p - p0)^2 n = z^2 p0 (1 - p0)."""
-    from scipy.special import ndtri
-
     k = data.draw(st.integers(0, n))
     share = wilson_share(k, n, confidence)
     z = ndtri(0.5 + confidence / 2)
@@ -90,6 +88,31 @@ def test_a_difference_without_scatter_is_exact(shift, values):
     assert found.mean == found.lower == found.upper == shift
     assert (found.more, found.less) == ((len(values), 0) if shift > 0 else (0, len(values)) if shift else (0, 0))
     assert found.is_clear == bool(shift) and (shift or found.p_value == 1.0)
+
+
+def test_runs_of_which_one_seed_has_most_are_worth_as_much_as_that_seed_leaves():
+    """8, 1 and 1 runs that came out alike: a run shares its seed with 66 / 10 others on average, itself included.
+
+    Ten runs are worth 10 / 6.6, with which Wilson's interval of ten of ten ends at 1 / (1 + z^2 / 1.52).
+    """
+    z = ndtri(0.975)
+    share = seed_share([True] * 10, [0] * 8 + [1, 2])
+    assert share.lower == pytest.approx(1.0 / (1.0 + z * z * 6.6 / 10.0)) and share.upper == 1.0
+
+
+def test_the_correlation_of_seeds_with_unequal_runs_is_its_limit_by_the_analysis_of_variance():
+    """With n0 runs a seed the ratio of mean squares over its F is 1 + n0 rho / (1 - rho); n0 = (n - sum m^2 / n) / 2.
+
+    Of three seeds with 6, 3 and 3 runs; rho is read from the interval, at whose ends the score test just holds.
+    """
+    held, seeds = [1, 1, 1, 1, 1, 0, 1, 1, 0, 0, 0, 1], [0] * 6 + [1] * 3 + [2] * 3
+    share, z = seed_share(held, seeds), ndtri(0.975)
+    worth = z * z * share.lower * (1.0 - share.lower) / (share.value - share.lower) ** 2
+    rho = (12.0 / worth - 1.0) / (54.0 / 12.0 - 1.0)
+    between = (6 * (5 / 6 - 8 / 12) ** 2 + 3 * (1 / 3 - 8 / 12) ** 2) / 2.0
+    within = (6 * 5 / 36 + 3 * 2 / 9 + 3 * 2 / 9) / 9.0
+    ratio = between / within / fdtri(2, 9, 0.35)
+    assert 0.0 < rho < 1.0 and 1.0 + (12.0 - 54.0 / 12.0) / 2.0 * rho / (1.0 - rho) == pytest.approx(ratio)
 
 
 def test_what_is_no_pair_is_refused():
