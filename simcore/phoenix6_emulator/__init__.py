@@ -4,8 +4,9 @@ From the outside to the inside:
 
 - `installation` replaces the libraries by the functions of `emulated_native`.
 - `emulator` holds all devices and steps them.
-- `emulated_talon` and `emulated_peripherals` are the devices, `emulated_device` is what they share.
-- `motion_profile` and `output_stage` compute the setpoint and the output of a motor controller.
+- `emulated_talon` and `emulated_peripherals` are the devices, `emulated_device` is
+  what they share.
+- `control_laws` and `output_stage` compute the output of a motor controller.
 - `emulated_drivetrain` is the swerve drivetrain: measured on Phoenix 6 26.3.0
   (`tests/adapters/swerve_reference.json`), with WPILib's published algorithms; plain floats throughout, because it runs
   250 times a simulated second.
