@@ -22,7 +22,7 @@ from simcore.show.match_tables import tables_of, verdict
 from simcore.show.palette import COLORS, color, flat, tint
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
-from simcore.show.run_events import BoardItem, BoardRecord, ending_of, events_of, lamps_now, phases_of, score_keys
+from simcore.show.run_events import ChangeRecord, board_now, ending_of, events_of, lamps_now, phases_of, score_keys
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, intake_places, shots_of
@@ -76,17 +76,19 @@ def run_data(
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
-    frames, board, lamps = FrameRecorder(layout, recording.times), BoardRecord(scene), _LampRecord()
+    frames, board, lamps = FrameRecorder(layout, recording.times), ChangeRecord(), ChangeRecord()
     for snapshot in filled(recording):
-        for taker in (frames, board, lamps):
-            taker.take(snapshot)
+        frames.take(snapshot)
+        board.take(snapshot.time, board_now(snapshot, scene))
+        lamps.take(snapshot.time, lamps_now(snapshot).items())
     meta = scene_data(scene, kinds, solids, block) | static_data(recording, scene, title, subtitle)
     meta |= {"live": False, "groups": {}, "lamps": lamps.found}
+    board_lines = [{"label": label, **changes} for label, changes in board.found.items()]
     for name, (times, rows) in frames.groups().items():
         meta["groups"][name] = {"width": layout.widths[name]}
         if len(rows):
             meta["groups"][name] |= {"times": block.add(_steps(times)), "rows": block.add(rows)}
-    return meta | report_data(recording, scene, block, kinds, board.items), block.data
+    return meta | report_data(recording, scene, block, kinds) | {"board": board_lines}, block.data
 
 
 def static_data(recording: Recording, scene: Scene, title: str, subtitle: str) -> dict[str, Any]:
@@ -101,20 +103,6 @@ def static_data(recording: Recording, scene: Scene, title: str, subtitle: str) -
         "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
         "heat": field.heat_maps(),
     }
-
-
-class _LampRecord:
-    """When what a game says of its elements changed."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, dict[str, list[Any]]] = {}
-
-    def take(self, snapshot: Snapshot) -> None:
-        for name, is_on in lamps_now(snapshot).items():
-            lamp = self.found.setdefault(name, {"times": [], "on": []})
-            if not lamp["on"] or lamp["on"][-1] != is_on:
-                lamp["times"].append(round(snapshot.time, 3))
-                lamp["on"].append(is_on)
 
 
 def layout_of(
@@ -174,10 +162,8 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     }
 
 
-def report_data(
-    recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], board: Sequence[BoardItem] = ()
-) -> dict[str, Any]:
-    """What is said of a run: facts, board, events, tables and charts."""
+def report_data(recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind]) -> dict[str, Any]:
+    """What is said of a run: facts, events, tables and charts."""
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
     start, end = track.span
@@ -188,10 +174,7 @@ def report_data(
         "end": round(end, 3),
         "facts": _facts(track, shots),
         "verdict": verdict(track),
-        "board": [
-            {"label": item.label, "times": [round(time, 2) for time in item.times], "texts": item.texts}
-            for item in board
-        ],
+        "board": [],
         "phases": [[round(time, 2), words, left] for time, words, left in phases_of(recording)],
         "events": [[round(event.time, 2), event.kind, event.text] for event in events_of(recording, scene, shots)],
         "tables": [table.data() for table in tables_of(track, shots)],
@@ -298,9 +281,10 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 def _top(scene: Scene, field: FieldDrawing, counts: str) -> str:
     """The field from above with a layer for everything that the player draws."""
-    names = [(look.name or str(number)) if len(scene.robots) > 1 else "" for number, look in enumerate(scene.robots)]
     inside = {
-        "robots": "".join(robot_symbol(look, label=name) for look, name in zip(scene.robots, names, strict=True)),
+        "robots": "".join(
+            robot_symbol(look, label=name) for look, name in zip(scene.robots, field.labels, strict=True)
+        ),
         "ghosts": "".join(robot_symbol(look, is_ghost=True) for look in scene.robots),
     }
     layers = "".join(element("g", inside.get(name) or element("desc", name), data_layer=name) for name in _LAYERS)

@@ -90,7 +90,7 @@ export class Run {
 
   lampIsOn(name, time) {
     const lamp = this.meta.lamps[name];
-    return Boolean(lamp && lamp.times.length && lamp.on[rowAt(lamp.times, time)]);
+    return Boolean(lamp && lamp.times.length && lamp.values[rowAt(lamp.times, time)]);
   }
 
   /** A live frame: its time, then the rows of all groups. */

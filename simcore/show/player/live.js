@@ -82,15 +82,15 @@ export class Live {
 
   state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
     const { meta } = this.player.run;
+    const note = (changes, value) => {
+      if (changes.values.at(-1) !== value) { changes.times.push(time); changes.values.push(value); }
+    };
     for (const [label, text] of board) {
       let item = meta.board.find((one) => one.label === label);
-      if (!item) meta.board.push(item = { label, times: [], texts: [] });
-      if (item.texts.at(-1) !== text) { item.times.push(time); item.texts.push(text); }
+      if (!item) meta.board.push(item = { label, times: [], values: [] });
+      note(item, text);
     }
-    for (const [name, on] of Object.entries(lamps)) {
-      const lamp = meta.lamps[name] ??= { times: [], on: [] };
-      if (lamp.on.at(-1) !== on) { lamp.times.push(time); lamp.on.push(on); }
-    }
+    for (const [name, on] of Object.entries(lamps)) note(meta.lamps[name] ??= { times: [], values: [] }, on);
     for (const [name, count] of Object.entries(cells)) {
       const steps = meta.cells[name] ??= [];
       if (!steps.length || steps.at(-1)[1] !== count) steps.push([time, count]);

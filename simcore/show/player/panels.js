@@ -29,7 +29,7 @@ export class Board {
 
   draw(time) {
     for (const item of this.run.meta.board) {
-      if (item.times.length) this.put(item.label, item.texts[rowAt(item.times, time)]);
+      if (item.times.length) this.put(item.label, item.values[rowAt(item.times, time)]);
     }
     const apart = this.run.meta.robots.map((_, k) => this.run.robot(k, time)).filter((pose) => pose && pose.belief)
       .map(({ place, belief }) => Math.hypot(place[0] - belief[0], place[1] - belief[1]).toFixed(2));
