@@ -30,7 +30,7 @@ from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BUMPER", "RobotSolids", "Solid", "model_solids", "robot_solids"]
+__all__ = ["BUMPER", "RobotSolids", "Solid", "extents", "model_solids", "robot_solids"]
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
@@ -123,6 +123,16 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
         place, name = scene.graph[node]
         if len(getattr(scene.geometry[name], "faces", ())):
             yield name, scene.geometry[name], model.transform @ place
+
+
+def extents(path: Path) -> list[float]:
+    """Length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    size = _load(path).extents
+    return [0.0] * 3 if size is None else np.asarray(size).tolist()
 
 
 def _load(path: Path) -> Any:
