@@ -10,7 +10,7 @@ const CLIP = 10;  // [s]
 const find = (selector) => document.querySelector(selector);
 
 export class Player {
-  /** @param {object} meta @param {Uint8Array} bytes */
+  /** @param {Meta} meta @param {Uint8Array} bytes */
   constructor(meta, bytes) {
     this.run = new Run(meta, bytes);
     this.now = this.run.start;
@@ -206,7 +206,7 @@ export class Player {
     this.show(time);
   }
 
-  onSpeed() {}
+  onSpeed(_speed) {}
 
   /** The last ten seconds as a video file, recorded while they are played once more. */
   clip() {

@@ -6,6 +6,7 @@ const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
 
 export class Solid {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     this.run = run;
     this.home = home;
@@ -30,7 +31,8 @@ export class Solid {
     this.control.maxPolarAngle = 1.55;
     this.control.addEventListener("start", () => { if (!["free", "follow"].includes(this.camera)) this.look("free", true); });
     this.control.addEventListener("change", () => this.onMove());
-    this.onMove = this.onCamera = () => {};
+    this.onMove = () => {};
+    this.onCamera = (/** @type {string} */ _name) => {};
     this.build();
     this.look("free");
   }
@@ -100,6 +102,7 @@ export class Solid {
     this.scene.add(this.belief);
   }
 
+  /** @param {SolidData} solid */
   geometry({ vertices, faces, scale }) {
     const points = unpack(this.run.bytes, vertices), corners = unpack(this.run.bytes, faces), found = new THREE.BufferGeometry();
     found.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(points, (value) => value * scale), 3));
@@ -108,6 +111,7 @@ export class Solid {
     return found;
   }
 
+  /** @param {SolidData} solid @param {RobotData | null} robot */
   mesh(solid, robot = null) {
     const color = robot && solid.name === "bumper" ? robot.bumper : solid.color;
     const material = new THREE.MeshStandardMaterial({ color, roughness: 0.75, opacity: solid.opacity, transparent: solid.opacity < 1, depthWrite: solid.opacity >= 1 });
