@@ -3,7 +3,7 @@ import { inflate } from "./data.js";
 import { Charts, drawEvents, drawTables, make, tableOf } from "./panels.js";
 import { Player } from "./player.js";
 
-const BEHIND = 0.02;  // [s] that pictures are behind the newest frame, to be drawn between two
+const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
 const find = (selector) => document.querySelector(selector);
@@ -118,6 +118,7 @@ export class Live {
     this.sendInput();
     const { player } = this;
     if (!player || !player.isFollowing || this.isOver || !player.run.groups.robots.n) { this.before = stamp; return; }
+    if (player.solid && !this.isPaused && this.before) player.solid.keepUp(stamp, stamp - this.before);
     const speed = this.isPaused ? 1 : Number(player.speed.value), dt = Math.min(0.1, (stamp - (this.before ?? stamp)) / 1000) * speed;
     this.before = stamp;
     const goal = this.head - BEHIND * Math.max(1, speed), off = goal - player.now;

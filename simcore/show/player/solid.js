@@ -3,6 +3,7 @@ import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
+const LATE = 40, EARLY = 19, COARSEST = 0.35;  // [ms] between pictures that are too few and enough; least share of pixels
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
 
 export class Solid {
@@ -16,7 +17,10 @@ export class Solid {
     this.flashes = [];
     this.isPlain = drawsInSoftware();
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain });
-    this.renderer.setPixelRatio(this.isPlain ? 1 : Math.min(devicePixelRatio, 2));
+    this.finest = this.isPlain ? 1 : Math.min(devicePixelRatio, 2);
+    this.renderer.setPixelRatio(this.finest);
+    this.pace = 1000 / 60;  // [ms] between pictures, a mean
+    this.judgedAt = 0;
     this.renderer.shadowMap.enabled = !this.isPlain;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.canvas = this.renderer.domElement;
@@ -341,6 +345,19 @@ export class Solid {
       eye.lookAt(target);
     } else eye.lookAt(control.target);
   }
+
+  /** Draws fewer pixels while pictures come too late, and more when there is time again.
+   * @param {number} stamp of this picture [ms] @param {number} since the one before [ms] */
+  keepUp(stamp, since) {
+    this.pace += 0.15 * (Math.min(since, 1000) - this.pace);
+    if (stamp - this.judgedAt < 400) return;
+    this.judgedAt = stamp;
+    const ratio = this.renderer.getPixelRatio(), wanted = this.pace > LATE ? 0.75 * ratio : this.pace < EARLY ? 1.15 * ratio : ratio;
+    this.sharpen(Math.min(this.finest, Math.max(COARSEST * this.finest, wanted)));
+  }
+
+  /** Takes so many pixels for one of the screen. @param {number} ratio */
+  sharpen(ratio) { if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio); }
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.home;
