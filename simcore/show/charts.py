@@ -83,9 +83,6 @@ def charts_of(track: RunTrack) -> list[Chart]:
     score = [
         replace(curve, color=tint(curve.label)[1]) for curve in _curves(recording, score_keys(scene), is_stepped=True)
     ]
-    if any(robot.score_key for robot in scene.robots):
-        inks = [color(robot.ink) for robot in scene.robots]
-        score = [replace(curve, color=ink) for curve, ink in zip(score, inks, strict=True)]
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
@@ -108,7 +105,12 @@ def charts_of(track: RunTrack) -> list[Chart]:
         Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
               group="computer" if several else ""),
     ]  # fmt: skip
-    return [chart for chart in charts if chart.curves]
+    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # of two runs
+    return [
+        replace(chart, curves=[replace(curve, color=inks.get(curve.label, curve.color)) for curve in chart.curves])
+        for chart in charts
+        if chart.curves
+    ]
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:

@@ -20,7 +20,7 @@ from simcore.show.svg import document, element, line, polygon, polyline, ticks, 
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "planar", "robot_symbol"]
+__all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "path_ink", "planar", "robot_symbol"]
 
 MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
@@ -101,8 +101,8 @@ class FieldDrawing:
         for y in up:
             parts.append(line(0, width - y, length, width - y, stroke=color("seams")))
             scale.append(words(-38.0, width - y + 7.0, f"{y / 100:g}", 22, anchor="end"))
-        scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle"))
-        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22))
+        scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle", class_="axis"))
+        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22, class_="axis"))
         for name, corners in self.scene.field_outlines:
             fill, edge = tint(name)
             look = {"fill": fill, "stroke": edge, "stroke_width": 1.5, "opacity": 0.8}
@@ -121,7 +121,7 @@ class FieldDrawing:
         """
         parts = []
         for number, robot in enumerate(self.scene.robots):
-            ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
+            ink = path_ink(self.scene, robot)
             times, believed = self.track.estimates[number]
             if len(believed) and len(self.scene.robots) <= _FEW:
                 look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
@@ -266,6 +266,11 @@ class FieldDrawing:
         """What is written on each robot: its name or number; nothing on one that is alone."""
         robots = self.scene.robots
         return [(look.name or str(number)) if len(robots) > 1 else "" for number, look in enumerate(robots)]
+
+
+def path_ink(scene: Scene, robot: RobotLook) -> str:
+    """Color of a robot's path: its own, that of all paths if it is alone, else that of its alliance."""
+    return color(robot.ink) if robot.ink else color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
 
 
 def planar(row: FloatArray) -> tuple[float, float, float]:

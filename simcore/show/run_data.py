@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.field_drawing import FieldDrawing, robot_symbol
+from simcore.show.field_drawing import FieldDrawing, path_ink, robot_symbol
 from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
-from simcore.show.palette import COLORS, color, flat, tint
+from simcore.show.palette import COLORS, flat, tint
 from simcore.show.picture import legend
 from simcore.show.place_board import PlaceBoard
 from simcore.show.run_events import ChangeRecord, board_now, ending_of, events_of, lamps_now, phases_of, score_keys
@@ -144,7 +144,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         if identity not in seen:
             seen[identity] = len(models)
             models.append(_model_data(one, block))
-        robots.append(_robot_data(look, one, seen[identity]))
+        robots.append(_robot_data(look, one, seen[identity], path_ink(scene, look)))
     return {
         "field": {
             "size": [length, width],
@@ -241,7 +241,7 @@ def _solid_data(solid: Solid, block: Block, step: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]:
+def _robot_data(look: RobotLook, one: RobotSolids, model: int, ink: str) -> dict[str, Any]:
     low, high = _CHASSIS
     if look.config is not None:
         low, high = look.config.body.clearance, look.config.body.bumper_top
@@ -249,7 +249,7 @@ def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]
         low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
     return {
         "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
-        "model": model, "parts": len(one.parts), "ink": color(look.ink) if look.ink else tint(look.alliance)[1],
+        "model": model, "parts": len(one.parts), "ink": ink,
         "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
     }  # fmt: skip
 

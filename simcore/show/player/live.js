@@ -99,7 +99,7 @@ export class Live {
     this.player.charts.append(time, values);
     this.isPaused = paused;
     this.clock = clock;
-    this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving ? [this.meta.drive.help] : [], ...says]);
+    this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving && find(".sticks").hidden ? [this.meta.drive.help] : [], ...says]);
     if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
     const big = find(".clock");
     big.hidden = !clock;

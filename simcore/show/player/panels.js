@@ -212,7 +212,7 @@ export class Charts {
       chart.curves.forEach((curve, k) => {
         const value = curve.values[rowAt(curve.times, time)];
         chart.labels[k][1].textContent = value === undefined || !Number.isFinite(value) ? "" :
-          Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4 ? value.toFixed(0) : value.toFixed(2);
+          Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4 ? String(Math.round(value) + 0) : value.toFixed(2);
       });
     }
   }

@@ -3,7 +3,7 @@ import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
-const LATE = 40, EARLY = 19, COARSEST = 0.35;  // [ms] between pictures that are too few and enough; least share of pixels
+const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures that are too few and enough; least share of pixels
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
 
 export class Solid {
