@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from simcore.physics.shapes import outline
 from simcore.show.palette import color, tint
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.robot_sketch import RobotSketch, SketchWay
-from simcore.show.svg import document, element, line, polygon, polyline, words
+from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
 from simcore.typing import FloatArray
 
 __all__ = ["draw_robot"]
@@ -129,25 +128,15 @@ class _View:
     def _grid(self) -> str:
         """Lines and numbers in meters."""
         wide, tall = (size / self._scale for size in _VIEW)
-        step = 0.2 if wide < 2.4 else 0.5
         parts = []
-
-        def lines(first: float, length: float, draw: Callable[[float, bool], str]) -> None:
-            for k in range(math.ceil(2 * first / step), math.floor(2 * (first + length) / step) + 1):
-                parts.append(draw(0.5 * k * step, k % 2 == 0))
-
-        def upright(x: float, is_bold: bool) -> str:
+        for x in ticks(self._left, self._left + wide, 14):
             place = self._at(x, self._bottom)[0]
-            label = words(place, _VIEW[1] + 20, f"{x:.2g}", 12.5, anchor="middle") if is_bold else ""
-            return line(place, 0, place, _VIEW[1], stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
-
-        def level(y: float, is_bold: bool) -> str:
+            parts.append(line(place, 0, place, _VIEW[1], stroke=color("grid")))
+            parts.append(words(place, _VIEW[1] + 20, f"{x:g}", 12.5, anchor="middle"))
+        for y in ticks(self._bottom, self._bottom + tall, 14):
             place = self._at(self._left, y)[1]
-            label = words(-7, place + 4, f"{y:.2g}", 12.5, anchor="end") if is_bold else ""
-            return line(0, place, _VIEW[0], place, stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
-
-        lines(self._left, wide, upright)
-        lines(self._bottom, tall, level)
+            parts.append(line(0, place, _VIEW[0], place, stroke=color("grid")))
+            parts.append(words(-7, place + 4, f"{y:g}", 12.5, anchor="end"))
         parts.append(words(_VIEW[0] / 2, _VIEW[1] + 44, "x, to the front [m]", 13, anchor="middle"))
         name = "y, to the left [m]" if self._columns == _ABOVE else "z, up [m]"
         turn = f"translate(-48 {_VIEW[1] / 2:g}) rotate(-90)"
