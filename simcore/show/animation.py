@@ -153,26 +153,26 @@ class FramePainter:
                 paint = {"fill": one.look.air_color if one.is_high else one.look.color, "outline": one.look.edge_color}
                 middle, half = np.array((one.x, one.y)), 0.5 * np.array((one.length, one.width))
                 if one.look.size is None:
-                    pen.ellipse([*itertools.chain(*self._points(middle + _SQUARE[::2] * half))], **paint)
+                    pen.ellipse([*itertools.chain(*self.points(middle + _SQUARE[::2] * half))], **paint)
                 else:
-                    pen.polygon(self._points(middle + _SQUARE * half @ _turn(one.degrees).T), **paint)
+                    pen.polygon(self.points(middle + _SQUARE * half @ _turn(one.degrees).T), **paint)
         for shot in field.shots:
             rows = int(np.searchsorted(shot.times, snapshot.time + 1e-9))
             if rows > 1 and shot.times[-1] > snapshot.time - _TRAIL:
                 ink = COLORS[shot.result if shot.result in ("hit", "miss") else "muted"][0]
-                pen.line(self._points(field.points(shot.points[:rows])), fill=ink, width=2 * _FINE)
+                pen.line(self.points(field.points(shot.points[:rows])), fill=ink, width=2 * _FINE)
         for robot in field.scene.robots:
             believed = snapshot.poses.get(f"{robot.prefix}/Robot/EstimatedPose")
             if believed is not None:
                 x, y, yaw = planar(believed)
                 half = 50.0 * np.array(robot.bumpers)
                 box = field.points(np.array([(x, y)])) + _SQUARE * half @ _turn(-math.degrees(yaw)).T
-                pen.line(self._points(box[[0, 1, 2, 3, 0]]), fill=COLORS["ghost"][0], width=2 * _FINE)
+                pen.line(self.points(box[[0, 1, 2, 3, 0]]), fill=COLORS["ghost"][0], width=2 * _FINE)
         for number, robot in enumerate(field.scene.robots):
             if robot.pose_key in snapshot.poses:
                 layer = self._robot(number, snapshot, pieces)
                 x, y, _ = planar(snapshot.poses[robot.pose_key])
-                ((across, down),) = self._points(field.points(np.array([(x, y)])) - _REACH)
+                ((across, down),) = self.points(field.points(np.array([(x, y)])) - _REACH)
                 frame.paste(layer, (round(across), round(down)), layer)
         self._write_header(pen, frame.width, snapshot)
         return frame.reduce(_FINE)
@@ -201,7 +201,7 @@ class FramePainter:
             pen.text((right, 11 * _FINE), text, fill=paint, font=large)
             right -= 14 * _FINE
 
-    def _points(self, places: FloatArray) -> list[tuple[float, ...]]:
+    def points(self, places: FloatArray) -> list[tuple[float, ...]]:
         """Places of a `FieldDrawing` [cm] in a frame of twice its size [px]."""
         return [tuple(row) for row in (self._scale * (places - self._corner)).tolist()]
 

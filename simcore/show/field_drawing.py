@@ -25,7 +25,6 @@ __all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "path_ink", "plan
 MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
 _BUMPER = 8.0  # wide, as drawn
-_CELL = 50.0  # of a heat map
 _MOST = 150.0  # that is seen beside the field
 _FEW = 2  # robots of which it is drawn where they believed to be: more would hide the field
 _STAMP = 30  # outlines of a robot along its path, at most
@@ -195,20 +194,32 @@ class FieldDrawing:
         driven = [rows[:, :2] for _, rows in self.track.robots if len(rows)]
         fell = [shot.points[-1:, :2] for shot in self.shots if shot.result == "miss"]
         maps = {"robot": (driven, "path"), "misses": (fell, "miss")}
-        return {name: self._heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
+        return {name: self.heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
 
-    def _heat(self, rows: FloatArray, ink: str) -> str:
-        across, down = (math.ceil(size / _CELL) for size in (self.length, self.width))
-        places = self.points(rows)
+    def heat(self, places: FloatArray, ink: str, *, cell: float = 0.5) -> str:
+        """Cells, the denser the more was there; what is beside the field counts in the outermost ones.
+
+        Args:
+            places: In the field frame [m], shape (n, 2).
+            ink: Name of a color.
+            cell: Edge of a cell [m].
+        """
+        across, up = (math.ceil(size / cell) for size in self.scene.field_size)
+        inside = np.clip(places, 0.0, np.array(self.scene.field_size) - 1e-6)
         counts, _, _ = np.histogram2d(
-            places[:, 0], places[:, 1], bins=(across, down), range=((0, across * _CELL), (0, down * _CELL))
+            inside[:, 0], inside[:, 1], bins=(across, up), range=((0.0, across * cell), (0.0, up * cell))
         )
         most = float(counts.max()) or 1.0
-        cells = [
-            element("rect", x=_CELL * i, y=_CELL * j, width=_CELL, height=_CELL,
-                    opacity=0.15 + 0.75 * math.sqrt(counts[i, j] / most))
-            for i, j in zip(*np.nonzero(counts), strict=True)
-        ]  # fmt: skip
+        cells = []
+        for i, k in zip(*(rows.tolist() for rows in np.nonzero(counts)), strict=True):
+            ((x, y),) = self.points(np.array([[i * cell, (k + 1) * cell]])).tolist()
+            tip = element("title", f"{counts[i, k]:.0f} at x {(i + 0.5) * cell:g} m, y {(k + 0.5) * cell:g} m")
+            look = {
+                "width": 100.0 * cell,
+                "height": 100.0 * cell,
+                "opacity": 0.2 + 0.7 * math.sqrt(counts[i, k] / most),
+            }
+            cells.append(element("rect", tip, x=x, y=y, **look))
         return element("g", *cells, fill=color(ink))
 
     # --- what moves -----------------------------------------------------------------------------------------------

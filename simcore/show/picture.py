@@ -75,8 +75,7 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     tall = wide * (PLOT["bottom"] + 22) / PLOT["total"]
     drawings = [board.board(alliance, end, titled=True) for alliance in board.alliances]
     drawings += [
-        chart_drawing(chart, start, end, titled=True)
-        for chart in charts_of(track)[: _CHARTS + -len(drawings) % _CHARTS_IN_A_ROW]
+        chart_drawing(chart, start, end) for chart in charts_of(track)[: _CHARTS + -len(drawings) % _CHARTS_IN_A_ROW]
     ]
     for number, drawing in enumerate(drawings):
         row, column = divmod(number, _CHARTS_IN_A_ROW)

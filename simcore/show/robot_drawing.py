@@ -11,7 +11,7 @@ from simcore.physics.shapes import outline
 from simcore.show.palette import color, tint
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.robot_sketch import RobotSketch, SketchWay
-from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
+from simcore.show.svg import Axes, document, element, line, polygon, polyline, words
 from simcore.typing import FloatArray
 
 __all__ = ["draw_robot"]
@@ -128,20 +128,10 @@ class _View:
     def _grid(self) -> str:
         """Lines and numbers in meters."""
         wide, tall = (size / self._scale for size in _VIEW)
-        parts = []
-        for x in ticks(self._left, self._left + wide, 14):
-            place = self._at(x, self._bottom)[0]
-            parts.append(line(place, 0, place, _VIEW[1], stroke=color("grid")))
-            parts.append(words(place, _VIEW[1] + 20, f"{x:g}", 12.5, anchor="middle"))
-        for y in ticks(self._bottom, self._bottom + tall, 14):
-            place = self._at(self._left, y)[1]
-            parts.append(line(0, place, _VIEW[0], place, stroke=color("grid")))
-            parts.append(words(-7, place + 4, f"{y:g}", 12.5, anchor="end"))
-        parts.append(words(_VIEW[0] / 2, _VIEW[1] + 44, "x, to the front [m]", 13, anchor="middle"))
+        low = (self._left, self._bottom)
+        axes = Axes((0.0, 0.0, *_VIEW), low, (low[0] + wide, low[1] + tall))
         name = "y, to the left [m]" if self._columns == _ABOVE else "z, up [m]"
-        turn = f"translate(-48 {_VIEW[1] / 2:g}) rotate(-90)"
-        parts.append(words(0.0, 0.0, name, 13, anchor="middle", transform=turn))
-        return element("g", *parts)
+        return axes.grid("x, to the front [m]", name, size=12.5, most=(14, 14), is_ruled=True)
 
     def _from_above(self) -> list[str]:
         sketch, (fill, edge) = self._sketch, tint("blue")

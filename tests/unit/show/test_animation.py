@@ -17,10 +17,8 @@ from scipy import ndimage
 from simcore.errors import ConfigError, OutputError
 from simcore.show import animation
 from simcore.show.animation import FramePainter, animate, frame_times
-from simcore.show.field_drawing import FieldDrawing
 from simcore.show.frames import filled
 from simcore.show.palette import COLORS, rgb
-from simcore.show.run_track import RunTrack
 from simcore.show.scene import PieceLook, Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
@@ -32,9 +30,10 @@ RED, BLUE, HIT, MISS = (COLORS[name][0] for name in ("red", "blue", "hit", "miss
 
 def to_pixels(scene: Scene) -> tuple[float, float, float]:
     """Pixels per meter, and the origin's place from the left and the top."""
-    left, top, across, _ = FieldDrawing(RunTrack(Recording(), scene), []).box
-    scale = 960.0 / across
-    return 100.0 * scale, -left * scale, 44.0 + (100.0 * scene.field_size[1] - top) * scale
+    below = 100.0 * scene.field_size[1]
+    corners = FramePainter(Recording(), scene).points(np.array([(0.0, below), (100.0, below)]))
+    (left, top), (right, _) = np.array(corners) / 2.0
+    return right - left, left, top
 
 
 def drawn(painter: FramePainter, recording: Recording, time: float) -> Image.Image:
