@@ -15,7 +15,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, OutputError
 from simcore.quantities import POSITIVE, require
-from simcore.show.field_drawing import DrawnPiece, FieldDrawing, planar
+from simcore.show.field_drawing import DrawnPiece, FieldDrawing, planar, turned_box
 from simcore.show.frames import FrameLayout, filled, piece_kinds
 from simcore.show.palette import COLORS, rgb
 from simcore.show.raster import pixels
@@ -150,12 +150,11 @@ class FramePainter:
         pieces = [*field.pieces(snapshot, self._layout)]
         for one in pieces:
             if one.robot is None:
-                paint = {"fill": one.look.air_color if one.is_high else one.look.color, "outline": one.look.edge_color}
-                middle, half = np.array((one.x, one.y)), 0.5 * np.array((one.length, one.width))
+                corners, paint = self.points(one.corners), {"fill": one.fill, "outline": one.look.edge_color}
                 if one.look.size is None:
-                    pen.ellipse([*itertools.chain(*self.points(middle + _SQUARE[::2] * half))], **paint)
+                    pen.ellipse([*corners[0], *corners[2]], **paint)
                 else:
-                    pen.polygon(self.points(middle + _SQUARE * half @ _turn(one.degrees).T), **paint)
+                    pen.polygon(corners, **paint)
         for shot in field.shots:
             rows = int(np.searchsorted(shot.times, snapshot.time + 1e-9))
             if rows > 1 and shot.times[-1] > snapshot.time - _TRAIL:
@@ -165,8 +164,8 @@ class FramePainter:
             believed = snapshot.poses.get(f"{robot.prefix}/Robot/EstimatedPose")
             if believed is not None:
                 x, y, yaw = planar(believed)
-                half = 50.0 * np.array(robot.bumpers)
-                box = field.points(np.array([(x, y)])) + _SQUARE * half @ _turn(-math.degrees(yaw)).T
+                length, width = (100.0 * size for size in robot.bumpers)
+                box = turned_box(100.0 * x, field.width - 100.0 * y, length, width, -math.degrees(yaw))
                 pen.line(self.points(box[[0, 1, 2, 3, 0]]), fill=COLORS["ghost"][0], width=2 * _FINE)
         for number, robot in enumerate(field.scene.robots):
             if robot.pose_key in snapshot.poses:
@@ -204,15 +203,6 @@ class FramePainter:
     def points(self, places: FloatArray) -> list[tuple[float, ...]]:
         """Places of a `FieldDrawing` [cm] in a frame of twice its size [px]."""
         return [tuple(row) for row in (self._scale * (places - self._corner)).tolist()]
-
-
-_SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-
-
-def _turn(degrees: float) -> FloatArray:
-    """Clockwise in a drawing whose y is down, shape (2, 2)."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array([(c, -s), (s, c)])
 
 
 def _write_gif(path: Path, frames: Iterator[Image]) -> None:

@@ -20,7 +20,7 @@ from simcore.show.svg import document, element, line, polygon, polyline, ticks, 
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "path_ink", "planar", "robot_symbol"]
+__all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "path_ink", "planar", "robot_symbol", "turned_box"]
 
 MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
@@ -49,14 +49,22 @@ class DrawnPiece:
     """Heading of the length, clockwise."""
     is_high: bool
 
+    @property
+    def fill(self) -> str:
+        """Its color."""
+        return self.look.air_color if self.is_high else self.look.color
+
+    @property
+    def corners(self) -> FloatArray:
+        """Of its outline, or of the square around a disk [cm], shape (4, 2)."""
+        return turned_box(self.x, self.y, self.length, self.width, self.degrees)
+
     def symbol(self) -> str:
         """Its element."""
-        look, x, y = self.look, self.x, self.y
-        paint = {"fill": look.air_color if self.is_high else look.color, "stroke": look.edge_color, "stroke_width": 1.3}
-        if look.size is None:
-            return element("circle", cx=x, cy=y, r=0.5 * self.length, **paint)
-        box = {"x": -0.5 * self.length, "y": -0.5 * self.width, "width": self.length, "height": self.width}
-        return element("rect", **box, transform=f"translate({x:.1f} {y:.1f}) rotate({self.degrees:.1f})", **paint)
+        paint = {"fill": self.fill, "stroke": self.look.edge_color, "stroke_width": 1.3}
+        if self.look.size is None:
+            return element("circle", cx=self.x, cy=self.y, r=0.5 * self.length, **paint)
+        return polygon(self.corners, **paint)
 
 
 class FieldDrawing:
@@ -277,6 +285,14 @@ class FieldDrawing:
         """What is written on each robot: its name or number; nothing on one that is alone."""
         robots = self.scene.robots
         return [(look.name or str(number)) if len(robots) > 1 else "" for number, look in enumerate(robots)]
+
+
+def turned_box(x: float, y: float, length: float, width: float, degrees: float) -> FloatArray:
+    """Corners of a rectangle about a place of a drawing, its length turned clockwise, shape (4, 2)."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    half = np.array([(-length, -width), (length, -width), (length, width), (-length, width)]) / 2.0
+    found: FloatArray = (x, y) + half @ np.array([(c, s), (-s, c)])
+    return found
 
 
 def path_ink(scene: Scene, robot: RobotLook) -> str:
