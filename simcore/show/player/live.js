@@ -91,10 +91,7 @@ export class Live {
       note(item, text);
     }
     for (const [name, on] of Object.entries(lamps)) note(meta.lamps[name] ??= { times: [], values: [] }, on);
-    for (const [name, count] of Object.entries(cells)) {
-      const steps = meta.cells[name] ??= [];
-      if (!steps.length || steps.at(-1)[1] !== count) steps.push([time, count]);
-    }
+    for (const [name, count] of Object.entries(cells)) note(meta.cells[name] ??= { times: [], values: [] }, count);
     if (this.player.solid) this.player.solid.previews = previews;
     this.player.charts.append(time, values);
     this.isPaused = paused;

@@ -95,12 +95,12 @@ export class Places {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     home.innerHTML = run.meta.places.map((board) => `<figure>${board}</figure>`).join("");  // drawn and escaped in Python
-    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: run.meta.cells[node.getAttribute("data-cell")] ??= [] }));
+    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: run.meta.cells[node.getAttribute("data-cell")] ??= { times: [], values: [] } }));
   }
 
   draw(time) {
     for (const { node, steps } of this.cells) {
-      const count = steps.length ? steps[rowAt(steps.map((step) => step[0]), time)][1] : 0, number = node.querySelector(".n");
+      const count = steps.times.length ? steps.values[rowAt(steps.times, time)] : 0, number = node.querySelector(".n");
       node.classList.toggle("full", count > 0);
       if (number) number.textContent = String(count);
     }

@@ -39,7 +39,7 @@ interface Meta {
   robots: RobotData[]; kinds: KindData[];
   facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string>)[]; lamps: Record<string, Changes<boolean>>;
   phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
-  tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: Point[]; places: string[]; cells: Record<string, [number, number][]>;
+  tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: Point[]; places: string[]; cells: Record<string, Changes<number>>;
   // of a live run
   seed?: number; run?: number; spawn?: string[]; people?: [name: string, summary: string][]; view?: string; camera?: string;
   drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
