@@ -33,7 +33,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
-__all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data", "static_data"]
+__all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
 _log = logging.getLogger(__name__)
 _LAYERS = ("heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes")
@@ -83,29 +83,15 @@ def run_data(
         board.take(snapshot.time, board_now(snapshot, scene))
         lamps.take(snapshot.time, lamps_now(snapshot).items())
         cells.take(snapshot.time, counts_now(snapshot, scene).items())
-    meta = scene_data(scene, kinds, solids, block) | static_data(recording, scene, title, subtitle)
+    meta = scene_data(scene, kinds, solids, block)
     meta |= {"live": False, "groups": {}, "lamps": lamps.found}
     lines = [{"label": label, **changes} for label, changes in board.found.items()]
     for name, (times, rows) in frames.groups().items():
         meta["groups"][name] = {"width": layout.widths[name]}
         if len(rows):
             meta["groups"][name] |= {"times": block.add(_steps(times)), "rows": block.add(rows)}
-    report = report_data(recording, scene, block, kinds)
+    report = report_data(recording, scene, block, kinds, title, subtitle)
     return meta | report | {"board": lines, "cells": cells.found}, block.data
-
-
-def static_data(recording: Recording, scene: Scene, title: str, subtitle: str) -> dict[str, Any]:
-    """Titles, and what is drawn from above and does not change."""
-    track = RunTrack(recording, scene)
-    field = FieldDrawing(track, shots_of(recording, scene))
-    marks = legend(field, intakes=len(intake_places(recording)))
-    return {
-        "title": title,
-        "notes": [text for text in (subtitle, *ending_of(recording)) if text],
-        "top": _top(scene, field, PlaceBoard(recording, scene).field_counts(track.span[0], field.width)),
-        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
-        "heat": field.heat_maps(),
-    }
 
 
 def layout_of(
@@ -165,14 +151,23 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     }
 
 
-def report_data(recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind]) -> dict[str, Any]:
-    """What is said of a run: facts, events, tables and charts."""
+def report_data(
+    recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], title: str, subtitle: str = ""
+) -> dict[str, Any]:
+    """What is said of a run: titles, what is drawn from above and does not change, facts, events, tables and charts."""
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
+    field = FieldDrawing(track, shots)
+    marks = legend(field, intakes=len(intake_places(recording)))
     start, end = track.span
     places = PlaceBoard(recording, scene)
     buckets = _FINE if len(scene.robots) == 1 else _COARSE
     return {
+        "title": title,
+        "notes": [text for text in (subtitle, *ending_of(recording)) if text],
+        "top": _top(scene, field, places.field_counts(start, field.width)),
+        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
+        "heat": field.heat_maps(),
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),
