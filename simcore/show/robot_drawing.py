@@ -135,7 +135,7 @@ class _View:
 
     def _from_above(self) -> list[str]:
         sketch, (fill, edge) = self._sketch, tint("blue")
-        (length, width), thick = sketch.bumper, sketch.bumper_thickness
+        length, width, thick = sketch.body.bumper_length, sketch.body.bumper_width, sketch.body.bumper_thickness
         inner = (length / 2 - thick, width / 2 - thick)
         parts = [
             self._box((-length / 2, -width / 2), (length / 2, width / 2), fill=fill, stroke=edge, rx=10),
@@ -166,12 +166,13 @@ class _View:
 
     def _from_the_side(self) -> list[str]:
         sketch, (fill, edge) = self._sketch, tint("blue")
-        half, (low, high), thick = sketch.bumper[0] / 2, sketch.bumper_heights, sketch.bumper_thickness
+        half, thick = sketch.body.bumper_length / 2, sketch.body.bumper_thickness
+        low, high = sketch.body.clearance, sketch.body.bumper_top
         floor = self._at(0.0, 0.0)[1]
         body = {"fill": color("soft"), "stroke": edge, "stroke_dasharray": "3 3"}
         parts = [
             line(0, floor, _VIEW[0], floor, stroke=color("ink"), stroke_width=3),
-            self._box((thick - half, high), (half - thick, sketch.height), **body),
+            self._box((thick - half, high), (half - thick, sketch.body.height), **body),
         ]
         for x in sorted({round(x, 6) for _, x, _ in sketch.wheels}):
             across, down = self._at(x, sketch.wheel_radius)

@@ -17,14 +17,14 @@ from simcore.errors import ModelError
 from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import Joint, part_pose
 from simcore.geometry.rotation import Vector, from_rpy
-from simcore.pieces.intake import IntakeZone, is_deployed
+from simcore.pieces.intake import is_deployed
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
 from simcore.show.palette import COLORS, screen_color
-from simcore.show.robot_sketch import SHOT, Posed
+from simcore.show.robot_sketch import SHOT, Posed, zone_corners
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
@@ -220,17 +220,17 @@ def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[
     chains: list[tuple[str, tuple[Joint, ...], Vector, FloatArray]] = []
     chains += [("ghost", one.joints, one.offset, _cube(one.offset, one.reach)) for one in hooks]
     if not has_models:
-        chains += [("path", one.joints, one.offset, _zone(one.zone)) for one in config.placers]
+        chains += [("path", one.joints, one.offset, zone_corners(one.zone)) for one in config.placers]
         chains += [("ink", one.joints, one.offset, _cube(one.offset, 2.0 * _ROD)) for one in config.components]
         for intake in config.intakes:
             joints, deploy = intake.joints, intake.deploy
             if any(joint.mechanism == deploy for joint in joints) or (joints and deploy is None):
-                chains.append(("hit", joints, intake.zone.ball[0], _zone(intake.zone)))
+                chains.append(("hit", joints, intake.zone.ball[0], zone_corners(intake.zone)))
                 continue
             moves = joints or (() if intake.stretch is None else (intake.stretch,))
             zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
             pose = _linked(posed, moves, None if deploy is None else (deploy, intake.deployed_at))
-            yield [_hull("", _ink("hit"), 0.5, _zone(zone))], pose
+            yield [_hull("", _ink("hit"), 0.5, zone_corners(zone))], pose
         for shooter in config.shooters:
             yield [_hull("", _ink("miss"), 0.9, _SHOT)], _muzzle(posed, shooter)
     bodies: dict[tuple[Joint, ...], dict[object, Solid]] = {}
@@ -298,10 +298,6 @@ def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterCo
 
 def _ink(name: str) -> str:
     return COLORS[name][0]
-
-
-def _zone(zone: IntakeZone) -> FloatArray:
-    return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
 
 
 def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
