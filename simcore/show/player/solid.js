@@ -398,6 +398,10 @@ function written(text, paper, ink, size, wide = 1) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.font = `bold ${size * tall}px system-ui, sans-serif`;
+  if (paper === "transparent") {  // also seen on white plates
+    Object.assign(pen, { strokeStyle: "#14171c", lineWidth: 9, lineJoin: "round" });
+    pen.strokeText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
+  }
   pen.fillText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
   const texture = new THREE.CanvasTexture(canvas);
   texture.anisotropy = 4;
