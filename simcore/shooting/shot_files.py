@@ -16,7 +16,7 @@ import numpy as np
 from simcore.shooting.shot_table import Check, ShotBand, ShotTable, ShotTableRow, stretches
 from simcore.show.palette import color
 from simcore.show.raster import save_drawing, writable_picture
-from simcore.show.svg import document, element, line, nested, ticks, words
+from simcore.show.svg import Axes, document, element, line, nested, words
 
 __all__ = ["draw_bands", "table_csv", "table_json", "table_python"]
 
@@ -169,27 +169,20 @@ def draw_bands(path: str | Path, table: ShotTable) -> None:
 
 def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
     """One row: axes, band and shot."""
-    left, top, width, height = _PLOT
+    left, top, width, _ = _PLOT
     slow, fast, flat, steep = box
+    axes = Axes(_PLOT, (slow, flat), (fast, steep))
 
     def across(speed: float) -> float:
-        return left + (min(max(speed, slow), fast) - slow) / (fast - slow) * width
+        return axes.x(min(max(speed, slow), fast))
 
     def down(elevation_deg: float) -> float:
-        return top + (steep - min(max(elevation_deg, flat), steep)) / (steep - flat) * height
+        return axes.y(min(max(elevation_deg, flat), steep))
 
     distance, _, radial, tangential = row.stand
     moving = f", moving {radial:g} / {tangential:g} m/s" if radial or tangential else ""
     parts = [words(left, top - 9.0, f"{distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
-    for speed in ticks(slow, fast, 6):
-        parts.append(line(across(speed), top, across(speed), top + height, stroke=color("grid")))
-        parts.append(words(across(speed), top + height + 15.0, f"{speed:g}", 11.5, anchor="middle"))
-    for angle in ticks(flat, steep, 6):
-        parts.append(line(left, down(angle), left + width, down(angle), stroke=color("grid")))
-        parts.append(words(left - 5.0, down(angle) + 4.0, f"{angle:g}", 11.5, anchor="end"))
-    parts.append(words(left + width, top + height + 30.0, "speed [m/s]", 11.5, anchor="end"))
-    middle = f"translate(12 {top + 0.5 * height:g}) rotate(-90)"
-    parts.append(words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=middle))
+    parts.append(axes.grid("speed [m/s]", "[deg]", most=(6, 6), is_ruled=True))
     if row.band is not None:
         parts.append(element("g", *_runs(row.band, across, down), fill=color("hit"), opacity=0.45))
     if row.share is not None:

@@ -1,4 +1,4 @@
-"""A run as a moving picture: GIF, or MP4 where ffmpeg is installed. Drawn by Pillow at twice the size, then reduced."""
+"""A run as a moving picture: GIF, or MP4 where ffmpeg is installed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import itertools
 import math
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,16 +15,18 @@ import numpy as np
 
 from simcore.errors import ConfigError, OutputError
 from simcore.quantities import POSITIVE, require
-from simcore.show.field_drawing import FieldDrawing
-from simcore.show.frames import filled
-from simcore.show.palette import COLORS, flat, rgb, tint
+from simcore.show.field_drawing import DrawnPiece, FieldDrawing, planar, turned_box
+from simcore.show.frames import FrameLayout, filled, piece_kinds
+from simcore.show.palette import COLORS, rgb
 from simcore.show.raster import pixels
-from simcore.show.run_events import BoardRecord, score_keys
-from simcore.show.run_track import Placed, RunTrack
-from simcore.show.scene import RobotLook, Scene
+from simcore.show.run_events import board_now, score_keys
+from simcore.show.run_track import RunTrack
+from simcore.show.scene import Scene
 from simcore.show.shots import shots_of
+from simcore.show.svg import document, element
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import output_error, require_writable
+from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ FRAME_PERIOD = 0.04
 """Time that a frame is shown [s]: a whole number of hundredths, as a GIF needs, and as often as pieces are recorded."""
 _LONGEST = 40.0  # [s]; longer runs are shown faster
 _HEADER, _FINE, _TRAIL = 44, 2, 0.4  # [px]; pixels drawn for one shown; [s] for which a shot stays after its end
+_REACH = 150.0  # [cm] of a robot's symbol from its center at most
 
 
 def animate(
@@ -71,9 +74,10 @@ def animate(
         speed = max(1.0, math.ceil(2.0 * (end - start) / _LONGEST) / 2.0)
     times = frame_times(start, end, speed)
     painter = FramePainter(recording, scene, title, width, speed)
+    frames = map(painter.draw, _at(filled(recording), times))
     write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     try:
-        write(path, map(painter.draw, times))
+        write(path, frames)
     except OSError as error:
         raise error if isinstance(error, OutputError) else output_error("animation", path, error) from error
 
@@ -108,101 +112,97 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     return [start, *(round(number * period, 6) for number in between), *([end] if end > start else [])]
 
 
+def _at(snapshots: Iterable[Snapshot], times: Iterable[float]) -> Iterator[Snapshot]:
+    """The newest snapshot at each of some rising times [s]."""
+    left, newest = iter(times), None
+    time = next(left, None)
+    for snapshot in snapshots:
+        while newest is not None and time is not None and time < snapshot.time - 1e-9:
+            yield newest
+            time = next(left, None)
+        newest = snapshot
+    if newest is not None and time is not None:
+        yield from itertools.repeat(newest, 1 + len([*left]))
+
+
 class FramePainter:
-    """Draws moments of one run; the arguments are those of `animate`."""
+    """Draws moments of one run at twice the size and reduces them; the arguments are those of `animate`."""
 
     def __init__(
         self, recording: Recording, scene: Scene, title: str = "", width: int = 960, speed: float = 1.0
     ) -> None:
-        self._track, self._scene, self._shots = RunTrack(recording, scene), scene, shots_of(recording, scene)
-        field = FieldDrawing(self._track, self._shots)
+        field = self._field = FieldDrawing(RunTrack(recording, scene), shots_of(recording, scene))
+        self._layout = FrameLayout(scene, (), piece_kinds(recording, scene))
         left, top, across, down = field.box
-        self._scale, self._down = _FINE * width / across, field.width
-        self._corner = np.array((left, top - _FINE * _HEADER / self._scale))
-        ground = pixels(field.drawing(field.ground()), _FINE * width)  # says which library is missing
-        from PIL import Image, ImageFont
-
-        size = (_FINE * width, 2 * _FINE * math.ceil((_HEADER + down * width / across) / 2.0))  # even, for video
-        self._ground = Image.new("RGB", size, "#ffffff")
-        self._ground.paste(ground, (0, _FINE * _HEADER), ground)
-        self._fonts = [ImageFont.load_default(_FINE * points) for points in (15, 17)]
-        board, told = BoardRecord(scene), ("period", *(label for label, _ in score_keys(scene)))
-        for snapshot in filled(recording):
-            board.take(snapshot)
-        self._board = [item for item in board.items if item.label in told][::-1]
+        height = 2 * math.ceil((_HEADER + down * width / across) / 2.0)  # even, for video
+        self._scale = _FINE * width / across  # [px/cm]
+        self._corner = np.array((left, top - _HEADER * across / width))
+        box = (*self._corner.tolist(), across, height * across / width)
+        self._ground = pixels(document(box, field.ground()), _FINE * width, background="#ffffff").convert("RGB")
         self._title = title if speed == 1.0 else f"{title}, {speed:g} times as fast"
 
-    def draw(self, time: float) -> Image:
-        """The frame of a simulated time [s]."""
+    def draw(self, snapshot: Snapshot) -> Image:
+        """The frame of a snapshot with the newest of all arrays: pieces and flights, then robots, then the header."""
         from PIL import ImageDraw
 
-        frame = self._ground.copy()
-        self._pen: Any = ImageDraw.Draw(frame)
-        placed = self._track.placed(self._track.table(time))
-        for one in placed:
-            if one.holder == 0:
-                self._piece(one, np.eye(2), np.zeros(2))
-        for shot in self._shots:
-            rows = int(np.searchsorted(shot.times, time + 1e-9))
-            if rows > 1 and shot.times[-1] > time - _TRAIL:
+        frame, field = self._ground.copy(), self._field
+        pen: Any = ImageDraw.Draw(frame)
+        pieces = [*field.pieces(snapshot, self._layout)]
+        for one in pieces:
+            if one.robot is None:
+                corners, paint = self.points(one.corners), {"fill": one.fill, "outline": one.look.edge_color}
+                if one.look.size is None:
+                    pen.ellipse([*corners[0], *corners[2]], **paint)
+                else:
+                    pen.polygon(corners, **paint)
+        for shot in field.shots:
+            rows = int(np.searchsorted(shot.times, snapshot.time + 1e-9))
+            if rows > 1 and shot.times[-1] > snapshot.time - _TRAIL:
                 ink = COLORS[shot.result if shot.result in ("hit", "miss") else "muted"][0]
-                way = 100.0 * shot.points[:rows, :2] * (1.0, -1.0) + (0.0, self._down)
-                self._pen.line(self.points(way), fill=ink, width=2 * _FINE)
-        for believed, (number, look) in itertools.product((True, False), enumerate(self._scene.robots)):
-            pose = self._track.robot_at(number, time, estimate=believed)
-            if pose is not None:
-                self._robot(look, pose, believed, [one for one in placed if one.holder == number + 1])
-        ink, right = COLORS["ink"][0], float(frame.width - 10 * _FINE)
-        self._pen.text((10 * _FINE, 12 * _FINE), self._title, fill=ink, font=self._fonts[0])
-        told = [(item.label, item.at(time)) for item in self._board]
-        for label, value in (("", f"{time:.2f} s"), *told):
-            text = value if label in ("", "period") else f"{label} {value}"
-            right -= self._pen.textlength(text, font=self._fonts[1])
-            paint = COLORS[label if label in ("blue", "red") else "ink"][0]
-            self._pen.text((right, 11 * _FINE), text, fill=paint, font=self._fonts[1])
-            right -= 14 * _FINE
+                pen.line(self.points(field.points(shot.points[:rows])), fill=ink, width=2 * _FINE)
+        for robot in field.scene.robots:
+            believed = snapshot.poses.get(f"{robot.prefix}/Robot/EstimatedPose")
+            if believed is not None:
+                x, y, yaw = planar(believed)
+                length, width = (100.0 * size for size in robot.bumpers)
+                box = turned_box(100.0 * x, field.width - 100.0 * y, length, width, -math.degrees(yaw))
+                pen.line(self.points(box[[0, 1, 2, 3, 0]]), fill=COLORS["ghost"][0], width=2 * _FINE)
+        for number, robot in enumerate(field.scene.robots):
+            if robot.pose_key in snapshot.poses:
+                layer = self._robot(number, snapshot, pieces)
+                x, y, _ = planar(snapshot.poses[robot.pose_key])
+                ((across, down),) = self.points(field.points(np.array([(x, y)])) - _REACH)
+                frame.paste(layer, (round(across), round(down)), layer)
+        self._write_header(pen, frame.width, snapshot)
         return frame.reduce(_FINE)
+
+    def _robot(self, number: int, snapshot: Snapshot, pieces: Sequence[DrawnPiece]) -> Image:
+        """A robot with what it holds, in the middle of a layer of its own."""
+        yaw = planar(snapshot.poses[self._field.scene.robots[number].pose_key])[2]
+        symbol = self._field.robot(number, snapshot, pieces)
+        turned = element("g", symbol, transform=f"rotate({-math.degrees(yaw):.1f})")
+        size = 2.0 * _REACH
+        return pixels(document((-_REACH, -_REACH, size, size), turned), round(size * self._scale))
+
+    def _write_header(self, pen: Any, width: int, snapshot: Snapshot) -> None:
+        """Title from the left; clock, period and scores from the right, over it where it is long."""
+        from PIL import ImageFont
+
+        small, large = (ImageFont.load_default(_FINE * points) for points in (15, 17))
+        pen.text((10 * _FINE, 12 * _FINE), self._title, fill=COLORS["ink"][0], font=small)
+        labels = [label for label, _ in score_keys(self._field.scene)]
+        told = [(label, text) for label, text in board_now(snapshot, self._field.scene) if label in ("period", *labels)]
+        right = width - 10.0 * _FINE
+        for label, value in (("", f"{snapshot.time:.2f} s"), *told[::-1]):
+            text = f"{label} {value}" if label in labels else value
+            right -= pen.textlength(text, font=large)
+            paint = COLORS[label if label in ("blue", "red") else "ink"][0]
+            pen.text((right, 11 * _FINE), text, fill=paint, font=large)
+            right -= 14 * _FINE
 
     def points(self, places: FloatArray) -> list[tuple[float, ...]]:
         """Places of a `FieldDrawing` [cm] in a frame of twice its size [px]."""
         return [tuple(row) for row in (self._scale * (places - self._corner)).tolist()]
-
-    def _piece(self, one: Placed, turn: FloatArray, middle: FloatArray) -> None:
-        """A piece, turned and moved as what holds it [cm]."""
-        look = self._scene.look(self._track.types[self._track.kinds[one.row]])
-        paint = {"fill": look.air_color if one.in_air else look.color, "outline": look.edge_color}
-        place = middle + turn @ (one.x, one.y)
-        if look.size is None:
-            r = look.reach * one.scale_x
-            self._pen.ellipse([*itertools.chain(*self.points(np.array([place - r, place + r])))], **paint)
-        else:
-            corners = 0.5 * _SQUARE * (one.scale_x, one.scale_y)
-            self._pen.polygon(self.points(place + corners @ _turn(one.angle).T @ turn.T), **paint)
-
-    def _robot(self, look: RobotLook, pose: tuple[float, float, float], believed: bool, held: Sequence[Placed]) -> None:
-        """A robot with what it holds; of where it believed to be the outline."""
-        middle, turn = np.array((100.0 * pose[0], self._down - 100.0 * pose[1])), _turn(-math.degrees(pose[2]))
-        x, y = 50.0 * look.bumpers[0], 50.0 * look.bumpers[1]
-        box = self.points(middle + _SQUARE * (x, y) @ turn.T)
-        if believed:
-            self._pen.line([*box, box[0]], fill=COLORS["ghost"][0], width=2 * _FINE)
-            return
-        edge = COLORS[look.ink][0] if look.ink else flat(tint(look.alliance)[1])
-        self._pen.polygon(box, fill=edge)
-        self._pen.polygon(self.points(middle + _SQUARE * (x - 8.0, y - 8.0) @ turn.T), fill="#eceef2")
-        for one in held:
-            self._piece(one, turn, middle)
-        arrow = np.array([(x - 8.0, 0.0), (0.3 * x - 8.0, 0.35 * y), (0.3 * x - 8.0, -0.35 * y)])
-        self._pen.polygon(self.points(middle + arrow @ turn.T), fill=edge)
-
-
-_SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-
-
-def _turn(degrees: float) -> FloatArray:
-    """Clockwise in a drawing whose y is down, shape (2, 2)."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array([(c, -s), (s, c)])
 
 
 def _write_gif(path: Path, frames: Iterator[Image]) -> None:

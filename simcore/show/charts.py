@@ -14,7 +14,7 @@ import numpy as np
 from simcore.show.palette import LINE_STYLES, color, tint
 from simcore.show.run_events import BROWNOUT, score_keys
 from simcore.show.run_track import RunTrack
-from simcore.show.svg import document, element, line, polyline, ticks, words
+from simcore.show.svg import Axes, document, element, line, polyline, words
 from simcore.telemetry.recording import Recording, newest_rows
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.typing import FloatArray
@@ -31,7 +31,7 @@ _QUANTITIES = (
 )  # fmt: skip
 """Of a mechanism, what says most first: end of its key, name and unit."""
 PLOT = {"total": 360, "left": 44, "width": 306, "top": 8, "height": 132, "bottom": 178}
-"""Where a chart's axes are, in units of its drawing; page.js needs it too."""
+"""Where a chart's axes are, in units of its drawing; as in `player/panels.js`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,9 +83,6 @@ def charts_of(track: RunTrack) -> list[Chart]:
     score = [
         replace(curve, color=tint(curve.label)[1]) for curve in _curves(recording, score_keys(scene), is_stepped=True)
     ]
-    if any(robot.score_key for robot in scene.robots):
-        inks = [color(robot.ink) for robot in scene.robots]
-        score = [replace(curve, color=ink) for curve, ink in zip(score, inks, strict=True)]
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
@@ -108,7 +105,12 @@ def charts_of(track: RunTrack) -> list[Chart]:
         Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True),
               group="computer" if several else ""),
     ]  # fmt: skip
-    return [chart for chart in charts if chart.curves]
+    inks = {robot.name: color(robot.ink) for robot in scene.robots if robot.ink}  # of two runs
+    return [
+        replace(chart, curves=[replace(curve, color=inks.get(curve.label, curve.color)) for curve in chart.curves])
+        for chart in charts
+        if chart.curves
+    ]
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
@@ -239,38 +241,23 @@ def thinned(curve: Curve, buckets: int = 400) -> Curve:
     return replace(curve, times=curve.times[rows], values=curve.values[rows])
 
 
-def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = False) -> str:
-    """Axes, curves and limit of a chart over a stretch of time [s].
+def chart_drawing(chart: Chart, start: float, end: float) -> str:
+    """Title, axes, curves and limit of a chart over a stretch of time [s].
 
     Args:
         chart: What is drawn.
         start: Left end of the time axis.
         end: Right end of it.
-        titled: Write title and labels of the curves over it, as a picture needs; a page has them beside the values.
     """
     low, high = bounds(chart)
-    left, right, top, bottom = PLOT["left"], PLOT["left"] + PLOT["width"], PLOT["top"], PLOT["top"] + PLOT["height"]
-
-    def across(time: float) -> float:
-        return left + (time - start) / ((end - start) or 1.0) * (right - left)
-
-    def down(value: float) -> float:
-        return top + (high - value) / (high - low) * (bottom - top)
-
-    parts = []
-    for level in ticks(low, high, 5):
-        parts.append(line(left, down(level), right, down(level), stroke=color("grid")))
-        parts.append(words(left - 5, down(level) + 4, f"{level:g}", 11.5, anchor="end"))
-    for time in ticks(start, end, 7):
-        parts.append(words(across(time), bottom + 16, f"{time:g}", 11.5, anchor="middle"))
-    parts.append(words(right, PLOT["bottom"] - 5, "time [s]", 11.5, anchor="end"))
-    middle = f"translate(10 {top + PLOT['height'] / 2:g}) rotate(-90)"
-    parts.append(words(0.0, 0.0, f"[{chart.unit}]", 11.5, anchor="middle", transform=middle))
+    left, right = PLOT["left"], PLOT["left"] + PLOT["width"]
+    axes = Axes((left, PLOT["top"], PLOT["width"], PLOT["height"]), (start, low), (end, high))
+    parts = [axes.grid("time [s]", f"[{chart.unit}]")]
     if chart.limit is not None and low <= chart.limit <= high:
         label = f"{chart.limit_label} {chart.limit:g} {chart.unit}"
         look: dict[str, Any] = {"stroke": color("ink"), "stroke_dasharray": "4 3"}
-        parts.append(line(left, down(chart.limit), right, down(chart.limit), **look))
-        parts.append(words(right, down(chart.limit) - 4, label, 11.5, anchor="end"))
+        parts.append(line(left, axes.y(chart.limit), right, axes.y(chart.limit), **look))
+        parts.append(words(right, axes.y(chart.limit) - 4, label, 11.5, anchor="end"))
     for curve in chart.curves:
         thin, corners = thinned(curve), []
         previous = math.nan
@@ -278,14 +265,11 @@ def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = Fals
             if not math.isfinite(value):
                 continue
             if curve.is_stepped and math.isfinite(previous) and value != previous:
-                corners.append((across(time), down(previous)))
-            corners.append((across(time), down(value)))
+                corners.append((axes.x(time), axes.y(previous)))
+            corners.append((axes.x(time), axes.y(value)))
             previous = value
         look = {"stroke": curve.color, "stroke_width": 1.6, "stroke_dasharray": curve.dashes or None}
         parts.append(polyline(corners, **look))
-    if not titled:
-        parts.append(line(left, top, left, bottom, class_="cursor", visibility="hidden", stroke=color("ink")))
-        return document((0, 0, PLOT["total"], PLOT["bottom"]), *parts)
     title = chart.title.removesuffix(", by robot") if len(chart.curves) > 3 else chart.title  # the legend says it
     parts.append(words(left, -8, title, 13, ink=color("ink"), bold=True))
     x = float(right)

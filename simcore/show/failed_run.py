@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
+from simcore.show.run_outputs import draw_files
 from simcore.show.scene import RobotLook, Scene
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.sinks import discard_empty
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["FailedRunFiles", "save_failed_run", "write_log"]
-
-_log = logging.getLogger(__name__)
 
 _RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")
 _OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
@@ -70,24 +68,15 @@ def save_failed_run(
     around = scene or empty_scene(recording)
     title = title or name
     problems: list[str] = []
-
-    def attempt(kind: str, suffix: str, write: Callable[[Path], object]) -> Path | None:
-        path = stem.with_name(stem.name + suffix)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write(path)
-        except Exception as error:  # the test's own failure is what matters, whatever happens here
-            _log.debug("no %s", kind, exc_info=True)
-            discard_empty(path)
-            problems.append(f"no {kind}: {error}")
-            return None
-        return path
-
     # Each file is written even if another fails: the log first, for it needs nothing but a disk.
-    log = attempt("log", ".wpilog", lambda path: write_log(recording, path))
-    page = attempt("page", ".html", lambda path: write_page(path, recording, around, title=title, subtitle=note))
-    picture = attempt("picture", ".png", lambda path: draw_summary(path, recording, around, title=title, subtitle=note))
-    return FailedRunFiles(page=page, picture=picture, log=log, problems=tuple(problems))
+    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
+        "log": (stem.with_name(stem.name + ".wpilog"), lambda path, run, scene, title: write_log(run, path)),
+        "page": (stem.with_name(stem.name + ".html"), partial(write_page, subtitle=note)),
+        "picture": (stem.with_name(stem.name + ".png"), partial(draw_summary, subtitle=note)),
+    }
+    # The test's own failure is what matters, whatever happens here.
+    written = draw_files(drawings, recording, around, title, problems.append, mistakes=Exception)
+    return FailedRunFiles(**written, problems=tuple(problems))
 
 
 def write_log(recording: Recording, path: str | Path) -> None:

@@ -6,27 +6,65 @@ Lengths are centimeters, x to the right, y down from the field's upper edge.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.show.frames import HELD, IN_FLIGHT, FrameLayout
 from simcore.show.palette import color, tint
-from simcore.show.run_track import Placed, RunTrack
+from simcore.show.run_track import RunTrack
 from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotResult, ShotTrace
 from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
+from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["MARGIN", "FieldDrawing", "end_mark", "piece_symbol", "robot_symbol"]
+__all__ = ["MARGIN", "DrawnPiece", "FieldDrawing", "end_mark", "path_ink", "planar", "robot_symbol", "turned_box"]
 
 MARGIN = 78.0
 """Around the field, where its scale is written [cm]."""
 _BUMPER = 8.0  # wide, as drawn
-_CELL = 50.0  # of a heat map
 _MOST = 150.0  # that is seen beside the field
 _FEW = 2  # robots of which it is drawn where they believed to be: more would hide the field
 _STAMP = 30  # outlines of a robot along its path, at most
+_HIGH = 0.35  # [m]; a flying piece whose center is higher is drawn darker and larger
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnPiece:
+    """A piece as a drawing places it; one that flies high is larger and darker."""
+
+    look: PieceLook
+    robot: int | None
+    """In which it is and whose center is then the origin; None: it is on the field or in the air."""
+    x: float
+    """To the right [cm]."""
+    y: float
+    """Down [cm]."""
+    length: float
+    """Of its outline [cm]; of a disk the diameter."""
+    width: float
+    degrees: float
+    """Heading of the length, clockwise."""
+    is_high: bool
+
+    @property
+    def fill(self) -> str:
+        """Its color."""
+        return self.look.air_color if self.is_high else self.look.color
+
+    @property
+    def corners(self) -> FloatArray:
+        """Of its outline, or of the square around a disk [cm], shape (4, 2)."""
+        return turned_box(self.x, self.y, self.length, self.width, self.degrees)
+
+    def symbol(self) -> str:
+        """Its element."""
+        paint = {"fill": self.fill, "stroke": self.look.edge_color, "stroke_width": 1.3}
+        if self.look.size is None:
+            return element("circle", cx=self.x, cy=self.y, r=0.5 * self.length, **paint)
+        return polygon(self.corners, **paint)
 
 
 class FieldDrawing:
@@ -70,8 +108,8 @@ class FieldDrawing:
         for y in up:
             parts.append(line(0, width - y, length, width - y, stroke=color("seams")))
             scale.append(words(-38.0, width - y + 7.0, f"{y / 100:g}", 22, anchor="end"))
-        scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle"))
-        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22))
+        scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle", class_="axis"))
+        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22, class_="axis"))
         for name, corners in self.scene.field_outlines:
             fill, edge = tint(name)
             look = {"fill": fill, "stroke": edge, "stroke_width": 1.5, "opacity": 0.8}
@@ -90,7 +128,7 @@ class FieldDrawing:
         """
         parts = []
         for number, robot in enumerate(self.scene.robots):
-            ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
+            ink = path_ink(self.scene, robot)
             times, believed = self.track.estimates[number]
             if len(believed) and len(self.scene.robots) <= _FEW:
                 look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
@@ -109,7 +147,7 @@ class FieldDrawing:
                 if len(self.scene.robots) > 1 and robot.alliance == "red":
                     look |= {"stroke_dasharray": "18 9", "stroke_linecap": "butt"}
                 for way in self._ways(number, times, rows, max(1, len(rows) // 40)):
-                    parts.append(polyline(self.points(path[way]), data_t=round(begin, 2), **look))
+                    parts.append(polyline(self.points(path[way]), **look))
                 if stamps and len(rows):
                     parts.append(self._stamp(robot, path[rows[0]], ink, strength))
         return element("g", *parts, class_="paths")
@@ -151,7 +189,7 @@ class FieldDrawing:
                 f"{shot.result}{f', {shot.side}' if shot.side else ''}, shot at {shot.time:.2f} s by robot {shot.robot}"
             )
             body = _flight(way, shot.result, is_whole=rows == len(shot.times))
-            parts.append(element("g", element("title", tip), body, class_="shot", data_t=round(shot.time, 2)))
+            parts.append(element("g", element("title", tip), body))
         return element("g", *parts)
 
     def intake_marks(self, places: FloatArray) -> str:
@@ -164,20 +202,32 @@ class FieldDrawing:
         driven = [rows[:, :2] for _, rows in self.track.robots if len(rows)]
         fell = [shot.points[-1:, :2] for shot in self.shots if shot.result == "miss"]
         maps = {"robot": (driven, "path"), "misses": (fell, "miss")}
-        return {name: self._heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
+        return {name: self.heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
 
-    def _heat(self, rows: FloatArray, ink: str) -> str:
-        across, down = (math.ceil(size / _CELL) for size in (self.length, self.width))
-        places = self.points(rows)
+    def heat(self, places: FloatArray, ink: str, *, cell: float = 0.5) -> str:
+        """Cells, the denser the more was there; what is beside the field counts in the outermost ones.
+
+        Args:
+            places: In the field frame [m], shape (n, 2).
+            ink: Name of a color.
+            cell: Edge of a cell [m].
+        """
+        across, up = (math.ceil(size / cell) for size in self.scene.field_size)
+        inside = np.clip(places, 0.0, np.array(self.scene.field_size) - 1e-6)
         counts, _, _ = np.histogram2d(
-            places[:, 0], places[:, 1], bins=(across, down), range=((0, across * _CELL), (0, down * _CELL))
+            inside[:, 0], inside[:, 1], bins=(across, up), range=((0.0, across * cell), (0.0, up * cell))
         )
         most = float(counts.max()) or 1.0
-        cells = [
-            element("rect", x=_CELL * i, y=_CELL * j, width=_CELL, height=_CELL,
-                    opacity=0.15 + 0.75 * math.sqrt(counts[i, j] / most))
-            for i, j in zip(*np.nonzero(counts), strict=True)
-        ]  # fmt: skip
+        cells = []
+        for i, k in zip(*(rows.tolist() for rows in np.nonzero(counts)), strict=True):
+            ((x, y),) = self.points(np.array([[i * cell, (k + 1) * cell]])).tolist()
+            tip = element("title", f"{counts[i, k]:.0f} at x {(i + 0.5) * cell:g} m, y {(k + 0.5) * cell:g} m")
+            look = {
+                "width": 100.0 * cell,
+                "height": 100.0 * cell,
+                "opacity": 0.2 + 0.7 * math.sqrt(counts[i, k] / most),
+            }
+            cells.append(element("rect", tip, x=x, y=y, **look))
         return element("g", *cells, fill=color(ink))
 
     # --- what moves -----------------------------------------------------------------------------------------------
@@ -186,62 +236,74 @@ class FieldDrawing:
         """The transform that puts a robot's symbol to a pose [m, m, rad]."""
         return f"translate({100.0 * x:.1f} {self.width - 100.0 * y:.1f}) rotate({-math.degrees(yaw):.1f})"
 
-    def symbols(self) -> str:
-        """Definitions of each type of piece: `p0` on the floor, `p0a` in the air, and so on."""
-        found = []
-        for kind, name in enumerate(self.track.types):
-            for suffix, in_air in (("", False), ("a", True)):
-                symbol = piece_symbol(self.scene.look(name), in_air=in_air)
-                found.append(element("g", symbol, id=f"p{kind}{suffix}"))
-        return element("defs", *found)
-
-    def piece(self, placed: Placed) -> str:
-        """One piece as a use of its symbol."""
-        return element(
-            "use",
-            href=f"#p{self.track.kinds[placed.row]}{'a' if placed.in_air else ''}",
-            transform=f"translate({placed.x} {placed.y}) rotate({placed.angle}) "
-            f"scale({placed.scale_x / 100:g} {placed.scale_y / 100:g})",
-            id=f"i{placed.row}",
-        )
-
-    def moment(self, time: float, *, pieces: bool = True) -> str:
-        """Everything that moves, at a time [s].
+    def pieces(self, snapshot: Snapshot, layout: FrameLayout) -> Iterator[DrawnPiece]:
+        """All pieces that are somewhere, small ones after large ones.
 
         Args:
-            time: When.
-            pieces: Draw those on the field too, not only those in robots.
+            snapshot: When; with the newest of all arrays.
+            layout: Knows where pieces are.
         """
-        placed = self.track.placed(self.track.table(time))
-        looks = [self.scene.look(name) for name in self.track.types]
-        placed.sort(key=lambda one: -looks[self.track.kinds[one.row]].reach)  # small ones over large ones
-        lying = element("g", *(self.piece(one) for one in placed if one.holder == 0 and pieces), class_="pieces")
-        several = len(self.scene.robots) > 1
-        robots, ghosts = [], []
-        for number, look in enumerate(self.scene.robots):
-            pose, believed = (self.track.robot_at(number, time, estimate=estimate) for estimate in (False, True))
-            ghosts.append(robot_symbol(look, is_ghost=True, **self._pose_of(believed)))
-            held = "".join(self.piece(one) for one in placed if one.holder == number + 1)
-            label = str(number) if several else ""
-            yaw = 0.0 if pose is None else pose[2]
-            is_active = self.track.intake_is_active(number, time)
-            robots.append(
-                robot_symbol(look, held=held, label=label, yaw=yaw, is_active=is_active, **self._pose_of(pose))
-            )
-        return lying + element("g", *ghosts) + element("g", *robots)
+        kinds = [one for one in layout.pieces(snapshot) if not one[0].key]
+        for kind, poses, states in sorted(kinds, key=lambda one: -self.scene.look(one[0].name).reach):
+            look = self.scene.look(kind.name)
+            rows = np.column_stack((poses[:, :3], look.rectangles(poses), states))[states > 0]
+            for x, y, z, length, width, heading, state in rows.tolist():
+                robot = int(state) - HELD if state >= HELD else None
+                is_high = state == IN_FLIGHT and z > _HIGH
+                scale = 100.0 * (min(1.6, 1.15 + 0.25 * (z - _HIGH)) if is_high else 1.0)
+                down = (self.width if robot is None else 0.0) - 100.0 * y
+                degrees = -math.degrees(heading)
+                yield DrawnPiece(look, robot, 100.0 * x, down, scale * length, scale * width, degrees, is_high)
 
-    def _pose_of(self, pose: tuple[float, float, float] | None) -> dict[str, Any]:
-        return {"visibility": "hidden"} if pose is None else {"transform": self.place(*pose)}
+    def moment(self, snapshot: Snapshot, layout: FrameLayout) -> str:
+        """Everything that moves; see `pieces`."""
+        pieces = [*self.pieces(snapshot, layout)]
+        lying = [one.symbol() for one in pieces if one.robot is None]
+        ghosts, robots = [], []
+        for number, robot in enumerate(self.scene.robots):
+            pose, believed = (snapshot.poses.get(f"{robot.prefix}/Robot/{end}") for end in ("Pose3d", "EstimatedPose"))
+            if believed is not None:
+                ghosts.append(robot_symbol(robot, is_ghost=True, transform=self.place(*planar(believed))))
+            if pose is not None:
+                place = self.place(*planar(pose))
+                robots.append(element("g", self.robot(number, snapshot, pieces), transform=place))
+        return "".join((*lying, *ghosts, *robots))
+
+    def robot(self, number: int, snapshot: Snapshot, pieces: Sequence[DrawnPiece]) -> str:
+        """A robot that is somewhere, with what it holds, its front to the right."""
+        look = self.scene.robots[number]
+        return robot_symbol(
+            look,
+            held="".join(one.symbol() for one in pieces if one.robot == number),
+            label=self.labels[number],
+            yaw=planar(snapshot.poses[look.pose_key])[2],
+            is_active=snapshot.booleans.get(f"{look.prefix}/Debug/IntakeZoneActive", False),
+        )
+
+    @property
+    def labels(self) -> list[str]:
+        """What is written on each robot: its name or number; nothing on one that is alone."""
+        robots = self.scene.robots
+        return [(look.name or str(number)) if len(robots) > 1 else "" for number, look in enumerate(robots)]
 
 
-def piece_symbol(look: PieceLook, *, in_air: bool) -> str:
-    """A piece as it is scaled and placed: a disk of its own size, or a square of 1 m."""
-    colors = {"fill": look.air_color if in_air else look.color, "stroke": look.edge_color}
-    if look.size is None:
-        return element("circle", r=100.0 * look.reach, stroke_width=1.2, **colors)
-    return element(
-        "rect", x=-50, y=-50, width=100, height=100, stroke_width=1.4, vector_effect="non-scaling-stroke", **colors
-    )
+def turned_box(x: float, y: float, length: float, width: float, degrees: float) -> FloatArray:
+    """Corners of a rectangle about a place of a drawing, its length turned clockwise, shape (4, 2)."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    half = np.array([(-length, -width), (length, -width), (length, width), (-length, width)]) / 2.0
+    found: FloatArray = (x, y) + half @ np.array([(c, s), (-s, c)])
+    return found
+
+
+def path_ink(scene: Scene, robot: RobotLook) -> str:
+    """Color of a robot's path: its own, that of all paths if it is alone, else that of its alliance."""
+    return color(robot.ink) if robot.ink else color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
+
+
+def planar(row: FloatArray) -> tuple[float, float, float]:
+    """`x, y, yaw` [m, m, rad] of a pose `x, y, z, qw, qx, qy, qz`."""
+    x, y, _, w, a, b, c = row.tolist()
+    return x, y, math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
 
 
 def robot_symbol(

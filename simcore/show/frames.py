@@ -28,11 +28,24 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["AWAY", "FrameLayout", "FrameRecorder", "PieceKind", "Rows", "filled", "pack", "piece_kinds"]
+__all__ = [
+    "AWAY",
+    "HELD",
+    "IN_FLIGHT",
+    "FrameLayout",
+    "FrameRecorder",
+    "PieceKind",
+    "Rows",
+    "filled",
+    "pack",
+    "piece_kinds",
+]
 
 Rows = npt.NDArray[np.int16]
 
 AWAY = -32768
+IN_FLIGHT, HELD = 2, 3
+"""Where pieces are: in flight, and this plus its number in a robot."""
 _UNIT = 32767.0
 _ROBOT, _PART = 11, 7
 _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -100,6 +113,19 @@ class FrameLayout:
         make = {"robots": self._robot_row, "parts": self._part_row, "pieces": self._piece_row, "lines": self._line_row}
         return make[group](snapshot)
 
+    def pieces(self, snapshot: Snapshot) -> Iterator[tuple[PieceKind, FloatArray, Rows]]:
+        """Each kind with the poses of its pieces [m], shape (n, 7), and where each of them is, shape (n,)."""
+        row, first = self._piece_row(snapshot), 0
+        for kind in self.kinds:
+            width = 4 if kind.is_round else 8
+            mine = row[first : first + width * len(kind.ids)].reshape(-1, width)
+            first += mine.size
+            poses = np.tile((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (len(mine), 1))
+            poses[:, :3] = 1e-3 * mine[:, :3]
+            if not kind.is_round:
+                poses[:, 3:] = mine[:, 4:] / _UNIT
+            yield kind, poses, mine[:, 3]
+
     # --- inside -------------------------------------------------------------------------------------------------
 
     def _robot_row(self, snapshot: Snapshot) -> Rows:
@@ -135,8 +161,12 @@ class FrameLayout:
                 _put(mine, np.arange(len(kind.ids)), snapshot.pose_arrays.get(kind.key, _NONE), 1)
                 continue
             for key, id_key, state in (
-                (_FIELD, "Sim/PieceIds/", 1 if f"Sim/InFlightIds/{kind.name}" in snapshot.integer_arrays else 2),
-                ("Sim/InFlight/", "Sim/InFlightIds/", 2),
+                (
+                    _FIELD,
+                    "Sim/PieceIds/",
+                    1 if f"Sim/InFlightIds/{kind.name}" in snapshot.integer_arrays else IN_FLIGHT,
+                ),
+                ("Sim/InFlight/", "Sim/InFlightIds/", IN_FLIGHT),
             ):
                 poses = snapshot.pose_arrays.get(key + kind.name, _NONE)
                 ids = snapshot.integer_arrays.get(id_key + kind.name)
@@ -161,7 +191,7 @@ class FrameLayout:
             inside = rotate_back((a, b, c, w), (x, y, z))
             d, e, f, g = pose[3:].tolist()
             e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
-            _put(mine, np.searchsorted(kind.ids, [piece]), np.array([(*inside, d, e, f, g)]), 3 + holder)
+            _put(mine, np.searchsorted(kind.ids, [piece]), np.array([(*inside, d, e, f, g)]), HELD + holder)
 
     def _line_row(self, snapshot: Snapshot) -> Rows:
         row = np.full((len(self._lines), _MOST_CORNERS, 3), float(AWAY))

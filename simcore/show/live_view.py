@@ -20,7 +20,7 @@ from simcore.show.frames import FrameLayout, PieceKind
 from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.page import packed, page_html
 from simcore.show.place_board import counts_now
-from simcore.show.run_data import Block, layout_of, report_data, scene_data, static_data
+from simcore.show.run_data import Block, layout_of, report_data, scene_data
 from simcore.show.run_events import board_now, lamps_now
 from simcore.show.scene import Scene, scene_of
 from simcore.show.shot_preview import ShotPreview
@@ -125,7 +125,7 @@ class LiveView:
         match, self._match, self._preview = self._match, None, None
         if not self.wants_restart and match is not None and self._scene is not None:
             block = Block()
-            meta = report_data(recording, self._scene, block, self._kinds)
+            meta = report_data(recording, self._scene, block, self._kinds, self._title)
             self._say({"type": "end", "meta": meta, "data": packed(block.data)}, keep=True)
         while not self.wants_restart:
             self._act(match)
@@ -168,8 +168,8 @@ class LiveView:
         self._layout, solids = layout_of(scene, self._kinds, snapshot)
         recording, block = Recording(), Block()
         recording.write(snapshot)
-        meta = scene_data(scene, self._kinds, solids, block) | report_data(recording, scene, block, self._kinds)
-        meta |= static_data(recording, scene, self._title, "")
+        meta = scene_data(scene, self._kinds, solids, block)
+        meta |= report_data(recording, scene, block, self._kinds, self._title)
         self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
         at_once = self._driving is not None and self._driving.data["at_once"]
         meta |= {

@@ -26,7 +26,16 @@ from simcore.telemetry.sinks import require_writable
 from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.units import TICK
 
-__all__ = ["add_arguments", "draw_log", "game_of_log", "recorded_game", "recording_of", "run", "scene_of_log"]
+__all__ = [
+    "add_arguments",
+    "draw_log",
+    "game_of_log",
+    "load_run",
+    "recorded_game",
+    "recording_of",
+    "run",
+    "scene_of_log",
+]
 
 _LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
@@ -77,6 +86,29 @@ def draw_log(
         require_writable("page", page)
     if picture is not None:
         writable_picture(picture)
+    recording, scene, title = load_run(path, game)
+    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
+        "page": (page or path.with_suffix(".html"), write_page),
+        "picture": (picture or path.with_suffix(".png"), draw_summary),
+        "animation": (animation, animate),
+    }
+    written = draw_files(drawings, recording, scene, title, lambda text: print(f"simcore: {text}", file=sys.stderr))
+    for kind, file in written.items():
+        print(f"{kind:9}  {file}")
+    return int(len(written) < len([kind for kind, (file, _) in drawings.items() if file is not None]))
+
+
+def load_run(path: Path, game: str | None = None) -> tuple[Recording, Scene, str]:
+    """The run of a log, what it took place on, and a title; says which game that is, and what of the log is not shown.
+
+    Args:
+        path: Of the log.
+        game: Whose field; None: that of the game that the log names, else of the newest.
+
+    Raises:
+        LogError: The log cannot be read, or there is no run in it.
+        UnknownNameError: No game of that name is installed.
+    """
     log = read_log(path)
     if log.ends_early:
         print(
@@ -87,18 +119,8 @@ def draw_log(
     name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
     for why in _left_out(name):
         print(f"simcore: {why}; its field is drawn bare", file=sys.stderr)
-    scene = scene_of_log(recording, name)
     print(f"{'game':9}  {name or 'none'}")
-    title = f"{name.upper()}, {path.stem}" if name else path.stem
-    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
-        "page": (page or path.with_suffix(".html"), write_page),
-        "picture": (picture or path.with_suffix(".png"), draw_summary),
-        "animation": (animation, animate),
-    }
-    written = draw_files(drawings, recording, scene, title, lambda text: print(f"simcore: {text}", file=sys.stderr))
-    for kind, file in written.items():
-        print(f"{kind:9}  {file}")
-    return int(len(written) < len([kind for kind, (file, _) in drawings.items() if file is not None]))
+    return recording, scene_of_log(recording, name), f"{name.upper()}, {path.stem}" if name else path.stem
 
 
 def _left_out(name: str | None) -> list[str]:

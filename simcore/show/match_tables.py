@@ -165,7 +165,8 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
         line_up += [("plays", [look.role for look in scene.robots])] if any(look.role for look in scene.robots) else []
         heads = ["", *(look.name or f"robot {number}" for number, look in enumerate(scene.robots))]
         cells: list[list[Cell]] = [[name, *values] for name, values in [*line_up, *rows, *use_rows(robots)]]
-        tables.append(Table(f"Robots, {len(shots)} shots", heads, cells, is_open=True, is_wide=True))
+        title = f"Robots, {len(shots)} shots" if shots and is_match else "Robots"  # shots of two runs have no sum
+        tables.append(Table(title, heads, cells, is_open=True, is_wide=True))
     elif rows:
         cells = [[name, *values] for name, values in rows]
         tables.append(Table(f"Shots ({len(shots)})", ["", "all"], cells, is_open=True))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from simcore.show.charts import PLOT, chart_drawing, charts_of
 from simcore.show.field_drawing import FieldDrawing, end_mark
+from simcore.show.frames import FrameLayout, filled, piece_kinds
 from simcore.show.palette import color
 from simcore.show.place_board import PlaceBoard
 from simcore.show.raster import save_drawing, writable_picture
@@ -15,6 +16,7 @@ from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shots_of
 from simcore.show.svg import document, element, line, nested, words
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["draw_summary", "legend"]
 
@@ -49,7 +51,9 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     around = [field.ground(), field.paths(stamps=len(scene.robots) == 1)]
     if len(scene.robots) <= _FEW:  # a match has hundreds: they would hide the field
         around += [field.intake_marks(taken), field.shot_traces()]
-    drawing = field.drawing(field.symbols(), *around, field.moment(end), counts)
+    last = [*filled(recording)][-1:] or [Snapshot(time=0.0, tick=0)]
+    moving = field.moment(last[0], FrameLayout(scene, (), piece_kinds(recording, scene)))
+    drawing = field.drawing(*around, moving, counts)
 
     parts = [
         words(_LEFT, 44, title, 27, ink=color("ink"), bold=True),
@@ -71,8 +75,7 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     tall = wide * (PLOT["bottom"] + 22) / PLOT["total"]
     drawings = [board.board(alliance, end, titled=True) for alliance in board.alliances]
     drawings += [
-        chart_drawing(chart, start, end, titled=True)
-        for chart in charts_of(track)[: _CHARTS + -len(drawings) % _CHARTS_IN_A_ROW]
+        chart_drawing(chart, start, end) for chart in charts_of(track)[: _CHARTS + -len(drawings) % _CHARTS_IN_A_ROW]
     ]
     for number, drawing in enumerate(drawings):
         row, column = divmod(number, _CHARTS_IN_A_ROW)

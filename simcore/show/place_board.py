@@ -49,20 +49,6 @@ class PlaceBoard:
         """Whose boards there are; one without a name for levels that are nobody's."""
         return list(dict.fromkeys(level.alliance for level in self._levels))
 
-    def steps(self) -> dict[str, list[tuple[float, int]]]:
-        """From when [s] on how many pieces are in a cell, `<level>/<number>`, and on a level, `<level>`."""
-        found: dict[str, list[tuple[float, int]]] = {}
-        for level in self._levels:
-            before: IntArray | None = None
-            for time, counts in self._recording.integers(level.key):
-                for number in range(len(counts)):
-                    if before is None or counts[number] != before[number]:
-                        found.setdefault(f"{level.name}/{number}", []).append((time, int(counts[number])))
-                if before is None or counts.sum() != before.sum():
-                    found.setdefault(level.name, []).append((time, int(counts.sum())))
-                before = counts
-        return found
-
     def board(self, alliance: str, time: float, *, titled: bool = False) -> str:
         """One alliance's levels at a time [s]: places side by side, a filled mark where a piece is.
 

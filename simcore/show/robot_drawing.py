@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from simcore.physics.shapes import outline
 from simcore.show.palette import color, tint
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.robot_sketch import RobotSketch, SketchWay
-from simcore.show.svg import document, element, line, polygon, polyline, words
+from simcore.show.svg import Axes, document, element, line, polygon, polyline, words
 from simcore.typing import FloatArray
 
 __all__ = ["draw_robot"]
@@ -129,34 +128,14 @@ class _View:
     def _grid(self) -> str:
         """Lines and numbers in meters."""
         wide, tall = (size / self._scale for size in _VIEW)
-        step = 0.2 if wide < 2.4 else 0.5
-        parts = []
-
-        def lines(first: float, length: float, draw: Callable[[float, bool], str]) -> None:
-            for k in range(math.ceil(2 * first / step), math.floor(2 * (first + length) / step) + 1):
-                parts.append(draw(0.5 * k * step, k % 2 == 0))
-
-        def upright(x: float, is_bold: bool) -> str:
-            place = self._at(x, self._bottom)[0]
-            label = words(place, _VIEW[1] + 20, f"{x:.2g}", 12.5, anchor="middle") if is_bold else ""
-            return line(place, 0, place, _VIEW[1], stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
-
-        def level(y: float, is_bold: bool) -> str:
-            place = self._at(self._left, y)[1]
-            label = words(-7, place + 4, f"{y:.2g}", 12.5, anchor="end") if is_bold else ""
-            return line(0, place, _VIEW[0], place, stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
-
-        lines(self._left, wide, upright)
-        lines(self._bottom, tall, level)
-        parts.append(words(_VIEW[0] / 2, _VIEW[1] + 44, "x, to the front [m]", 13, anchor="middle"))
+        low = (self._left, self._bottom)
+        axes = Axes((0.0, 0.0, *_VIEW), low, (low[0] + wide, low[1] + tall))
         name = "y, to the left [m]" if self._columns == _ABOVE else "z, up [m]"
-        turn = f"translate(-48 {_VIEW[1] / 2:g}) rotate(-90)"
-        parts.append(words(0.0, 0.0, name, 13, anchor="middle", transform=turn))
-        return element("g", *parts)
+        return axes.grid("x, to the front [m]", name, size=12.5, most=(14, 14), is_ruled=True)
 
     def _from_above(self) -> list[str]:
         sketch, (fill, edge) = self._sketch, tint("blue")
-        (length, width), thick = sketch.bumper, sketch.bumper_thickness
+        length, width, thick = sketch.body.bumper_length, sketch.body.bumper_width, sketch.body.bumper_thickness
         inner = (length / 2 - thick, width / 2 - thick)
         parts = [
             self._box((-length / 2, -width / 2), (length / 2, width / 2), fill=fill, stroke=edge, rx=10),
@@ -187,12 +166,13 @@ class _View:
 
     def _from_the_side(self) -> list[str]:
         sketch, (fill, edge) = self._sketch, tint("blue")
-        half, (low, high), thick = sketch.bumper[0] / 2, sketch.bumper_heights, sketch.bumper_thickness
+        half, thick = sketch.body.bumper_length / 2, sketch.body.bumper_thickness
+        low, high = sketch.body.clearance, sketch.body.bumper_top
         floor = self._at(0.0, 0.0)[1]
         body = {"fill": color("soft"), "stroke": edge, "stroke_dasharray": "3 3"}
         parts = [
             line(0, floor, _VIEW[0], floor, stroke=color("ink"), stroke_width=3),
-            self._box((thick - half, high), (half - thick, sketch.height), **body),
+            self._box((thick - half, high), (half - thick, sketch.body.height), **body),
         ]
         for x in sorted({round(x, 6) for _, x, _ in sketch.wheels}):
             across, down = self._at(x, sketch.wheel_radius)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
 from simcore.geometry.rotation import Vector, rotate
 from simcore.physics.shapes import outline
-from simcore.pieces.intake import Intake, IntakeConfig
+from simcore.pieces.intake import Intake, IntakeConfig, IntakeZone
 from simcore.pieces.launch import launch_direction, muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.typing import FloatArray
@@ -31,6 +32,7 @@ __all__ = [
     "SketchWay",
     "intake_outlines",
     "sketch_robot",
+    "zone_corners",
 ]
 
 SHOT, CONE = 0.38, 0.55  # [m]; lengths of drawn arrows and cones
@@ -87,13 +89,7 @@ class SketchNote:
 class RobotSketch:
     """All of a robot that is drawn."""
 
-    bumper: tuple[float, float]
-    """Length and width [m]."""
-    bumper_heights: tuple[float, float]
-    """Lower and upper edge [m]."""
-    bumper_thickness: float
-    height: float
-    """Of the body [m]."""
+    body: ChassisConfig
     wheel_radius: float
     wheels: list[tuple[str, float, float]]
     """Name and place of each [m]."""
@@ -104,8 +100,8 @@ class RobotSketch:
 
     def points(self) -> FloatArray:
         """Everything that must be on the drawing, robot frame [m], shape (n, 3)."""
-        half_x, half_y = 0.5 * self.bumper[0], 0.5 * self.bumper[1]
-        rows = [np.array([(half_x, half_y, self.height), (-half_x, -half_y, 0.0)])]
+        x, y = 0.5 * self.body.bumper_length, 0.5 * self.body.bumper_width
+        rows = [np.array([(x, y, self.body.height), (-x, -y, 0.0)])]
         rows += [volume.corners for volume in self.volumes]
         rows += [np.stack((arrow.start, arrow.end)) for arrow in self.arrows]
         rows += [way.link for way in self.ways] + [way.way for way in self.ways]
@@ -129,15 +125,11 @@ def sketch_robot(config: RobotConfig, *, chains: Sequence[Sequence[Joint]] = ())
         config: The robot.
         chains: Joints that carry nothing of the config, but are to be drawn as well.
     """
-    body = config.body
     drivetrain = config.drivetrain
     modules = getattr(drivetrain, "modules", ())
     names = [module.name for module in modules] or [f"wheel {k}" for k in range(len(drivetrain.wheel_positions))]
     sketch = RobotSketch(
-        bumper=(body.bumper_length, body.bumper_width),
-        bumper_heights=(body.clearance, body.bumper_top),
-        bumper_thickness=body.bumper_thickness,
-        height=body.height,
+        body=config.body,
         wheel_radius=drivetrain.wheel_radius,
         wheels=[(name, x, y) for name, (x, y) in zip(names, drivetrain.wheel_positions, strict=True)],
     )
@@ -149,9 +141,7 @@ def sketch_robot(config: RobotConfig, *, chains: Sequence[Sequence[Joint]] = ())
         _add_shooter(sketch, f"S{number}", shooter, mechanisms)
     for number, placer in enumerate(config.placers, 1):
         pos, quat = part_pose(placer.joints, mechanisms)
-        zone = placer.zone
-        low, high = (zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max)
-        corners = np.array([np.add(pos, rotate(quat, corner)) for corner in box_corners(low, high)])
+        corners = np.array([np.add(pos, rotate(quat, corner)) for corner in zone_corners(placer.zone)])
         sketch.volumes.append(SketchVolume("claw", corners, f"G{number}"))
         text = f"claw: {placer.roller!r} forward takes, backward lets go"
         sketch.notes.append(SketchNote(f"G{number}", "claw", text))
@@ -173,7 +163,7 @@ def intake_outlines(config: RobotConfig) -> list[FloatArray]:
     zones = []
     for intake in config.intakes:
         posed: dict[str, ShaftSim | Posed] = {**mechanisms, **_deployed(intake, mechanisms)}
-        zones.append(outline(_zone_corners(intake, posed)[:, :2]))
+        zones.append(outline(_intake_corners(intake, posed)[:, :2]))
     return zones
 
 
@@ -192,11 +182,11 @@ def _add_intake(sketch: RobotSketch, tag: str, intake: IntakeConfig, mechanisms:
     for name in dict.fromkeys(joint.mechanism for joint in intake.joints if joint.mechanism != intake.deploy):
         stops = mechanisms[name].stops
         for stop in stops if all(map(math.isfinite, stops)) else ():
-            there = _zone_corners(intake, {**mechanisms, name: Posed(stop, stops)})
+            there = _intake_corners(intake, {**mechanisms, name: Posed(stop, stops)})
             sketch.volumes.append(SketchVolume("intake", there, is_outline=True))
-    stowed = _zone_corners(intake, mechanisms)
+    stowed = _intake_corners(intake, mechanisms)
     out = dict(mechanisms) | _deployed(intake, mechanisms)
-    corners = _zone_corners(intake, out)
+    corners = _intake_corners(intake, out)
     sketch.volumes.append(SketchVolume("intake", corners, tag))
     if not np.allclose(stowed, corners):
         sketch.volumes.append(SketchVolume("intake", stowed, is_outline=True))
@@ -218,13 +208,16 @@ def _deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim]) -> dict[
     return {intake.deploy: Posed(stops[1] if intake.deployed_at == "upper" else stops[0], stops)}
 
 
-def _zone_corners(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> FloatArray:
+def zone_corners(zone: IntakeZone) -> FloatArray:
+    """Of a zone in the frame of what carries it [m], shape (8, 3)."""
+    return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
+
+
+def _intake_corners(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> FloatArray:
     zone = Intake(intake, mechanisms).zone
     pos, quat = part_pose(intake.joints, mechanisms)
-    corners = box_corners((zone.x_min, zone.y_min, max(0.0, zone.z_min)), (zone.x_max, zone.y_max, zone.z_max))
-    if intake.joints:
-        corners = box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
-    return np.array([np.add(pos, rotate(quat, corner)) for corner in corners])
+    shown = zone if intake.joints else replace(zone, z_min=max(0.0, zone.z_min))
+    return np.array([np.add(pos, rotate(quat, corner)) for corner in zone_corners(shown)])
 
 
 def _add_shooter(sketch: RobotSketch, tag: str, shooter: ShooterConfig, mechanisms: Mapping[str, ShaftSim]) -> None:

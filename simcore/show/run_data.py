@@ -16,13 +16,13 @@ from scipy.spatial.transform import Rotation
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.field_drawing import FieldDrawing, robot_symbol
+from simcore.show.field_drawing import FieldDrawing, path_ink, robot_symbol
 from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
-from simcore.show.palette import COLORS, color, flat, tint
+from simcore.show.palette import COLORS, flat, tint
 from simcore.show.picture import legend
-from simcore.show.place_board import PlaceBoard
-from simcore.show.run_events import BoardItem, BoardRecord, ending_of, events_of, lamps_now, phases_of, score_keys
+from simcore.show.place_board import PlaceBoard, counts_now
+from simcore.show.run_events import ChangeRecord, board_now, ending_of, events_of, lamps_now, phases_of, score_keys
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, intake_places, shots_of
@@ -33,7 +33,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
-__all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data", "static_data"]
+__all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
 _log = logging.getLogger(__name__)
 _LAYERS = ("heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes")
@@ -76,45 +76,22 @@ def run_data(
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
-    frames, board, lamps = FrameRecorder(layout, recording.times), BoardRecord(scene), _LampRecord()
+    frames = FrameRecorder(layout, recording.times)
+    board, lamps, cells = ChangeRecord(), ChangeRecord(), ChangeRecord()
     for snapshot in filled(recording):
-        for taker in (frames, board, lamps):
-            taker.take(snapshot)
-    meta = scene_data(scene, kinds, solids, block) | static_data(recording, scene, title, subtitle)
+        frames.take(snapshot)
+        board.take(snapshot.time, board_now(snapshot, scene))
+        lamps.take(snapshot.time, lamps_now(snapshot).items())
+        cells.take(snapshot.time, counts_now(snapshot, scene).items())
+    meta = scene_data(scene, kinds, solids, block)
     meta |= {"live": False, "groups": {}, "lamps": lamps.found}
+    lines = [{"label": label, **changes} for label, changes in board.found.items()]
     for name, (times, rows) in frames.groups().items():
         meta["groups"][name] = {"width": layout.widths[name]}
         if len(rows):
             meta["groups"][name] |= {"times": block.add(_steps(times)), "rows": block.add(rows)}
-    return meta | report_data(recording, scene, block, kinds, board.items), block.data
-
-
-def static_data(recording: Recording, scene: Scene, title: str, subtitle: str) -> dict[str, Any]:
-    """Titles, and what is drawn from above and does not change."""
-    track = RunTrack(recording, scene)
-    field = FieldDrawing(track, shots_of(recording, scene))
-    marks = legend(field, intakes=len(intake_places(recording)))
-    return {
-        "title": title,
-        "notes": [text for text in (subtitle, *ending_of(recording)) if text],
-        "top": _top(scene, field, PlaceBoard(recording, scene).field_counts(track.span[0], field.width)),
-        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
-        "heat": field.heat_maps(),
-    }
-
-
-class _LampRecord:
-    """When what a game says of its elements changed."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, dict[str, list[Any]]] = {}
-
-    def take(self, snapshot: Snapshot) -> None:
-        for name, is_on in lamps_now(snapshot).items():
-            lamp = self.found.setdefault(name, {"times": [], "on": []})
-            if not lamp["on"] or lamp["on"][-1] != is_on:
-                lamp["times"].append(round(snapshot.time, 3))
-                lamp["on"].append(is_on)
+    report = report_data(recording, scene, block, kinds, title, subtitle)
+    return meta | report | {"board": lines, "cells": cells.found}, block.data
 
 
 def layout_of(
@@ -156,7 +133,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         if identity not in seen:
             seen[identity] = len(models)
             models.append(_model_data(one, block))
-        robots.append(_robot_data(look, one, seen[identity]))
+        robots.append(_robot_data(look, one, seen[identity], path_ink(scene, look)))
     return {
         "field": {
             "size": [length, width],
@@ -175,23 +152,27 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
 
 
 def report_data(
-    recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], board: Sequence[BoardItem] = ()
+    recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], title: str, subtitle: str = ""
 ) -> dict[str, Any]:
-    """What is said of a run: facts, board, events, tables and charts."""
+    """What is said of a run: titles, what is drawn from above and does not change, facts, events, tables and charts."""
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
+    field = FieldDrawing(track, shots)
+    marks = legend(field, intakes=len(intake_places(recording)))
     start, end = track.span
     places = PlaceBoard(recording, scene)
     buckets = _FINE if len(scene.robots) == 1 else _COARSE
     return {
+        "title": title,
+        "notes": [text for text in (subtitle, *ending_of(recording)) if text],
+        "top": _top(scene, field, places.field_counts(start, field.width)),
+        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
+        "heat": field.heat_maps(),
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),
         "verdict": verdict(track),
-        "board": [
-            {"label": item.label, "times": [round(time, 2) for time in item.times], "texts": item.texts}
-            for item in board
-        ],
+        "board": [],
         "phases": [[round(time, 2), words, left] for time, words, left in phases_of(recording)],
         "events": [[round(event.time, 2), event.kind, event.text] for event in events_of(recording, scene, shots)],
         "tables": [table.data() for table in tables_of(track, shots)],
@@ -206,7 +187,7 @@ def report_data(
             f"<figcaption><strong>{places.heading(alliance)}</strong></figcaption>{places.board(alliance, start)}"
             for alliance in places.alliances
         ],
-        "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
+        "cells": {},
     }  # fmt: skip
 
 
@@ -258,7 +239,7 @@ def _solid_data(solid: Solid, block: Block, step: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]:
+def _robot_data(look: RobotLook, one: RobotSolids, model: int, ink: str) -> dict[str, Any]:
     low, high = _CHASSIS
     if look.config is not None:
         low, high = look.config.body.clearance, look.config.body.bumper_top
@@ -266,7 +247,7 @@ def _robot_data(look: RobotLook, one: RobotSolids, model: int) -> dict[str, Any]
         low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
     return {
         "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
-        "model": model, "parts": len(one.parts), "ink": color(look.ink) if look.ink else tint(look.alliance)[1],
+        "model": model, "parts": len(one.parts), "ink": ink,
         "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
     }  # fmt: skip
 
@@ -298,9 +279,10 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 def _top(scene: Scene, field: FieldDrawing, counts: str) -> str:
     """The field from above with a layer for everything that the player draws."""
-    names = [(look.name or str(number)) if len(scene.robots) > 1 else "" for number, look in enumerate(scene.robots)]
     inside = {
-        "robots": "".join(robot_symbol(look, label=name) for look, name in zip(scene.robots, names, strict=True)),
+        "robots": "".join(
+            robot_symbol(look, label=name) for look, name in zip(scene.robots, field.labels, strict=True)
+        ),
         "ghosts": "".join(robot_symbol(look, is_ghost=True) for look in scene.robots),
     }
     layers = "".join(element("g", inside.get(name) or element("desc", name), data_layer=name) for name in _LAYERS)

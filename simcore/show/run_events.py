@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
 __all__ = [
-    "BROWNOUT", "BoardItem", "BoardRecord", "EventKind", "RunEvent", "board_now", "ending_of", "events_of", "lamps_now",
+    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "ending_of", "events_of", "lamps_now",
     "phases_of", "score_keys",
 ]  # fmt: skip
 
@@ -46,19 +45,6 @@ class RunEvent:
     time: float
     kind: EventKind
     text: str
-
-
-@dataclass(frozen=True, slots=True)
-class BoardItem:
-    """A line of the score board: its label, and what it says from which time [s] on."""
-
-    label: str
-    times: list[float]
-    texts: list[str]
-
-    def at(self, time: float) -> str:
-        """What it says at a time [s]."""
-        return self.texts[max(bisect_right(self.times, time + 1e-9) - 1, 0)]
 
 
 def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
@@ -119,29 +105,20 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
     return items
 
 
-class BoardRecord:
-    """The lines of the score board over a run, each from when it changed.
+class ChangeRecord:
+    """What changes now and then in a run, each with the times from which on it was so."""
 
-    Args:
-        scene: What the run took place on.
-    """
+    def __init__(self) -> None:
+        self.found: dict[str, dict[str, list[Any]]] = {}
+        """By name `times` [s] and `values`."""
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
-        self._items: dict[str, BoardItem] = {}
-
-    def take(self, snapshot: Snapshot) -> None:
-        """The next snapshot, with the newest of all arrays."""
-        for label, text in board_now(snapshot, self._scene):
-            item = self._items.setdefault(label, BoardItem(label, [], []))
-            if not item.texts or item.texts[-1] != text:
-                item.times.append(snapshot.time)
-                item.texts.append(text)
-
-    @property
-    def items(self) -> list[BoardItem]:
-        """The lines."""
-        return list(self._items.values())
+    def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
+        """What is so at a time [s]."""
+        for name, value in items:
+            changes = self.found.setdefault(name, {"times": [], "values": []})
+            if not changes["values"] or changes["values"][-1] != value:
+                changes["times"].append(round(time, 3))
+                changes["values"].append(value)
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:

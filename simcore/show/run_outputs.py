@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -21,6 +22,7 @@ from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["RunOutputs", "draw_files"]
 
+_log = logging.getLogger(__name__)
 _BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them less often
 
 
@@ -122,7 +124,8 @@ class RunOutputs:
             "page": (self.page, partial(write_page, subtitle=_speed(run.report))),
             "animation": (self.animation, animate),
         }
-        return written | draw_files(drawings, self.recording, scene_of(run.match), _title(run), self.say)
+        drawn = draw_files(drawings, self.recording, scene_of(run.match), _title(run), self.say)
+        return written | {kind: str(path) for kind, path in drawn.items()}
 
 
 def draw_files(
@@ -131,7 +134,9 @@ def draw_files(
     scene: Scene,
     title: str,
     say: Callable[[str], object],
-) -> dict[str, str]:
+    *,
+    mistakes: type[Exception] = OutputError,
+) -> dict[str, Path]:
     """Draw a run as several files; one that cannot be written is said, and the others are drawn all the same.
 
     Args:
@@ -140,6 +145,7 @@ def draw_files(
         scene: What it took place on.
         title: Of each.
         say: Told what is missing.
+        mistakes: What may go wrong; anything else is raised.
 
     Returns:
         What was written, by kind.
@@ -149,10 +155,11 @@ def draw_files(
         if path is not None:
             try:
                 draw(path, recording, scene, title=title)
-                written[kind] = str(path)
-            except OutputError as error:
+                written[kind] = path
+            except mistakes as error:
+                _log.debug("no %s", kind, exc_info=True)
                 discard_empty(path)
-                say(str(error))
+                say(f"no {kind}: {error}")
     return written
 
 

@@ -17,26 +17,25 @@ from simcore.errors import ModelError
 from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import Joint, part_pose
 from simcore.geometry.rotation import Vector, from_rpy
-from simcore.pieces.intake import IntakeZone, is_deployed
+from simcore.pieces.intake import is_deployed
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
 from simcore.show.palette import COLORS, screen_color
-from simcore.show.robot_sketch import SHOT, Posed
+from simcore.show.robot_sketch import SHOT, Posed, zone_corners
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BUMPER", "RobotSolids", "Solid", "model_solids", "robot_solids"]
+__all__ = ["BUMPER", "RobotSolids", "Solid", "extents", "model_solids", "robot_solids"]
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
 _PLAIN = "#ffce14"
-_RING = np.array([(math.cos(a), 0.0, math.sin(a)) for a in np.arange(16) * math.pi / 8.0])
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
@@ -75,17 +74,21 @@ def model_solids(model: Model, names: Iterable[str] = ()) -> list[Solid]:
     Raises:
         ModelError: The file cannot be read.
     """
-    found: list[Solid] = []
-    for name, mesh, whole in _placed_meshes(model):
-        known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
-        material = getattr(mesh.visual, "material", None)
-        color, opacity = _PLAIN, 1.0
-        if material is not None:
-            *linear, alpha = (float(c) / 255.0 for c in material.main_color)
-            color, opacity = screen_color(linear), round(alpha, 2)
-        vertices = np.asarray(mesh.vertices) @ whole[:3, :3].T + whole[:3, 3]
-        found.append(Solid(known, color, opacity, vertices, np.asarray(mesh.faces)))
-    return _joined(found)
+    return _joined([_solid(name, mesh, whole, names) for name, mesh, whole in _placed_meshes(model)])
+
+
+def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
+    """A mesh of trimesh in one color; see `model_solids`."""
+    known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
+    material = getattr(mesh.visual, "material", None)
+    color, opacity = _PLAIN, 1.0
+    if material is not None:
+        *linear, alpha = (float(c) / 255.0 for c in material.main_color)
+        color, opacity = screen_color(linear), round(alpha, 2)
+    vertices = np.asarray(mesh.vertices)
+    if place is not None:
+        vertices = vertices @ place[:3, :3].T + place[:3, 3]
+    return Solid(known, color, opacity, vertices, np.asarray(mesh.faces))
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
@@ -123,6 +126,16 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
         place, name = scene.graph[node]
         if len(getattr(scene.geometry[name], "faces", ())):
             yield name, scene.geometry[name], model.transform @ place
+
+
+def extents(path: Path) -> list[float]:
+    """Length, width and height of all that is in a GLB file, as exported; zeros of an empty one.
+
+    Raises:
+        ModelError: The file cannot be read.
+    """
+    size = _load(path).extents
+    return [0.0] * 3 if size is None else np.asarray(size).tolist()
 
 
 def _load(path: Path) -> Any:
@@ -187,24 +200,15 @@ def _component(key: str, number: int) -> PartPose:
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
     """Bumpers, frame and wheels; a robot of which nothing is known has usual ones."""
+    from simcore.show.model_parts import BLUE, chassis  # trimesh takes half a second
+
     body = ChassisConfig() if look.config is None else look.config.body
-    x, y, r = 0.5 * look.bumpers[0], 0.5 * look.bumpers[1], body.wheel_radius
-    u, v, low, high = x - body.bumper_thickness, y - body.bumper_thickness, body.clearance, body.bumper_top
-    tire = np.concatenate((_RING * r + (0.0, -0.02, 0.0), _RING * r + (0.0, 0.02, 0.0)))
-    sides = (((u, -y), (x, y)), ((-x, -y), (-u, y)), ((-u, v), (u, y)), ((-u, -y), (u, -v)))
-    arrow = np.array([(u - 0.16, -0.09), (u - 0.03, 0.0), (u - 0.16, 0.09)])
-    top = np.concatenate(
-        (np.column_stack((arrow, np.full(3, high))), np.column_stack((arrow, np.full(3, high + 0.01))))
-    )
-    boxes = [
-        *(_hull("", "#1c1e22", 1.0, tire + np.array((wx, wy, r))) for wx, wy in body.wheel_positions),
-        *(_hull(BUMPER, "#1e54b7", 1.0, box_corners((*a, low), (*b, high))) for a, b in sides),
-        _hull("", "#3a3f47", 1.0, box_corners((-u, -v, low), (u, v, 0.5 * (low + high)))),
-        _hull("", _PLAIN, 1.0, top),
-    ]
-    if body.height > high + 0.01:
-        boxes.append(_hull("", "#9ea5ae", 0.25, box_corners((-u, -v, high), (u, v, body.height))))
-    return _joined(boxes)
+    solids = [_solid(name, mesh) for name, mesh in chassis(body, BLUE).items()]
+    if body.height > body.bumper_top + 0.01:
+        x, y = 0.5 * body.bumper_length - body.bumper_thickness, 0.5 * body.bumper_width - body.bumper_thickness
+        solids.append(_hull("", "#9ea5ae", 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
+    stretch = np.array((look.bumpers[0] / body.bumper_length, look.bumpers[1] / body.bumper_width, 1.0))
+    return [replace(solid, vertices=stretch * solid.vertices) for solid in _joined(solids)]
 
 
 def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[tuple[list[Solid], PartPose]]:
@@ -216,17 +220,17 @@ def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[
     chains: list[tuple[str, tuple[Joint, ...], Vector, FloatArray]] = []
     chains += [("ghost", one.joints, one.offset, _cube(one.offset, one.reach)) for one in hooks]
     if not has_models:
-        chains += [("path", one.joints, one.offset, _zone(one.zone)) for one in config.placers]
+        chains += [("path", one.joints, one.offset, zone_corners(one.zone)) for one in config.placers]
         chains += [("ink", one.joints, one.offset, _cube(one.offset, 2.0 * _ROD)) for one in config.components]
         for intake in config.intakes:
             joints, deploy = intake.joints, intake.deploy
             if any(joint.mechanism == deploy for joint in joints) or (joints and deploy is None):
-                chains.append(("hit", joints, intake.zone.ball[0], _zone(intake.zone)))
+                chains.append(("hit", joints, intake.zone.ball[0], zone_corners(intake.zone)))
                 continue
             moves = joints or (() if intake.stretch is None else (intake.stretch,))
             zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
             pose = _linked(posed, moves, None if deploy is None else (deploy, intake.deployed_at))
-            yield [_hull("", _ink("hit"), 0.5, _zone(zone))], pose
+            yield [_hull("", _ink("hit"), 0.5, zone_corners(zone))], pose
         for shooter in config.shooters:
             yield [_hull("", _ink("miss"), 0.9, _SHOT)], _muzzle(posed, shooter)
     bodies: dict[tuple[Joint, ...], dict[object, Solid]] = {}
@@ -294,10 +298,6 @@ def _muzzle(posed: Callable[[Snapshot], Mapping[str, Posed]], shooter: ShooterCo
 
 def _ink(name: str) -> str:
     return COLORS[name][0]
-
-
-def _zone(zone: IntakeZone) -> FloatArray:
-    return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
 
 
 def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:

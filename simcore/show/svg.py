@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 
 from simcore.show.palette import color
 from simcore.typing import FloatArray
 
-__all__ = ["document", "element", "line", "nested", "points", "polygon", "polyline", "ticks", "words"]
+__all__ = ["Axes", "document", "element", "line", "nested", "points", "polygon", "polyline", "ticks", "words"]
 
 
 def element(name: str, *inside: str, **attributes: object) -> str:
@@ -88,6 +88,64 @@ def document(box: tuple[float, float, float, float], *inside: str, **attributes:
 def nested(drawing: str, x: float, y: float, width: float, height: float) -> str:
     """A drawing within another one, at a place and in a size."""
     return drawing.replace("<svg ", f'<svg x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" ', 1)
+
+
+class Axes:
+    """A plot in a drawing: from values to places, and a grid with numbers.
+
+    Args:
+        box: Left, top, width and height of the plot.
+        low: Values at its left and lower edge.
+        high: Values at its right and upper edge.
+    """
+
+    def __init__(
+        self, box: tuple[float, float, float, float], low: tuple[float, float], high: tuple[float, float]
+    ) -> None:
+        self.box, self.low, self.high = box, low, high
+
+    def x(self, value: float) -> float:
+        """To the right."""
+        return self.box[0] + (value - self.low[0]) / ((self.high[0] - self.low[0]) or 1.0) * self.box[2]
+
+    def y(self, value: float) -> float:
+        """Down."""
+        return self.box[1] + (self.high[1] - value) / ((self.high[1] - self.low[1]) or 1.0) * self.box[3]
+
+    def grid(
+        self,
+        below: str,
+        aside: str,
+        *,
+        size: float = 11.5,
+        most: tuple[int, int] = (7, 5),
+        is_ruled: bool = False,
+        marks: Mapping[str, float] | None = None,
+    ) -> str:
+        """Levels, numbers and names of the axes.
+
+        Args:
+            below: Name of the lower axis.
+            aside: Of the left one.
+            size: Of the letters.
+            most: Numbers along either.
+            is_ruled: Draw upright lines, too.
+            marks: Words and their values along the lower axis, in place of numbers.
+        """
+        left, top, width, height = self.box
+        right, bottom, parts = left + width, top + height, []
+        for level in ticks(self.low[1], self.high[1], most[1]):
+            parts.append(line(left, self.y(level), right, self.y(level), stroke=color("grid")))
+            parts.append(words(left - 5, self.y(level) + 4, f"{level:g}", size, anchor="end"))
+        along = {f"{value:g}": value for value in ticks(self.low[0], self.high[0], most[0])} if marks is None else marks
+        for text, value in along.items():
+            if is_ruled:
+                parts.append(line(self.x(value), top, self.x(value), bottom, stroke=color("grid")))
+            parts.append(words(self.x(value), bottom + 16, text, size, anchor="middle"))
+        parts.append(words(left + width / 2, bottom + 33, below, size, anchor="middle"))
+        turned = f"translate({left - 34:g} {top + height / 2:g}) rotate(-90)"
+        parts.append(words(0.0, 0.0, aside, size, anchor="middle", transform=turned))
+        return element("g", *parts)
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:

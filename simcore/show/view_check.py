@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ModelError
-from simcore.show.view_models import read_config, transform
+from simcore.show.solids import extents
+from simcore.show.view_models import read_config, read_field, read_robot
 
 __all__ = ["ModelFinding", "check_folder"]
 
@@ -75,41 +75,37 @@ def check_folder(folder: Path, *, parts: int | None = None) -> list[ModelFinding
             findings.append(ModelFinding(path.name, f"the name {name!r} is taken by {other}; each needs its own"))
         else:
             names[kind, name] = path.name
-        if kind == "Robot_":
-            findings += _robot(path, config, parts)
-        elif kind == "Field3d_":
-            findings += _field(path, config)
+        try:
+            if kind == "Robot_":
+                findings += _robot(path, config, parts)
+                read_robot(path)
+            elif kind == "Field3d_":
+                findings += _field(path, config)
+                read_field(path)
+        except ModelError as error:  # what the player stumbles over first
+            findings.append(ModelFinding(path.name, str(error).removeprefix(f"{path.name}: ")))
     return findings
 
 
 def _robot(folder: Path, config: Mapping[str, Any], parts: int | None) -> Iterator[ModelFinding]:
-    yield from _transform(folder, config, "rotations", "position")
     components = config.get("components", [])
-    if not _is_list(components):
-        yield ModelFinding(folder.name, "components must be a list of objects, one for each moving part")
-        components = []
-    for component in components:
-        yield from _transform(folder, component, "zeroedRotations", "zeroedPosition")
-    cameras = config.get("cameras", [])
-    if not _is_list(cameras):
-        yield ModelFinding(folder.name, "cameras must be a list of objects")
-        cameras = []
-    for i, camera in enumerate(cameras):
-        if not camera.get("name"):
-            yield ModelFinding(folder.name, f'camera {i} needs a "name", or the robot is not loaded')
-    if parts is not None and parts != len(components):
+    if parts is not None and isinstance(components, list) and parts != len(components):
         yield ModelFinding(
             folder.name,
             f"components lists {len(components)} parts, but {parts} poses are published in Sim/Robot/ComponentPoses; "
             "they go together one by one, in order",
         )
-    yield from _files(folder, len(components), "components")
+    cameras = config.get("cameras", [])
+    for i, camera in enumerate(cameras if isinstance(cameras, list) else [None]):
+        if not (isinstance(camera, dict) and camera.get("name")):
+            yield ModelFinding(folder.name, f'camera {i} needs a "name", or the robot is not loaded')
+    yield from _files(folder, components)
     body = folder / "model.glb"
-    extent = _extent(body)
-    if extent is not None and (max(extent) > _TALL or max(extent) < _SMALL):
+    longest = 0.0 if not body.is_file() or _glb_trouble(body) else max(extents(body))
+    if longest and not _SMALL < longest < _TALL:
         yield ModelFinding(
             f"{folder.name}/model.glb",
-            f"is {max(extent):.3g} long; glTF is in meters. Was it exported in millimeters or inches?",
+            f"is {longest:.3g} long; glTF is in meters. Was it exported in millimeters or inches?",
             is_error=False,
         )
 
@@ -123,52 +119,26 @@ def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[ModelFinding]:
             folder.name,
             f'"coordinateSystem" should be "wall-blue" (blue origin), got {system!r}; everything would be turned',
         )
-    for key in ("widthInches", "heightInches"):
-        value = config.get(key)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e4:
-            yield ModelFinding(folder.name, f'"{key}" must be a length in inches, got {value!r}')
-    yield from _transform(folder, config, "rotations", "position")
     pieces = config.get("gamePieces", [])
-    if not _is_list(pieces):
-        yield ModelFinding(folder.name, "gamePieces must be a list of objects")
-        pieces = []
-    for i, piece in enumerate(pieces):
-        if not piece.get("name"):
+    for i, piece in enumerate(pieces if isinstance(pieces, list) else []):
+        if not (isinstance(piece, dict) and piece.get("name")):
             yield ModelFinding(folder.name, f'game piece {i} needs a "name", as in Sim/GamePieces/<name>')
-        yield from _transform(folder, piece, "rotations", "position")
-    yield from _files(folder, len(pieces), "gamePieces")
+    yield from _files(folder, pieces)
 
 
-def _transform(folder: Path, config: Mapping[str, Any], rotations: str, position: str) -> Iterator[ModelFinding]:
-    try:
-        transform(folder.name, config.get(rotations, []), config.get(position, [0, 0, 0]))
-    except ModelError as error:
-        yield ModelFinding(folder.name, str(error).removeprefix(f"{folder.name}: "))
-
-
-def _files(folder: Path, count: int, listed: str) -> Iterator[ModelFinding]:
+def _files(folder: Path, listed: object) -> Iterator[ModelFinding]:
+    """What is wrong with the GLB files of a folder whose `config.json` lists some parts or pieces."""
+    count = len(listed) if isinstance(listed, list) else 0
     wanted = ["model.glb", *(f"model_{i}.glb" for i in range(count))]
-    for name in wanted:
-        path = folder / name
-        if not path.is_file():
-            near = [p.name for p in folder.iterdir() if p.name.lower() == name.lower()]
-            hint = f"; there is {near[0]!r}, but names are case-sensitive" if near else ""
-            yield ModelFinding(f"{folder.name}/{name}", f"is missing{hint}")
-            continue
-        trouble = _glb_trouble(path)
-        if trouble:
-            yield ModelFinding(f"{folder.name}/{name}", trouble)
-        elif path.stat().st_size > _LARGE:
-            size = path.stat().st_size / 1e6
-            yield ModelFinding(
-                f"{folder.name}/{name}",
-                f"is {size:.0f} MB; leave out screws and the inside, or it takes long to load",
-                is_error=False,
-            )
-    for path in sorted(folder.glob("model_*.glb")):
-        if path.name not in wanted:
-            text = f"is not used: {listed} in config.json has {count} entries"
-            yield ModelFinding(f"{folder.name}/{path.name}", text, is_error=False)
+    for path in sorted(folder.glob("*.glb")):
+        place = f"{folder.name}/{path.name}"
+        if trouble := _glb_trouble(path):
+            yield ModelFinding(place, trouble)
+        elif path.name not in wanted:
+            yield ModelFinding(place, f"is not used: config.json lists {count}", is_error=False)
+        elif (size := path.stat().st_size) > _LARGE:
+            text = f"is {size / 1e6:.0f} MB; leave out screws and the inside, or it takes long to load"
+            yield ModelFinding(place, text, is_error=False)
 
 
 def _glb_trouble(path: Path) -> str:
@@ -190,28 +160,3 @@ def _glb_trouble(path: Path) -> str:
     if length != size:
         return f"is cut off: {size} of {length} bytes; copy or export it again"
     return ""
-
-
-def _extent(path: Path) -> tuple[float, float, float] | None:
-    """Size of everything in a GLB by its own account, node transforms left out [as exported]."""
-    if not path.is_file() or _glb_trouble(path):
-        return None
-    with path.open("rb") as file:
-        file.seek(12)
-        length, _ = struct.unpack("<II", file.read(8))
-        try:
-            document = json.loads(file.read(length))
-            places = [
-                document["accessors"][p["attributes"]["POSITION"]]
-                for mesh in document["meshes"]
-                for p in mesh["primitives"]
-            ]
-            lows, highs = [a["min"] for a in places], [a["max"] for a in places]
-        except (ValueError, KeyError, IndexError, TypeError):
-            return None
-    x, y, z = (max(h[i] for h in highs) - min(low[i] for low in lows) for i in range(3))
-    return x, y, z
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(item, dict) for item in value)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
 from simcore.errors import OutputError
-from simcore.show.log_page import recorded_game, recording_of, scene_of_log
+from simcore.show.log_page import load_run
 from simcore.show.page import write_page
 from simcore.show.view_models import load_models
 from simcore.show.view_server import open_browser
-from simcore.telemetry.wpilog import read_log
 
 __all__ = ["add_arguments", "run"]
 
@@ -34,21 +32,11 @@ def run(options: argparse.Namespace) -> int:
     Raises:
         SimcoreError: The log or the models cannot be used.
     """
-    log = read_log(options.log)
-    first, last = log.span
-    print(f"{options.log}: {last - first:.1f} s, {len(log.columns)} keys")
-    if log.ends_early:
-        print("its end is cut off; what is there is shown", file=sys.stderr)
-    recording = recording_of(log)
-    scene = scene_of_log(recording, options.game or None)
-    if options.models is not None:
-        load_models(options.models).robot(options.robot)  # a wrong name is said, not drawn as boxes
-        scene = scene.with_models(options.models, options.robot)
-    elif options.robot and scene.models is not None:
-        load_models(scene.models).robot(options.robot)
-        scene = scene.with_models(scene.models, options.robot)
-    name = recorded_game(recording)
-    title = f"{name.upper()}, {options.log.stem}" if name else options.log.stem
+    recording, scene, title = load_run(options.log, options.game or None)
+    models = options.models or (scene.models if options.robot else None)
+    if models is not None:
+        load_models(models).robot(options.robot)  # a wrong name is said, not drawn as boxes
+        scene = scene.with_models(models, options.robot)
     page = options.log.with_suffix(".html")
     try:
         write_page(page, recording, scene, title=title)

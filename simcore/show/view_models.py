@@ -18,7 +18,16 @@ import numpy as np
 from simcore.errors import ModelError, UnknownNameError
 from simcore.typing import FloatArray
 
-__all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "load_models"]
+__all__ = [
+    "FieldModels",
+    "Model",
+    "RobotModels",
+    "ViewModels",
+    "load_models",
+    "read_config",
+    "read_field",
+    "read_robot",
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +98,7 @@ def load_models(folder: str | Path) -> ViewModels:
     robots = sorted(p for p in folder.glob("Robot_*") if p.is_dir())
     if not fields and not robots:
         raise ModelError(f"{str(folder)!r} holds neither a Field3d_... nor a Robot_... folder")
-    return ViewModels(field=_field(fields[0]) if fields else None, robots=tuple(_robot(path) for path in robots))
+    return ViewModels(field=read_field(fields[0]) if fields else None, robots=tuple(map(read_robot, robots)))
 
 
 def read_config(folder: Path) -> dict[str, Any]:
@@ -110,7 +119,7 @@ def read_config(folder: Path) -> dict[str, Any]:
     return config
 
 
-def transform(folder: str, rotations: Any, position: Any) -> FloatArray:
+def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
     """The rotations, one after the other, then the position, as a matrix.
 
     Raises:
@@ -141,25 +150,32 @@ def transform(folder: str, rotations: Any, position: Any) -> FloatArray:
 def _model(folder: Path, file: str, matrix: FloatArray) -> Model:
     path = folder / file
     if not path.is_file():
-        raise ModelError(f"{folder.name}: {file} is missing")
+        near = [p.name for p in folder.iterdir() if p.name.lower() == file.lower()]
+        hint = f"; there is {near[0]!r}, but names are case-sensitive" if near else ""
+        raise ModelError(f"{folder.name}: {file} is missing{hint}")
     return Model(path, matrix)
 
 
-def _field(folder: Path) -> FieldModels:
+def read_field(folder: Path) -> FieldModels:
+    """The models of one `Field3d_*` folder.
+
+    Raises:
+        ModelError: It is broken; this is the first thing that is wrong.
+    """
     config = read_config(folder)
     try:
         size = (float(config["widthInches"]) * 0.0254, float(config["heightInches"]) * 0.0254)
     except (KeyError, TypeError, ValueError) as error:
         raise ModelError(f"{folder.name}: widthInches and heightInches must be numbers") from error
-    if not all(math.isfinite(s) and s > 0.0 for s in size):
-        raise ModelError(f"{folder.name}: widthInches and heightInches must be > 0, got {size}")
+    if not all(0.0 < s < 1e4 for s in size):
+        raise ModelError(f"{folder.name}: widthInches and heightInches must be > 0, got {size} m")
     # the model's origin is the middle of the field, its red wall at -x
     to_field = np.diag((-1.0, -1.0, 1.0, 1.0))
     to_field[:2, 3] = size[0] / 2.0, size[1] / 2.0
-    own = transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
+    own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
     pieces = {}
     for i, piece in enumerate(_list(folder, config, "gamePieces")):
-        matrix = transform(folder.name, piece.get("rotations", []), piece.get("position", [0, 0, 0]))
+        matrix = _transform(folder.name, piece.get("rotations", []), piece.get("position", [0, 0, 0]))
         pieces[str(piece.get("name", i))] = _model(folder, f"model_{i}.glb", matrix)
     name = str(config.get("name", folder.name))
     body = _model(folder, "model.glb", to_field @ own)
@@ -178,12 +194,17 @@ def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]
     return places
 
 
-def _robot(folder: Path) -> RobotModels:
+def read_robot(folder: Path) -> RobotModels:
+    """The models of one `Robot_*` folder.
+
+    Raises:
+        ModelError: It is broken; this is the first thing that is wrong.
+    """
     config = read_config(folder)
-    own = transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
+    own = _transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
     parts = []
     for i, part in enumerate(_list(folder, config, "components")):
-        matrix = transform(folder.name, part.get("zeroedRotations", []), part.get("zeroedPosition", [0, 0, 0]))
+        matrix = _transform(folder.name, part.get("zeroedRotations", []), part.get("zeroedPosition", [0, 0, 0]))
         parts.append(_model(folder, f"model_{i}.glb", matrix))
     name = str(config.get("name", folder.name))
     return RobotModels(name=name, body=_model(folder, "model.glb", own), parts=tuple(parts))

@@ -13,7 +13,7 @@ from simcore.show.field_drawing import FieldDrawing
 from simcore.show.palette import color
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import Scene
-from simcore.show.svg import document, element, line, polyline, ticks, words
+from simcore.show.svg import Axes, document, element, line, polyline, words
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
@@ -69,8 +69,8 @@ def distribution_chart(values: FloatArray, name: str, unit: str = "") -> str:
         return document((0, 0, _WIDTH, _HEIGHT), words(_WIDTH / 2, _HEIGHT / 2, "no run has it", 14, anchor="middle"))
     edges = _bin_edges(values)
     counts, _ = np.histogram(values, edges)
-    frame = _Frame(float(edges[0]), float(edges[-1]), 0.0, 1.08 * float(counts.max()), zero_based=True)
-    parts = [frame.grid(_axis(name, unit), "runs")]
+    frame = _axes(float(edges[0]), float(edges[-1]), 0.0, 1.08 * float(counts.max()), zero_based=True)
+    parts = [frame.grid(_axis(name, unit), "runs", size=_LETTERS)]
     for start, end, count in zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True):
         if count:
             left, top = frame.x(start), frame.y(count)
@@ -107,12 +107,12 @@ def response_chart(
     is_numeric = len(numbers) == len(points)
     if is_numeric:
         left, right = _span(numbers, air=0.05)
-        frame = _Frame(left, right, low, high, zero_based=is_share)
+        frame = _axes(left, right, low, high, zero_based=is_share)
         marks = {number_text(value): value for value in numbers} if len(numbers) <= 6 else None
     else:
-        frame = _Frame(-0.5, len(points) - 0.5, low, high, zero_based=is_share)
+        frame = _axes(-0.5, len(points) - 0.5, low, high, zero_based=is_share)
         marks = {_short(number_text(point.at)): float(row) for row, point in enumerate(points)}
-    parts = [frame.grid(factor, _axis(name, unit), marks=marks)]
+    parts = [frame.grid(factor, _axis(name, unit), size=_LETTERS, marks=marks)]
     places = []
     for row, point in enumerate(points):
         if not math.isfinite(point.middle):
@@ -161,56 +161,17 @@ def heat_map(scene: Scene, places: FloatArray, ink: str) -> str:
         ink: Name of a color.
     """
     field = FieldDrawing(RunTrack(Recording(), scene), ())
-    length, width = scene.field_size
-    across, up = math.ceil(length / _CELL), math.ceil(width / _CELL)
-    inside = np.clip(places, 0.0, (length - 1e-6, width - 1e-6))
-    counts, _, _ = np.histogram2d(
-        inside[:, 0], inside[:, 1], bins=(across, up), range=((0.0, across * _CELL), (0.0, up * _CELL))
-    )
-    most = float(counts.max()) or 1.0
-    size = 100.0 * _CELL
-    cells = []
-    for i, k in zip(*(rows.tolist() for rows in np.nonzero(counts)), strict=True):
-        ((x, y),) = field.points(np.array([[i * _CELL, (k + 1) * _CELL]])).tolist()
-        tip = element("title", f"{counts[i, k]:.0f} at x {(i + 0.5) * _CELL:g} m, y {(k + 0.5) * _CELL:g} m")
-        strength = 0.25 + 0.7 * math.sqrt(counts[i, k] / most)
-        cells.append(element("rect", tip, x=x, y=y, width=size, height=size, opacity=strength))
-    return field.drawing(field.ground(), element("g", *cells, fill=color(ink)))
+    return field.drawing(field.ground(), field.heat(places, ink, cell=_CELL))
 
 
 # --- axes ---------------------------------------------------------------------------------------------------------
 
 
-class _Frame:
-    """Axes of a chart, from values to places of the drawing."""
-
-    def __init__(self, left: float, right: float, low: float, high: float, *, zero_based: bool = False) -> None:
-        self.left, self.right = left, right
-        air = 0.0 if zero_based else 0.06 * (high - low)
-        self.low, self.high = low - air, high + air
-
-    def x(self, value: float) -> float:
-        """To the right."""
-        return _LEFT + (value - self.left) / ((self.right - self.left) or 1.0) * (_RIGHT - _LEFT)
-
-    def y(self, value: float) -> float:
-        """Down."""
-        return _TOP + (self.high - value) / ((self.high - self.low) or 1.0) * (_BOTTOM - _TOP)
-
-    def grid(self, below: str, aside: str, *, marks: dict[str, float] | None = None) -> str:
-        """Levels, scale and names of the axes; `marks` in place of round numbers on the lower one."""
-        parts = []
-        for level in ticks(self.low, self.high, 5):
-            parts.append(line(_LEFT, self.y(level), _RIGHT, self.y(level), stroke=color("grid")))
-            parts.append(words(_LEFT - 6, self.y(level) + 4, number_text(level), _LETTERS, anchor="end"))
-        along = marks or {number_text(value): value for value in ticks(self.left, self.right, 7)}
-        for text, value in along.items():
-            parts.append(words(self.x(value), _BOTTOM + 16, text, _LETTERS, anchor="middle"))
-        parts.append(line(_LEFT, _BOTTOM, _RIGHT, _BOTTOM, stroke=color("control")))
-        parts.append(words((_LEFT + _RIGHT) / 2, _BOTTOM + 34, below, _LETTERS, anchor="middle"))
-        turned = f"translate(12 {(_TOP + _BOTTOM) / 2:g}) rotate(-90)"
-        parts.append(words(0.0, 0.0, aside, _LETTERS, anchor="middle", transform=turned))
-        return element("g", *parts)
+def _axes(left: float, right: float, low: float, high: float, *, zero_based: bool = False) -> Axes:
+    """From the left to the right value, with air around the lowest and highest one if the scale has no zero."""
+    air = 0.0 if zero_based else 0.06 * (high - low)
+    box = (_LEFT, _TOP, _RIGHT - _LEFT, _BOTTOM - _TOP)
+    return Axes(box, (left, low - air), (right, high + air))
 
 
 def _document(parts: Sequence[str], label: str) -> str:

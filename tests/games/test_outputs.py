@@ -17,6 +17,7 @@ from simcore.match.runner import play_auto
 from simcore.show import raster
 from simcore.show.animation import FramePainter
 from simcore.show.failed_run import save_failed_run
+from simcore.show.frames import filled
 from simcore.show.palette import rgb
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of
@@ -73,7 +74,8 @@ def test_frames_of_a_real_run_show_fuel_where_the_engine_had_it(depot):
     (left, top), (right, _) = np.array(painter.points(np.array([(0.0, below), (100.0, below)]))) / 2.0
     scale = right - left
     for time in (0.3, 4.2, 8.1):
-        image = np.asarray(painter.draw(time), dtype=int)
+        (moment,) = (one for one in filled(recording) if abs(one.time - time) < 0.001)
+        image = np.asarray(painter.draw(moment), dtype=int)
         labels, count = ndimage.label(np.abs(image - rgb("#ffd923")).max(axis=2) < 12)
         middles = np.array(ndimage.center_of_mass(np.ones_like(labels), labels, range(1, count + 1)))
         seen = np.column_stack(((middles[:, 1] + 0.5 - left) / scale, (top - middles[:, 0] - 0.5) / scale))

@@ -70,7 +70,7 @@ class PageReader:
     def board(self, label: str, time: float) -> str:
         """What a line of the score board says."""
         (item,) = (item for item in self.meta["board"] if item["label"] == label)
-        return item["texts"][max(0, int(np.searchsorted(item["times"], time + 1e-6)) - 1)]
+        return item["values"][max(0, int(np.searchsorted(item["times"], time + 1e-6)) - 1)]
 
 
 def yaw_of(pose: np.ndarray) -> float:

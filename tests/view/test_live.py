@@ -11,6 +11,7 @@ import threading
 import time
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 pytest.importorskip("websockets", reason='needs websockets: pip install -e ".[view]"')
@@ -21,11 +22,12 @@ from websockets.sync.client import connect
 from games.rebuilt import REBUILT
 from simcore import Match, RobotEntry
 from simcore.errors import OutputError
-from simcore.players.driven_robot import HandedOver
+from simcore.players.driven_robot import DriverInput, HandedOver
 from simcore.show.live_view import LiveView
 from simcore.show.view_driving import ViewDriving
 from simcore.show.view_server import LONGEST, MOST_VIEWERS, Guard, ViewServer
 from simcore.telemetry.recording import Recording
+from simcore.units import TICK
 
 LINK = {"Sec_Fetch_Mode": "navigate", "Sec_Fetch_Dest": "document"}
 KEYS = {"KeyW": "w", "KeyA": "a", "KeyQ": "q", "Space": " ", "KeyF": "f"}
@@ -254,3 +256,89 @@ def test_what_a_page_may_not_ask_is_passed_over() -> None:
             assert view._act(None) is False and view.pacer.speed == 1.0 and view.wants_restart
     finally:
         view.close()
+
+
+def first(noted, wanted):
+    """Of what another thread notes, as soon as it is there."""
+    wait_until(lambda: any(map(wanted, list(noted))))
+    return next(filter(wanted, list(noted)))
+
+
+def test_a_key_is_seen_in_the_next_pictures(browser) -> None:
+    """From a key to the first picture with all of what it did, stage by stage; the server's part is ours to promise.
+
+    The page notes when it sends what a key asks for and when a picture is finished, the server when it takes the
+    message and when it sends the frame of the tick that read it; all by the clock of this computer.
+    """
+    driving, taken, read, sent = ViewDriving(), [], [], []
+    view = LiveView(driving=driving, title="live")
+    take, show = driving.take, view.show
+
+    def note_take(page: int, message) -> None:
+        take(page, message)
+        taken.append((time.time(), bool(message and message["keys"]), match.time))
+
+    def note_read() -> DriverInput | None:
+        read.append((time.time(), match.time))
+        return driving.input()
+
+    def note_show(snapshot, **options) -> None:
+        show(snapshot, **options)
+        sent.append((time.time(), snapshot.time))
+
+    driving.take, view.show = note_take, note_show
+    robots = (RobotEntry(alliance="blue", start=(2.0, 4.03, 0.0)),)
+    with Match(REBUILT, sinks=[view.sink()], robots=robots) as match:
+        match.set_controller(0, HandedOver(match, "blue", lambda robot, time: None, note_read))
+        run = Run(match, view)
+        try:
+            page = browser(view.url)
+            page.call("Emulation.setFocusEmulationEnabled", enabled=True)
+            view.wait_for_viewer()
+            run.start()
+            page.wait_for("window.simcore && simcore.player && simcore.player.run.groups.robots.n > 3")
+            page.click("drive")
+            wait_until(lambda: driving.input() is not None)
+            page.evaluate(
+                "window.wall = () => (performance.timeOrigin + performance.now()) / 1000; window.pressed = [];"
+                "window.pictures = []; window.arrived = [];"
+                "{ const frame = simcore.frame.bind(simcore);"
+                "  simcore.frame = (data) => { frame(data); arrived.push([wall(), simcore.head]); }; }"
+                "const add = Set.prototype.add;"
+                "simcore.down.add = (code) => { pressed.push(wall()); return add.call(simcore.down, code); };"
+                "{ const { player } = simcore, draw = player.draw.bind(player);"
+                "  const gl = player.solid.renderer.getContext(), pixel = new Uint8Array(4);"
+                "  player.draw = () => { draw(); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);"
+                "    pictures.push([wall(), player.now]); }; } 1"
+            )
+            for what in ("with software rendering", "without what the 3D view takes to render"):
+                stages = []
+                for press in range(8):
+                    code = ("KeyA", "KeyQ")[press % 2]
+                    begun = time.time()
+                    page.call("Input.dispatchKeyEvent", type="keyDown", code=code, key=KEYS[code], text="")
+                    at, _, before = first(taken, lambda one, begun=begun: one[0] > begun and one[1])
+                    effect = first(read, lambda one, at=at: one[0] > at)[1] + TICK
+                    assert effect < before + 2.5 * TICK, "read by the next tick, or the one after that under way"
+                    left, when = first(sent, lambda one, effect=effect: one[1] > effect - 0.001)
+                    page.wait_for(f"pictures.some(([, now]) => now >= {when - 0.001})")
+                    arrived, drawn = (
+                        page.evaluate(f"{noted}.find(([, now]) => now >= {when - 0.001})[0]")
+                        for noted in ("arrived", "pictures")
+                    )
+                    key = page.evaluate("pressed.at(-1)")
+                    stages.append((at - key, left - at, arrived - left, drawn - arrived, drawn - key))
+                    page.call("Input.dispatchKeyEvent", type="keyUp", code=code, key=KEYS[code], text="")
+                    time.sleep(0.13)
+                middle = 1e3 * np.median(stages, axis=0)
+                rate = page.evaluate("pictures.length / (pictures.at(-1)[0] - pictures[0][0])")
+                print(
+                    f"{what}: key to server {middle[0]:.0f} ms, server {middle[1]:.0f} ms, to the page "
+                    f"{middle[2]:.0f} ms, to the picture {middle[3]:.0f} ms, in all {middle[4]:.0f} ms at {rate:.0f} "
+                    "pictures a second"
+                )
+                assert min(server for _, server, *_ in stages) < 0.05, "a computer that is busy with others may be late"
+                page.evaluate("simcore.player.solid.renderer.render = () => {}; pictures.length = 0; 1")
+        finally:
+            run.end()
+            view.close()

@@ -5,13 +5,16 @@ const UNIT = 32767;
 const ROBOT = 11, PART = 7, CORNERS = 12;
 const JUMP = 1200;  // [mm] between two frames: whoever goes farther was put somewhere else
 
-/** Bytes of a gzipped base64 text. */
+/** @type {(f: (d: number) => number) => Point} */
+const xyz = (f) => [f(0), f(1), f(2)];
+
+/** Bytes of a gzipped base64 text. @param {string} text */
 export async function inflate(text) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
 }
 
-/** 16-bit rows of `pack` in Python: offset in bytes, rows and columns. */
+/** 16-bit rows of `pack` in Python. @param {Uint8Array} bytes @param {Place} place */
 export function unpack(bytes, [offset, rows, columns]) {
   const n = rows * columns, found = new Int16Array(n);
   for (let c = 0, k = 0; c < columns; c++) {
@@ -23,7 +26,7 @@ export function unpack(bytes, [offset, rows, columns]) {
   return found;
 }
 
-/** Last of some rising times that is not after a time; 0 if there is none. */
+/** Last of some rising times that is not after a time; 0 if there is none. @param {ArrayLike<number>} times @param {number} time */
 export function rowAt(times, time, n = times.length) {
   let low = 0, high = n;
   while (high - low > 1) {
@@ -35,6 +38,7 @@ export function rowAt(times, time, n = times.length) {
 
 /** Columns over time. */
 class Group {
+  /** @param {number} width @param {Float64Array} times @param {Int16Array} rows */
   constructor(width, times = new Float64Array(0), rows = new Int16Array(0)) {
     this.width = width;
     this.times = times;
@@ -42,6 +46,7 @@ class Group {
     this.n = times.length;
   }
 
+  /** @param {number} time @param {Int16Array} row */
   append(time, row) {
     if (this.n && time <= this.times[this.n - 1]) this.n = 0;  // another run
     if (this.n === this.times.length) {
@@ -55,7 +60,7 @@ class Group {
     this.n++;
   }
 
-  /** Where the rows before and after a time begin, and how far it is from one to the other. */
+  /** Where the rows before and after a time begin, and how far it is from one to the other. @param {number} time */
   at(time) {
     const i = rowAt(this.times, time, this.n), j = Math.min(i + 1, this.n - 1), span = this.times[j] - this.times[i];
     return { a: i * this.width, b: j * this.width, k: span > 0 ? Math.min(1, Math.max(0, (time - this.times[i]) / span)) : 0, n: this.n };
@@ -64,9 +69,11 @@ class Group {
 
 /** A run: what there is to draw, and where it was when. Lengths come out in meters. */
 export class Run {
+  /** @param {Meta} meta @param {Uint8Array} bytes */
   constructor(meta, bytes) {
     this.meta = meta;
     this.bytes = bytes;
+    /** @type {Record<string, Group>} */
     this.groups = {};
     for (const [name, group] of Object.entries(meta.groups)) {
       if (!group.rows) { this.groups[name] = new Group(group.width); continue; }
@@ -75,9 +82,11 @@ export class Run {
       for (let i = 0, sum = meta.start; i < times.length; i++) times[i] = sum += steps[i] / 1000;
       this.groups[name] = new Group(group.width, times, unpack(bytes, group.rows));
     }
+    /** @type {number[]} */
     this.partsFrom = [];
     let first = 0;
     for (const robot of meta.robots) { this.partsFrom.push(first); first += robot.parts; }
+    /** @type {{ kind: number, column: number }[]} */
     this.pieces = [];  // one entry each: kind and first column
     let column = 0;
     meta.kinds.forEach((kind, number) => {
@@ -88,12 +97,13 @@ export class Run {
   get start() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[0] : 0) : this.meta.start; }
   get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
 
+  /** @param {string} name @param {number} time */
   lampIsOn(name, time) {
     const lamp = this.meta.lamps[name];
-    return Boolean(lamp && lamp.times.length && lamp.on[rowAt(lamp.times, time)]);
+    return Boolean(lamp && lamp.times.length && lamp.values[rowAt(lamp.times, time)]);
   }
 
-  /** A live frame: its time, then the rows of all groups. */
+  /** A live frame: its time, then the rows of all groups. @param {ArrayBuffer} buffer */
   append(buffer) {
     const time = new DataView(buffer).getFloat64(0, true);
     let offset = 8;
@@ -106,7 +116,8 @@ export class Run {
     return time;
   }
 
-  /** Pose of a robot, or null: place, quaternion x y z w, belief x y yaw or null, whether its intake takes pieces. */
+  /** Pose of a robot, or null: place, quaternion x y z w, belief x y yaw or null, whether its intake takes pieces.
+   * @param {number} number @param {number} time @returns {Pose | null} */
   robot(number, time) {
     const { rows } = this.groups.robots, { a, b, k, n } = this.groups.robots.at(time), from = a + ROBOT * number, to = b + ROBOT * number;
     if (!n || rows[from] === AWAY) return null;
@@ -122,14 +133,16 @@ export class Run {
     return pose;
   }
 
-  /** Pose of a part in its robot's frame, or null. */
+  /** Pose of a part in its robot's frame, or null. @param {number} robot @param {number} number @param {number} time @returns {Pose | null} */
   part(robot, number, time) {
     const { rows } = this.groups.parts, { a, b, k, n } = this.groups.parts.at(time), c = PART * (this.partsFrom[robot] + number);
     if (!n || !(rows[a + c + 3] || rows[a + c + 4] || rows[a + c + 5] || rows[a + c + 6])) return null;
     return between(rows, a + c, b + c, k);
   }
 
-  /** Calls `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are where its quaternions begin. */
+  /** Calls `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are where its quaternions begin.
+   * @param {number} time
+   * @param {(row: number, x: number, y: number, z: number, state: number, rows: Int16Array, a: number, b: number, k: number) => void} put */
   eachPiece(time, put) {
     const { rows } = this.groups.pieces, { a, b, k, n } = this.groups.pieces.at(time);
     if (!n) return;
@@ -143,18 +156,23 @@ export class Run {
     }
   }
 
-  /** Places of one piece while it was on the field or in flight between two times [m], [x, y, z] each. */
+  /** Places of one piece while it was on the field or in flight between two times [m], [x, y, z] each.
+   * @param {number} row @param {number} from @param {number} to @returns {Point[]} */
   wayOf(row, from, to) {
-    const group = this.groups.pieces, c = this.pieces[row].column, found = [];
+    const group = this.groups.pieces, c = this.pieces[row].column;
+    /** @type {Point[]} */
+    const found = [];
     for (let i = rowAt(group.times, from, group.n); i < group.n && group.times[i] <= to + 1e-6; i++) {
       const o = i * group.width + c;
-      if (group.times[i] >= from - 0.021 && group.rows[o + 3] && group.rows[o + 3] < 3) found.push([0, 1, 2].map((d) => group.rows[o + d] / 1000));
+      if (group.times[i] >= from - 0.021 && group.rows[o + 3] && group.rows[o + 3] < 3) found.push(xyz((d) => group.rows[o + d] / 1000));
     }
     return found;
   }
 
-  /** Places of a robot between two times [m], pieces of way where it was carried in between. */
+  /** Places of a robot between two times [m], pieces of way where it was carried in between.
+   * @param {number} number @param {number} from @param {number} to @returns {[number, number][][]} */
   pathOf(number, from, to, step = 0.1) {
+    /** @type {[number, number][][]} */
     const ways = [[]];
     for (let time = Math.max(from, this.start); time <= to + 1e-9; time += step) {
       const pose = this.robot(number, time);
@@ -166,36 +184,40 @@ export class Run {
     return ways;
   }
 
-  /** Segments of what cameras see, [from, to] each; the first entry of a line is where the camera is. */
+  /** Segments of what cameras see, [from, to] each; the first entry of a line is where the camera is. @param {number} time @returns {[Point, Point][]} */
   lines(time) {
-    const { rows } = this.groups.lines, { a, n } = this.groups.lines.at(time), found = [];
+    const { rows } = this.groups.lines, { a, n } = this.groups.lines.at(time);
+    /** @type {[Point, Point][]} */
+    const found = [];
     if (!n) return found;
     for (let c = a; c < a + this.groups.lines.width; c += 3 * CORNERS) {
       for (let q = 0; q + 1 < CORNERS && rows[c + 3 * q + 3] !== AWAY; q++) {
-        found.push([0, 3].map((d) => [0, 1, 2].map((e) => rows[c + 3 * q + d + e] / 1000)));
+        found.push([xyz((d) => rows[c + 3 * q + d] / 1000), xyz((d) => rows[c + 3 * q + 3 + d] / 1000)]);
       }
     }
     return found;
   }
 }
 
-/** A pose between two rows of x y z [mm] and quaternion w x y z. */
+/** A pose between two rows of x y z [mm] and quaternion w x y z.
+ * @param {Int16Array} rows @param {number} i @param {number} j @param {number} k @returns {Pose} */
 function between(rows, i, j, k) {
   if (rows[j] === AWAY || Math.abs(rows[j] - rows[i]) + Math.abs(rows[j + 1] - rows[i + 1]) > JUMP) k = 0;
-  const place = [0, 1, 2].map((d) => (rows[i + d] + k * (rows[j + d] - rows[i + d])) / 1000);
+  const place = xyz((d) => (rows[i + d] + k * (rows[j + d] - rows[i + d])) / 1000);
   return { place, quat: turned(rows, i + 3, j + 3, k) };
 }
 
-/** A quaternion x y z w between two rows of w x y z. */
+/** A quaternion x y z w between two rows of w x y z.
+ * @param {Int16Array} rows @param {number} i @param {number} j @param {number} k @returns {Quaternion} */
 export function turned(rows, i, j, k) {
   let dot = 0;
   for (let d = 0; d < 4; d++) dot += rows[i + d] * rows[j + d];
   const sign = dot < 0 ? -1 : 1, mix = [1, 2, 3, 0].map((d) => rows[i + d] + k * (sign * rows[j + d] - rows[i + d]));
   const size = Math.hypot(...mix) || UNIT;
-  return mix.map((value) => value / size);
+  return /** @type {Quaternion} */ (mix.map((value) => value / size));
 }
 
-/** Heading of a quaternion x y z w. */
+/** Heading of a quaternion x y z w. @param {Quaternion} quat */
 export function yawOf([x, y, z, w]) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }

@@ -3,7 +3,7 @@ import { inflate } from "./data.js";
 import { Charts, drawEvents, drawTables, make, tableOf } from "./panels.js";
 import { Player } from "./player.js";
 
-const BEHIND = 0.02;  // [s] that pictures are behind the newest frame, to be drawn between two
+const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
 const find = (selector) => document.querySelector(selector);
@@ -82,24 +82,21 @@ export class Live {
 
   state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
     const { meta } = this.player.run;
+    const note = (changes, value) => {
+      if (changes.values.at(-1) !== value) { changes.times.push(time); changes.values.push(value); }
+    };
     for (const [label, text] of board) {
       let item = meta.board.find((one) => one.label === label);
-      if (!item) meta.board.push(item = { label, times: [], texts: [] });
-      if (item.texts.at(-1) !== text) { item.times.push(time); item.texts.push(text); }
+      if (!item) meta.board.push(item = { label, times: [], values: [] });
+      note(item, text);
     }
-    for (const [name, on] of Object.entries(lamps)) {
-      const lamp = meta.lamps[name] ??= { times: [], on: [] };
-      if (lamp.on.at(-1) !== on) { lamp.times.push(time); lamp.on.push(on); }
-    }
-    for (const [name, count] of Object.entries(cells)) {
-      const steps = meta.cells[name] ??= [];
-      if (!steps.length || steps.at(-1)[1] !== count) steps.push([time, count]);
-    }
+    for (const [name, on] of Object.entries(lamps)) note(meta.lamps[name] ??= { times: [], values: [] }, on);
+    for (const [name, count] of Object.entries(cells)) note(meta.cells[name] ??= { times: [], values: [] }, count);
     if (this.player.solid) this.player.solid.previews = previews;
     this.player.charts.append(time, values);
     this.isPaused = paused;
     this.clock = clock;
-    this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving ? [this.meta.drive.help] : [], ...says]);
+    this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving && find(".sticks").hidden ? [this.meta.drive.help] : [], ...says]);
     if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
     const big = find(".clock");
     big.hidden = !clock;
@@ -118,6 +115,7 @@ export class Live {
     this.sendInput();
     const { player } = this;
     if (!player || !player.isFollowing || this.isOver || !player.run.groups.robots.n) { this.before = stamp; return; }
+    if (player.solid && !this.isPaused && this.before) player.solid.keepUp(stamp, stamp - this.before);
     const speed = this.isPaused ? 1 : Number(player.speed.value), dt = Math.min(0.1, (stamp - (this.before ?? stamp)) / 1000) * speed;
     this.before = stamp;
     const goal = this.head - BEHIND * Math.max(1, speed), off = goal - player.now;

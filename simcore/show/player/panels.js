@@ -20,6 +20,7 @@ export function make(name, attributes = {}, ...children) {
 
 /** Score board: labels with a text each, and squares for strips of lights. */
 export class Board {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     this.home = home;
     this.run = run;
@@ -29,7 +30,7 @@ export class Board {
 
   draw(time) {
     for (const item of this.run.meta.board) {
-      if (item.times.length) this.put(item.label, item.texts[rowAt(item.times, time)]);
+      if (item.times.length) this.put(item.label, item.values[rowAt(item.times, time)]);
     }
     const apart = this.run.meta.robots.map((_, k) => this.run.robot(k, time)).filter((pose) => pose && pose.belief)
       .map(({ place, belief }) => Math.hypot(place[0] - belief[0], place[1] - belief[1]).toFixed(2));
@@ -52,7 +53,8 @@ export class Board {
   }
 }
 
-/** Rows of marks over the time, and the same as a list for readers without a pointer. */
+/** Rows of marks over the time, and the same as a list for readers without a pointer.
+ * @param {HTMLElement} home @param {HTMLElement} list @param {import("./data.js").Run} run @param {(time: number) => void} go */
 export function drawEvents(home, list, run, go) {
   const { start, end } = run, rows = [];
   for (const kinds of ROWS) {
@@ -75,12 +77,14 @@ const jump = (time, text, go) => make("button", { type: "button", class: "to", o
 /** A cell is a text, or a time and a text that goes there. */
 const cell = (name, content, go, attributes = {}) => make(name, attributes, Array.isArray(content) ? jump(content[0], content[1], go) : content);
 
+/** @param {TableData} table @param {(time: number) => void} go */
 export function tableOf({ head, rows }, go) {
   const heads = head.map((text, k) => k ? make("th", { scope: "col" }, text) : make("td", {}, text));
   const lines = rows.map(([first, ...rest]) => make("tr", {}, cell("th", first, go, { scope: "row" }), ...rest.map((one) => cell("td", one, go))));
   return make("div", { class: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
 }
 
+/** @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
 export function drawTables(home, run, go) {
   home.replaceChildren(...run.meta.tables.map((table) => make("details", { open: table.open, class: table.wide ? "several" : null },
     make("summary", {}, table.title), tableOf(table, go))));
@@ -88,22 +92,23 @@ export function drawTables(home, run, go) {
 
 /** Counts in places of the field and on their boards. */
 export class Places {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     home.innerHTML = run.meta.places.map((board) => `<figure>${board}</figure>`).join("");  // drawn and escaped in Python
-    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => [node, run.meta.cells[node.dataset.cell] ??= []]);
+    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: run.meta.cells[node.getAttribute("data-cell")] ??= { times: [], values: [] } }));
   }
 
   draw(time) {
-    for (const [node, steps] of this.cells) {
-      const count = steps.length ? steps[rowAt(steps.map((step) => step[0]), time)][1] : 0, number = node.querySelector(".n");
+    for (const { node, steps } of this.cells) {
+      const count = steps.times.length ? steps.values[rowAt(steps.times, time)] : 0, number = node.querySelector(".n");
       node.classList.toggle("full", count > 0);
-      if (number) number.textContent = count;
+      if (number) number.textContent = String(count);
     }
   }
 }
 
-/** Round numbers in a range, at most so many. */
-function ticks(low, high, most) {
+/** Round numbers in a range, at most so many. @param {number} low @param {number} high @param {number} most */
+export function ticks(low, high, most) {
   const power = 10 ** Math.floor(Math.log10((high - low) / most));
   const step = [1, 2, 2.5, 5, 10, 20].map((factor) => factor * power).find((size) => (high - low) / size <= most), found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(10)));
@@ -112,6 +117,7 @@ function ticks(low, high, most) {
 
 /** Curves over time, a cursor where the run is, and the values there; a click goes to its time. */
 export class Charts {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
   constructor(home, run, go) {
     this.run = run;
     this.charts = run.meta.charts.map((chart) => ({ ...chart, curves: chart.curves.map((curve) => this.curve(curve)) }));
@@ -125,7 +131,7 @@ export class Charts {
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
-  /** Values are whole numbers times a scale, at times in milliseconds. */
+  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve */
   curve(curve) {
     if (!curve.data) return { ...curve, times: [], values: [] };
     const rows = unpack(this.run.bytes, curve.data), times = [], values = [];
@@ -136,6 +142,7 @@ export class Charts {
     return { ...curve, times, values };
   }
 
+  /** @param {ChartData} chart @param {(time: number) => void} go */
   figure(chart, go) {
     chart.drawing = svg("svg", { viewBox: `0 0 ${PLOT.total} ${PLOT.bottom}`, role: "img", "aria-label": `${chart.title} over time` });
     chart.labels = chart.curves.map((curve) => {
@@ -153,7 +160,7 @@ export class Charts {
     return chart.node;
   }
 
-  /** Axes and curves, once; of a live run again as it grows. */
+  /** Axes and curves, once; of a live run again as it grows. @param {ChartData} chart */
   paint(chart) {
     const { start, end } = this.run, all = chart.curves.flatMap((curve) => curve.values).filter(Number.isFinite);
     let low = Math.min(...all, chart.from_zero ? 0 : Infinity), high = Math.max(...all, chart.from_zero ? 0 : -Infinity);
@@ -205,7 +212,7 @@ export class Charts {
       chart.curves.forEach((curve, k) => {
         const value = curve.values[rowAt(curve.times, time)];
         chart.labels[k][1].textContent = value === undefined || !Number.isFinite(value) ? "" :
-          Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4 ? value.toFixed(0) : value.toFixed(2);
+          Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4 ? String(Math.round(value) + 0) : value.toFixed(2);
       });
     }
   }

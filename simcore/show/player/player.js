@@ -10,7 +10,7 @@ const CLIP = 10;  // [s]
 const find = (selector) => document.querySelector(selector);
 
 export class Player {
-  /** @param {object} meta @param {Uint8Array} bytes */
+  /** @param {Meta} meta @param {Uint8Array} bytes */
   constructor(meta, bytes) {
     this.run = new Run(meta, bytes);
     this.now = this.run.start;
@@ -177,6 +177,7 @@ export class Player {
   step(stamp) {
     if (this.last === null) return;
     const time = this.now + (stamp - this.last) / 1000 * Number(this.speed.value);
+    if (this.solid && !this.onStop) this.solid.keepUp(stamp, stamp - this.last);  // a clip keeps its size
     this.last = stamp;
     this.show(time);
     this.hear(this.now);
@@ -193,6 +194,7 @@ export class Player {
   stop() {
     this.last = null;
     this.until = null;
+    if (this.solid) this.solid.sharpen(this.solid.finest);
     this.button.textContent = "Play";
     this.charts.draw(this.now);
     if (this.onStop) this.onStop();
@@ -206,7 +208,7 @@ export class Player {
     this.show(time);
   }
 
-  onSpeed() {}
+  onSpeed(_speed) {}
 
   /** The last ten seconds as a video file, recorded while they are played once more. */
   clip() {

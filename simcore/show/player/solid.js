@@ -3,9 +3,11 @@ import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s] for which the way of a flying piece is seen
+const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures that are too few and enough; least share of pixels
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff7814;
 
 export class Solid {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     this.run = run;
     this.home = home;
@@ -15,7 +17,10 @@ export class Solid {
     this.flashes = [];
     this.isPlain = drawsInSoftware();
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain });
-    this.renderer.setPixelRatio(this.isPlain ? 1 : Math.min(devicePixelRatio, 2));
+    this.finest = this.isPlain ? 1 : Math.min(devicePixelRatio, 2);
+    this.renderer.setPixelRatio(this.finest);
+    this.pace = 1000 / 60;  // [ms] between pictures, a mean
+    this.judgedAt = 0;
     this.renderer.shadowMap.enabled = !this.isPlain;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.canvas = this.renderer.domElement;
@@ -30,7 +35,8 @@ export class Solid {
     this.control.maxPolarAngle = 1.55;
     this.control.addEventListener("start", () => { if (!["free", "follow"].includes(this.camera)) this.look("free", true); });
     this.control.addEventListener("change", () => this.onMove());
-    this.onMove = this.onCamera = () => {};
+    this.onMove = () => {};
+    this.onCamera = (/** @type {string} */ _name) => {};
     this.build();
     this.look("free");
   }
@@ -100,6 +106,7 @@ export class Solid {
     this.scene.add(this.belief);
   }
 
+  /** @param {SolidData} solid */
   geometry({ vertices, faces, scale }) {
     const points = unpack(this.run.bytes, vertices), corners = unpack(this.run.bytes, faces), found = new THREE.BufferGeometry();
     found.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(points, (value) => value * scale), 3));
@@ -108,6 +115,7 @@ export class Solid {
     return found;
   }
 
+  /** @param {SolidData} solid @param {RobotData | null} robot */
   mesh(solid, robot = null) {
     const color = robot && solid.name === "bumper" ? robot.bumper : solid.color;
     const material = new THREE.MeshStandardMaterial({ color, roughness: 0.75, opacity: solid.opacity, transparent: solid.opacity < 1, depthWrite: solid.opacity >= 1 });
@@ -338,6 +346,19 @@ export class Solid {
     } else eye.lookAt(control.target);
   }
 
+  /** Draws fewer pixels while pictures come too late, and more when there is time again.
+   * @param {number} stamp of this picture [ms] @param {number} since the one before [ms] */
+  keepUp(stamp, since) {
+    this.pace += 0.15 * (Math.min(since, 1000) - this.pace);
+    if (stamp - this.judgedAt < 400) return;
+    this.judgedAt = stamp;
+    const ratio = this.renderer.getPixelRatio(), wanted = this.pace > LATE ? 0.75 * ratio : this.pace < EARLY ? 1.15 * ratio : ratio;
+    this.sharpen(Math.min(this.finest, Math.max(COARSEST * this.finest, wanted)));
+  }
+
+  /** Takes so many pixels for one of the screen. @param {number} ratio */
+  sharpen(ratio) { if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio); }
+
   resize() {
     const { clientWidth: width, clientHeight: height } = this.home;
     if (!width || !height) return;
@@ -377,6 +398,10 @@ function written(text, paper, ink, size, wide = 1) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.font = `bold ${size * tall}px system-ui, sans-serif`;
+  if (paper === "transparent") {  // also seen on white plates
+    Object.assign(pen, { strokeStyle: "#14171c", lineWidth: 9, lineJoin: "round" });
+    pen.strokeText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
+  }
   pen.fillText(text, canvas.width / 2, tall / 2 + 4, canvas.width - 8);
   const texture = new THREE.CanvasTexture(canvas);
   texture.anisotropy = 4;

@@ -11,8 +11,9 @@ export const svg = (name, attributes = {}) => {
   return node;
 };
 
-/** Outline of a turned box from above: length, width and heading of the rectangle along its longest edge. */
-function rectangle([sx, sy, sz], [x, y, z, w]) {
+/** Outline of a turned box from above: length, width and heading of the rectangle along its longest edge.
+ * @param {Point} size @param {Quaternion} quat */
+export function rectangle([sx, sy, sz], [x, y, z, w]) {
   const edges = [[sx * (1 - 2 * (y * y + z * z)), sx * 2 * (x * y + w * z)], [sy * 2 * (x * y - w * z), sy * (1 - 2 * (x * x + z * z))],
     [sz * 2 * (x * z + w * y), sz * 2 * (y * z - w * x)]];
   const along = edges.reduce((one, other) => Math.hypot(...other) > Math.hypot(...one) ? other : one);
@@ -22,6 +23,7 @@ function rectangle([sx, sy, sz], [x, y, z, w]) {
 }
 
 export class Top {
+  /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
     this.run = run;
     this.height = 100 * run.meta.field.size[1];
@@ -57,6 +59,7 @@ export class Top {
     this.path(this.layers.lines, "sight", lines, { stroke: "#14c88c", "stroke-width": 2 });
   }
 
+  /** @param {number[]} place */
   xy([x, y]) { return `${(100 * x).toFixed(1)} ${(this.height - 100 * y).toFixed(1)}`; }
 
   place(node, pose) {
@@ -139,9 +142,9 @@ export class Top {
     this.path(this.layers.shots, "taken", marks.taken, { stroke: "var(--path)", "stroke-width": 2 });
   }
 
-  /** A ring where something has scored. */
-  flash([x, y]) {
-    const ring = svg("circle", { cx: 100 * x, cy: this.height - 100 * y, r: 12, class: "flash" });
+  /** A ring where something has scored. @param {ArrayLike<number>} place */
+  flash(place) {
+    const ring = svg("circle", { cx: 100 * place[0], cy: this.height - 100 * place[1], r: 12, class: "flash" });
     this.layers.flashes.appendChild(ring);
     setTimeout(() => ring.remove(), 700);
   }

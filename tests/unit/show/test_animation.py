@@ -17,6 +17,7 @@ from scipy import ndimage
 from simcore.errors import ConfigError, OutputError
 from simcore.show import animation
 from simcore.show.animation import FramePainter, animate, frame_times
+from simcore.show.frames import filled
 from simcore.show.palette import COLORS, rgb
 from simcore.show.scene import PieceLook, Scene
 from simcore.telemetry.recording import Recording
@@ -33,6 +34,11 @@ def to_pixels(scene: Scene) -> tuple[float, float, float]:
     corners = FramePainter(Recording(), scene).points(np.array([(0.0, below), (100.0, below)]))
     (left, top), (right, _) = np.array(corners) / 2.0
     return right - left, left, top
+
+
+def drawn(painter: FramePainter, recording: Recording, time: float) -> Image.Image:
+    (moment,) = (one for one in filled(recording) if abs(one.time - time) < 0.001)
+    return painter.draw(moment)
 
 
 def is_color(frame: Image.Image, color: str, tolerance: int = 12) -> Pixels:
@@ -55,7 +61,7 @@ def assert_same_places(seen: Pixels, truth: Pixels, within: float) -> None:
 
 @pytest.mark.parametrize("time", [0.08, 0.56, 0.96])
 def test_pieces_are_where_the_state_says(time: float) -> None:
-    frame = FramePainter(recorded(), SCENE).draw(time)
+    frame = drawn(FramePainter(recorded(), SCENE), recorded(), time)
     pixel = 1.0 / to_pixels(SCENE)[0]
     truth = places(time)
     on_floor = truth[:, 2] < 0.3
@@ -77,7 +83,7 @@ def test_boxes_are_drawn_turned_and_in_their_own_color() -> None:
     arrays = {"Sim/GamePieces/Fuel": balls, "Sim/GamePieces/Crate": rows}
     recording.write(Snapshot(time=0.02, tick=0, pose_arrays=arrays))
     scene = replace(SCENE, pieces={**SCENE.pieces, "Crate": crate}, field_outlines=())
-    frame = FramePainter(recording, scene).draw(0.02)
+    frame = drawn(FramePainter(recording, scene), recording, 0.02)
     scale, left, top = to_pixels(scene)
     assert_same_places(blobs(is_color(frame, LOOK.color)), balls[:, :2], 1.0 / scale)
     seen = is_color(frame, crate.color)
@@ -94,7 +100,7 @@ def test_boxes_are_drawn_turned_and_in_their_own_color() -> None:
 
 
 def test_the_robot_is_where_the_state_says_and_looks_ahead() -> None:
-    frame = FramePainter(recorded(), SCENE).draw(1.0)
+    frame = drawn(FramePainter(recorded(), SCENE), recorded(), 1.0)
     mask = is_color(frame, RED)
     scale, left, top = to_pixels(SCENE)
     mask[:44] = False  # the header shows the same red, and so does the wall at the right
@@ -111,7 +117,7 @@ def test_the_robot_is_where_the_state_says_and_looks_ahead() -> None:
 
 def test_score_clock_and_flights_are_drawn() -> None:
     painter = FramePainter(recorded(), SCENE, title="a title that is far too long for the place that it has " * 3)
-    before, during, after = (painter.draw(time) for time in (0.3, 0.5, 0.69))
+    before, during, after = (drawn(painter, recorded(), time) for time in (0.3, 0.5, 0.7))
     assert np.any(np.asarray(before)[:44, 800:] != np.asarray(after)[:44, 800:]), "the clock"
     assert is_color(before, BLUE)[:44].sum() > 40 and not is_color(before, HIT).any()
     assert is_color(during, HIT, 40).sum() > 20

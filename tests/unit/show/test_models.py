@@ -168,7 +168,7 @@ def test_missing_renamed_left_over_and_huge_files(robot: Path) -> None:
     glb(robot / "model_7.glb")
     glb(robot / "model.glb", 800.0)
     found = texts(robot)
-    assert "ERROR: Robot_Mine/model_1.glb: is missing; there is 'Model_1.glb', but names are case-sensitive" in found
+    assert "ERROR: Robot_Mine: model_1.glb is missing; there is 'Model_1.glb', but names are case-sensitive" in found
     assert any("model_7.glb: is not used" in line for line in found)
     assert any("is 800 long" in line and "millimeters" in line for line in found)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_up_run import SCENE, flight, recorded
 
-from simcore.show.run_events import BoardRecord, events_of
+from simcore.show.run_events import ChangeRecord, board_now, events_of
 from simcore.show.scene import Goal
 from simcore.show.shots import intake_places, shots_of
 from simcore.telemetry.recording import Recording
@@ -112,10 +112,14 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
     ]
-    record = BoardRecord(SCENE)
+    record = ChangeRecord()
     for snapshot in late.snapshots():
-        record.take(snapshot)
-    board = {item.label: item for item in record.items}
-    assert list(board) == ["period", "time left", "red", "goal open"]
-    assert board["period"].at(0.58) == "teleop, disabled" and board["time left"].at(0.3) == "1:40"
-    assert (board["red"].at(0.1), board["red"].at(0.5), board["goal open"].at(0.0)) == ("0", "1", "yes")
+        record.take(snapshot.time, board_now(snapshot, SCENE))
+    assert list(record.found) == ["period", "time left", "red", "goal open"]
+
+    def told(label: str, time: float) -> str:
+        changes = record.found[label]
+        return changes["values"][max(0, np.searchsorted(changes["times"], time, side="right") - 1)]
+
+    assert told("period", 0.58) == "teleop, disabled" and told("time left", 0.3) == "1:40"
+    assert (told("red", 0.1), told("red", 0.5), told("goal open", 0.0)) == ("0", "1", "yes")

@@ -1,0 +1,52 @@
+// What Python hands to the player (simcore/show/run_data.py and live_view.py), for `tsc --checkJs`.
+
+/** Where an array of a block begins [bytes], its rows and its columns. */
+type Place = [offset: number, rows: number, columns: number];
+type Point = [x: number, y: number, z: number];
+type Quaternion = [x: number, y: number, z: number, w: number];
+/** A text, or a time [s] and a text that goes there. */
+type Cell = string | [time: number, text: string];
+
+/** From when on [s] something was so. */
+interface Changes<T> { times: number[]; values: T[] }
+interface ColumnGroup { width: number; times?: Place; rows?: Place }
+interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
+interface RobotData {
+  name: string; alliance: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
+}
+interface KindData {
+  name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
+}
+interface CurveData {
+  label: string; color: string; dashes: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
+  times?: number[]; values?: number[];
+}
+interface ChartData {
+  title: string; unit: string; limit: number | null; limit_label: string; from_zero: boolean; group: string; curves: CurveData[];
+  drawing?: SVGElement; labels?: [HTMLElement, HTMLElement][]; node?: HTMLElement; isDrawn?: boolean; cursor?: SVGElement;
+}
+interface TableData { title: string; head: string[]; rows: Cell[][]; open: boolean; wide: boolean }
+interface ShotData { time: number; end: number; robot: number; result: "hit" | "miss" | "pass" | "flying"; piece: number }
+
+interface Meta {
+  title: string; notes: string[]; top: string; key: string; heat: Record<string, string>; live: boolean; start: number; end: number;
+  groups: Record<string, ColumnGroup>;
+  field: {
+    size: [number, number]; solids: SolidData[]; outlines: [string, [number, number][]][]; stations: [number, number][];
+    tags: [id: number, x: number, y: number, z: number, qw: number, qx: number, qy: number, qz: number][]; tag_size: number;
+  };
+  models: { body: SolidData[]; parts: SolidData[][] }[];
+  robots: RobotData[]; kinds: KindData[];
+  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string>)[]; lamps: Record<string, Changes<boolean>>;
+  phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
+  tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: Point[]; places: string[]; cells: Record<string, Changes<number>>;
+  // of a live run
+  seed?: number; run?: number; spawn?: string[]; people?: [name: string, summary: string][]; view?: string; camera?: string;
+  drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
+}
+
+/** A robot or a part between two frames. */
+interface Pose { place: Point; quat: Quaternion; belief?: Point | null; active?: boolean }
+
+declare const THREE: any;
+interface Window { simcore: any }
