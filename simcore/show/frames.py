@@ -143,12 +143,10 @@ class FrameLayout:
         return _short(row).ravel()
 
     def _part_row(self, snapshot: Snapshot) -> Rows:
-        row = np.zeros((len(self._poses), _PART))
-        for number, pose in enumerate(self._poses):
-            found = pose(snapshot)
-            if found is not None and np.isfinite(found).all():
-                row[number, :3], row[number, 3:] = 1000.0 * found[:3], _UNIT * found[3:]
-        return _short(row).ravel()
+        found = [_NOWHERE if (row := pose(snapshot)) is None else row for pose in self._poses]
+        rows = np.array(found).reshape(-1, _PART) * _SCALES
+        rows[~np.isfinite(rows).all(axis=1)] = 0.0
+        return _short(rows).ravel()
 
     def _piece_row(self, snapshot: Snapshot) -> Rows:
         row, first = self._before.copy(), 0
@@ -180,18 +178,19 @@ class FrameLayout:
     def _put_held(self, mine: Rows, kind: PieceKind, snapshot: Snapshot) -> None:
         """Pieces in robots, each in the frame of the nearest one: two of them cannot be at one place."""
         poses = snapshot.pose_arrays.get(_HELD + kind.name, _NONE)
-        ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", ())
+        ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", _NONE_HELD)
         robots = {number: snapshot.poses[key] for number, (key, *_) in enumerate(self._robots) if key in snapshot.poses}
-        for piece, pose in zip(ids, poses, strict=False):
-            if not robots or not np.isfinite(pose).all():
-                continue
-            holder = min(robots, key=lambda number: float(np.hypot(*(robots[number][:2] - pose[:2]))))
-            x, y, z = (pose[:3] - robots[holder][:3]).tolist()
-            w, a, b, c = robots[holder][3:].tolist()
-            inside = rotate_back((a, b, c, w), (x, y, z))
-            d, e, f, g = pose[3:].tolist()
-            e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
-            _put(mine, np.searchsorted(kind.ids, [piece]), np.array([(*inside, d, e, f, g)]), HELD + holder)
+        ids, poses = ids[: len(poses)], poses[: len(ids)]
+        if not robots or not len(ids):
+            return
+        numbers, stands = np.array(list(robots)), np.array(list(robots.values()))
+        away = poses[:, None, :2] - stands[None, :, :2]
+        nearest = np.nan_to_num(np.hypot(away[..., 0], away[..., 1]), nan=np.inf).argmin(axis=1)
+        w, a, b, c = stands[nearest, 3:].T
+        inside = rotate_back((a, b, c, w), tuple((poses[:, :3] - stands[nearest, :3]).T))
+        d, e, f, g = poses[:, 3:].T
+        e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
+        _put(mine, np.searchsorted(kind.ids, ids), np.array((*inside, d, e, f, g)).T, HELD + numbers[nearest])
 
     def _line_row(self, snapshot: Snapshot) -> Rows:
         row = np.full((len(self._lines), _MOST_CORNERS, 3), float(AWAY))
@@ -234,16 +233,17 @@ class FrameRecorder:
         }
 
 
-_NONE = np.empty((0, 7))
+_NOWHERE, _SCALES = np.zeros(7), np.array([1000.0] * 3 + [_UNIT] * 4)
+_NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
-def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int) -> None:
+def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
     """Write poses into the columns of some pieces; what is not finite, or has no row, is left out."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]
     mine[rows, :3] = _short(1000.0 * poses[:, :3])
-    mine[rows, 3] = state
+    mine[rows, 3] = np.broadcast_to(state, is_there.shape)[is_there]
     if mine.shape[1] > 4:
         mine[rows, 4:] = _short(_UNIT * poses[:, 3:])
 
