@@ -274,7 +274,7 @@ def require_count(what: str, values: Any, count: int, things: str) -> None:
     Raises:
         ConfigError: It has not, or is no row.
     """
-    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict))
+    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
         got = len(values) if is_row else shown(values)
         raise ConfigError(f"{what}: need one value for each of {count} {things}, got {got}")

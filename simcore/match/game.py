@@ -404,7 +404,7 @@ class Game:
             if not self.autos:
                 raise ConfigError(f"game {self.name} has no auto")
             return next(iter(self.autos.values()))
-        if name not in self.autos:
+        if not isinstance(name, str) or name not in self.autos:
             raise UnknownNameError("auto", name, self.autos)
         return self.autos[name]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import Quaternion, Vector, matrix
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, multiply
 from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
@@ -81,6 +81,8 @@ def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] =
     """
     if not isinstance(practice, bool):
         raise ConfigError(f"practice must be True or False, got {shown(practice)}")
+    if not isinstance(sinks, Sequence):
+        raise ConfigError(f"sinks must be a list of TelemetrySinks, got {shown(sinks)}")
     for sink in sinks:
         if not all(callable(getattr(sink, name, None)) for name in ("due", "write", "close")):
             raise ConfigError(f"sinks must be TelemetrySinks, with due, write and close, got {shown(sink)}")
@@ -290,8 +292,9 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
             return "a field element"
     mine = _outlines(robot, *robot.chassis.standing(pose), spare=_SPARE)
     for other in others:
-        (ox, oy, oz), (vx, vy, _), quat = other.chassis.pos, other.chassis.vel, other.chassis.quat
-        theirs = _outlines(other, (ox, oy, oz), quat) + _outlines(other, (ox + TICK * vx, oy + TICK * vy, oz), quat)
+        (ox, oy, oz), (vx, vy, _), quat = other.chassis.pos, other.chassis.origin_velocity, other.chassis.quat
+        later = (ox + TICK * vx, oy + TICK * vy, oz), multiply(from_yaw(TICK * other.chassis.rate[2]), quat)
+        theirs = _outlines(other, (ox, oy, oz), quat) + _outlines(other, *later)
         if other is not robot and any(overlaps(a, b) for a in mine for b in theirs):
             return f"robot {other.number}"
     return ""

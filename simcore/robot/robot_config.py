@@ -218,6 +218,12 @@ class RobotConfig:
                 f"inertia {_figures(self.whole.inertia)} kg m^2 are the whole robot's, and without them it has "
                 f"{left.mass:g} kg with {_figures(left.inertia)}"
             )
+        if min(_limits(self, self.whole)) <= 0.0:
+            xs, ys = zip(*body.wheel_positions, strict=True)
+            raise ConfigError(
+                f"RobotConfig: center_of_mass must lie between the wheels, at x {min(xs):g} to {max(xs):g} and "
+                f"y {min(ys):g} to {max(ys):g} m, or the robot falls over, got {self.drivetrain.center_of_mass}"
+            )
 
     @property
     def body(self) -> ChassisConfig:
