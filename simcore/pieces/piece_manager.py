@@ -273,15 +273,7 @@ class GamePieceManager:
             slot = int(held[0])
         elif slot not in held:
             raise CapacityError(f"robot {holder} holds pieces {held.tolist()}, got {slot}")
-        try:
-            is_fine = len(pos) == len(vel) == len(spin) == 3 and all(map(math.isfinite, (*pos, *vel, *spin)))
-        except (TypeError, OverflowError):
-            is_fine = False
-        if not is_fine:
-            raise NonFiniteError(
-                "launch: position, velocity and spin must be three finite numbers each, "
-                f"got {shown(pos)}, {shown(vel)}, {shown(spin)}"
-            )
+        _rows("launch: position, velocity and spin", (pos, vel, spin), 3, 3)
         self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), quat)
         self._set_velocity(slot, vel, spin)
         self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
