@@ -239,7 +239,8 @@ MUTANTS = (
     Mutant("coral is dropped into the alliance wall", "games/reefscape/human_players.py",
            "min(max(aside, -_HALF_DROP), _HALF_DROP)", "min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)",
            "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
-    Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):", "self._is_ball[slot] else 9.0):",
+    Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
+           "self._is_ball[slot] else 9.0):",
            "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
 )  # fmt: skip
 

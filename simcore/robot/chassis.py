@@ -28,7 +28,7 @@ from simcore.geometry.rotation import (
     yaw_of,
 )
 from simcore.physics.world import PhysicsWorld
-from simcore.quantities import POSE, require_row, shown
+from simcore.quantities import POSE, checked_number, require_count, require_row
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.wheeled_drive import WheeledDrive
@@ -481,9 +481,6 @@ class ChassisSimulation:
         return friction * self._world.gravity * mass * self.config.traction_radius / yaw_inertia
 
     def _require_finite(self, what: str, values: Sequence[float]) -> None:
-        try:
-            is_finite = len(values) == 3 and all(map(math.isfinite, values))
-        except (TypeError, OverflowError):
-            is_finite = False
-        if not is_finite:
-            raise NonFiniteError(f"{self.name}: {what} must be three finite numbers, got {shown(values)}")
+        require_count(f"{self.name}: {what}", values, 3, "axes")
+        for value in values:
+            checked_number(f"{self.name}: {what}", value)

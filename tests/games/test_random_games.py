@@ -1,4 +1,4 @@
-"""Laws in games of robots of any build that people carry, reset and drive, and calls of nonsense between their ticks."""
+"""Laws in games of robots of any build that people carry, reset and drive, and calls of nonsense between ticks."""
 
 from __future__ import annotations
 
