@@ -30,7 +30,6 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.units import TICK
 
 G = 9.80665
 _SETTLES = 10  # ticks after people have put something somewhere, in which it may still give way
@@ -49,6 +48,7 @@ class Watch:
 
     def __init__(self, match: Match) -> None:
         self.match = match
+        self.inside: set[int] = set()
         self.forget()
 
     def forget(self) -> None:
@@ -110,11 +110,10 @@ class Watch:
         ]
         fast = max(self.flights)
         deep = {slot: pieces._depth_now(slot) for slot in pieces.awake.tolist()}
-        if self.since < _SETTLES:
-            self.deepest = max(deep.values(), default=0.0)
+        if self.since < _SETTLES:  # what was put into something takes its time, or is wedged in there
+            self.inside |= {slot for slot, depth in deep.items() if depth > 0.1 * pieces.radius[slot]}
             return
-        # what was put into something comes out of it with half a meter a second
-        left = max(0.0, self.deepest - 0.5 * TICK * (self.since - _SETTLES)) + 0.005
+        self.inside -= {slot for slot in self.inside if deep.get(slot, 1.0) < 0.02}
         push = max((_PUSH * r.chassis.distribution.mass * G for r in match.robots), default=0.0)
         hit = sum(0.5 * r.chassis.distribution.mass for r in match.robots) * max(self.speeds) ** 2
         for slot in pieces.awake.tolist():
@@ -130,7 +129,7 @@ class Watch:
                 most = _deepest(foam, push if near else 40.0 * pieces.mass[slot] * G, energy) + 0.002
             else:
                 most = 0.02 + 0.005 * fast + (0.02 if fastest > 0.0 else 0.0)
-            if depth > max(most, left):
+            if depth > most and slot not in self.inside:
                 self.fail(
                     f"{kind.name} {slot} at {np.round(state.pos[slot], 3).tolist()} is {1000 * depth:.0f} mm deep, "
                     f"at most {1000 * most:.0f}"
