@@ -224,7 +224,7 @@ MUTANTS = (
     Mutant("bounces gain energy", "simcore/loop/contact.py", "approach *= min(1.5,", "approach *= -min(1.5,",
            "tests/physics/test_ball_laws.py::test_a_bounce_keeps_the_restitution_of_its_pair"),
     Mutant("bumpers give back all", BUMPERS, "_MOST_RESTITUTION = 0.25", "_MOST_RESTITUTION = 1.0",
-           f"{ROBOT_LAWS}::test_two_robots_keep_momentum_and_gain_no_energy"),
+           f"{ROBOT_LAWS}::test_a_hit_leaves_the_restitution_of_the_pair"),
     Mutant("a robot that is put into a wall is thrown off", BUMPERS, "one.put = depth if is_put else 0.0",
            "one.put = 0.0",
            "tests/physics/test_bumper_contact.py::"
