@@ -456,8 +456,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                     seen[i] |= mark[b]
                     _give(b, -part * gx, -part * gy, -part * gz, ax, ay, az, moving, turning, yielding, impulse)
             touched += n
-            if is_put[i]:
-                is_put[i] = 1 if is_in or is_asleep else 0
+            is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
             if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
                 most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
                 if abs(by_bodies - load[i]) > most:

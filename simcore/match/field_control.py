@@ -113,9 +113,8 @@ class FieldControl:
         Raises:
             ConfigError: A place is not two finite numbers.
         """
-        if not np.iterable(places):
-            raise ConfigError(f"spawn: places are rows of x, y [m], got {shown(places)}")
-        wanted = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in places]).reshape(-1, 2)
+        rows = places if np.iterable(places) else [places]
+        wanted = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in rows]).reshape(-1, 2)
         if not 1 <= len(wanted) <= _MOST_PIECES:
             raise ConfigError(f"spawn: want 1 to {_MOST_PIECES} places, got {len(wanted)}")
 

@@ -214,12 +214,10 @@ class GamePieceManager:
         positions = _rows("release", positions, len(slots), 3)
         quats = _quaternions("release", attitudes, len(slots))
         for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
-            depth = self._depth_at(slot, pos, quat)
+            depth = self.depth(slot, pos, quat)
             if depth > (self._pool.radius[slot] if self._is_ball[slot] else _DEEPEST):
-                raise ConfigError(
-                    f"release: {self.kind_name(slot)} {slot} would be {1000.0 * depth:.0f} mm deep in an element of "
-                    f"the field at ({pos[0]:.3f}, {pos[1]:.3f}, {pos[2]:.3f}) m; positions are of a piece's center"
-                )
+                at = f"{self.kind_name(slot)} {slot} at ({pos[0]:.3f}, {pos[1]:.3f}, {pos[2]:.3f}) m"
+                raise ConfigError(f"release: {at}, its center, would be {1000.0 * depth:.0f} mm deep in an element")
         for slot in slots[self.state.status[slots] == _HELD].tolist():
             if self.state.holder[slot] < len(self.on_taken):
                 self.on_taken[self.state.holder[slot]](slot)
@@ -323,7 +321,9 @@ class GamePieceManager:
             self._world.set_velocity(self._pool.rows[slot], vel, spin)
 
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
-        """How deep a held piece would be in what stands on the field [m].
+        """How deep a piece would be in what stands on the field [m].
+
+        In place of a piece on the field that is no ball one of its kind is tried that is off it; 0 if there is none.
 
         Args:
             slot: Which piece.
@@ -332,6 +332,11 @@ class GamePieceManager:
         """
         if self._is_ball[slot]:
             return self._world.balls.depth(pos, float(self._pool.radius[slot]))
+        if self.state.status[slot] in ON_FIELD:
+            like_it = ((self.state.kind == self.state.kind[slot]) & ~self.is_on_field).nonzero()[0]
+            if not len(like_it):
+                return 0.0
+            slot = int(like_it[0])
         self._pool.place(slot, pos, quat)
         depth: float = self._world.engine.depth(self._pool.rows[slot])
         self._pool.park(slot)
@@ -367,15 +372,6 @@ class GamePieceManager:
         if self._is_ball[slot]:
             return self._world.balls.depth(tuple(self.state.pos[slot].tolist()), float(self._pool.radius[slot]))
         return float(self._world.engine.depth(self._pool.rows[slot]))
-
-    def _depth_at(self, slot: int, pos: Vector, quat: Quaternion) -> float:
-        """As `depth`, of any piece: in place of one that is no ball another one is tried, which is off the field."""
-        if not self._is_ball[slot]:
-            like_it = ((self.state.kind == self.state.kind[slot]) & ~self.is_on_field).nonzero()[0]
-            if not len(like_it):
-                return 0.0
-            slot = int(like_it[0])
-        return self.depth(slot, pos, quat)
 
     def score(self, slots: IntArray) -> None:
         """Take scored pieces off the field; what leaned on them wakes.

@@ -252,7 +252,6 @@ class ChassisSimulation:
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, self, drivetrain, mechanisms)
         self._set_mass()
-        self._record["is_put"] = 1
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)

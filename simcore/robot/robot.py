@@ -70,12 +70,12 @@ class SwerveOdometry:
             ConfigError: It is no pose, or there is not one distance of each module; nothing has changed.
         """
         require_row("odometry", "pose", pose, (ANGLE,) * 3)
-        if distances is not None:
-            require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
+        distances = [0.0] * len(self._positions) if distances is None else distances
+        require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
         require("odometry", "gyro_yaw", pose[2] if gyro_yaw is None else gyro_yaw, ANGLE)
         self.pose = pose
         """Field frame [m, m, rad]; the heading is continuous."""
-        self._distances = [0.0] * len(self._positions) if distances is None else [float(d) for d in distances]
+        self._distances = [float(d) for d in distances]
         self._offset = pose[2] - (pose[2] if gyro_yaw is None else gyro_yaw)
 
     def update(

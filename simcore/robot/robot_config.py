@@ -219,10 +219,9 @@ class RobotConfig:
                 f"{left.mass:g} kg with {_figures(left.inertia)}"
             )
         if min(_limits(self, self.whole)) <= 0.0:
-            xs, ys = zip(*body.wheel_positions, strict=True)
             raise ConfigError(
-                f"RobotConfig: center_of_mass must lie between the wheels, at x {min(xs):g} to {max(xs):g} and "
-                f"y {min(ys):g} to {max(ys):g} m, or the robot falls over, got {self.drivetrain.center_of_mass}"
+                "RobotConfig: center_of_mass must lie between the wheels, or the robot falls over, got "
+                f"{self.drivetrain.center_of_mass} with wheels at {body.wheel_positions}"
             )
 
     @property
