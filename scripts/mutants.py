@@ -257,6 +257,43 @@ MUTANTS = (
            "tests/unit/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
     Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",
            "tests/unit/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
+    Mutant("robots stand where others turn to in the next tick", "simcore/match/starts.py",
+           "from_yaw(TICK * other.chassis.rate[2])", "from_yaw(0.0)",
+           "tests/games/test_placing.py::"
+           "test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick"),
+    Mutant("balls do not spin where they hit each other", BALLS, "vel[b, 0] - (wy * nz - wz * ny)", "vel[b, 0]",
+           "tests/physics/test_ball_laws.py::"
+           "test_balls_that_meet_head_on_and_spin_alike_go_aside_by_mu_times_the_impulse"),
+    Mutant("balls do not spin where they hit the field", BALLS, "vx - lever * (sy * nz - sz * ny)", "vx",
+           "tests/physics/test_ball_laws.py::test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it"),
+    Mutant("what turns has no surface speed", BALLS, "moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay",
+           "moving[b, 0]",
+           "tests/physics/test_ball_laws.py::test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface"),
+    Mutant("no air where a ball touches", BALLS,
+           "vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])",
+           "vx, vy, vz, sx, sy, sz, air[i, 0] if touched == 0 else 0.0, air[i, 1], air[i, 2])",
+           "tests/physics/test_ball_laws.py::test_air_slows_a_ball_that_rolls_as_one_that_flies"),
+    Mutant("bounces gain energy", "simcore/loop/contact.py", "approach *= min(1.5,", "approach *= -min(1.5,",
+           "tests/physics/test_ball_laws.py::test_a_bounce_keeps_the_restitution_of_its_pair"),
+    Mutant("bumpers give back all", BUMPERS, "_MOST_RESTITUTION = 0.25", "_MOST_RESTITUTION = 1.0",
+           f"{ROBOT_LAWS}::test_a_hit_leaves_the_restitution_of_the_pair"),
+    Mutant("a robot that is put into a wall is thrown off", BUMPERS, "one.put = depth if is_put else 0.0",
+           "one.put = 0.0",
+           "tests/physics/test_bumper_contact.py::"
+           "test_a_robot_that_is_put_a_little_into_a_wall_is_not_thrown_off"),
+    Mutant("a ball that is put into an element is thrown out", BALLS,
+           "max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0", "0.0",
+           "tests/physics/test_ball_laws.py::"
+           "test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_gave_it"),
+    Mutant("what is put down remembers what it touched before", BALLS,
+           "stamp[i, m] < now - 1 or is_put[i] == JUST_PUT", "stamp[i, m] < now - 1",
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
+    Mutant("coral is dropped into the alliance wall", "games/reefscape/human_players.py",
+           "min(max(aside, -_HALF_DROP), _HALF_DROP)", "min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)",
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
+    Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
+           "self._is_ball[slot] else 9.0):",
+           "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
 )  # fmt: skip
 
 

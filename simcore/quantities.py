@@ -274,7 +274,7 @@ def require_count(what: str, values: Any, count: int, things: str) -> None:
     Raises:
         ConfigError: It has not, or is no row.
     """
-    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict))
+    is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
         got = len(values) if is_row else shown(values)
         raise ConfigError(f"{what}: need one value for each of {count} {things}, got {got}")
@@ -324,7 +324,8 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
         ConfigError: With owner, field, what was got, what would work and the unit.
     """
     owner = f"{owner}" or type(config).__name__
-    for name, kind in _field_types(type(config)).items():
+    kinds = _field_types(type(config))
+    for name, kind in kinds.items():
         if name in fields and get_origin(kind) is not Mapping:
             continue
         wrong = _misfit(name, getattr(config, name), kind)
@@ -339,7 +340,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
             require_attitude(owner, name, value)
         elif not isinstance(quantity, Quantity):
             require_row(owner, name, value, quantity)
-        elif isinstance(value, Mapping):
+        elif get_origin(kinds.get(name)) is Mapping:
             for key, one in value.items():
                 require(owner, f"{name}[{key!r}]", one, quantity)
         else:

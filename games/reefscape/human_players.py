@@ -29,6 +29,10 @@ _THROW_PERIOD = 4.0  # [s] between two algae
 _DROP_DEPTH = 0.30  # [m] behind the chute's mouth
 _DROP_SPREAD = 0.03  # [m] to both sides, standard deviation
 _HALF_CHUTE = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)  # [m] to both sides, of a coral's middle
+_STATION_YAW = math.radians(dim.STATION_YAW_DEG)
+_HALF_DROP = (
+    dim.STATION_FACE_CENTER[0] - (_DROP_DEPTH + 0.5 * dim.CORAL_OUTER_DIAMETER) * math.cos(_STATION_YAW)
+) / math.sin(_STATION_YAW) - 0.5 * dim.CORAL_LENGTH  # [m]; farther aside, so deep in the chute, is the alliance wall
 _DROP_GAP = 0.003  # [m] over the chute
 _REACH = 0.7  # [m] from a station's face to the middle of a robot that waits for coral, and
 _WAITING = 0.7  # [m/s] its greatest speed
@@ -39,7 +43,7 @@ _THROW_ERROR = 0.03  # of the speed, and [rad] of the direction; standard deviat
 
 def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
     """Middle of each of an alliance's two stations' faces and the direction out of it [m, m, rad]."""
-    (x, y), yaw = dim.STATION_FACE_CENTER, math.radians(dim.STATION_YAW_DEG)
+    (x, y), yaw = dim.STATION_FACE_CENTER, _STATION_YAW
     faces = {"right": (x, y, yaw), "left": (x, dim.FIELD_WIDTH - y, -yaw)}
     if alliance == "blue":
         return faces
@@ -130,7 +134,7 @@ class HumanPlayers:
         """Drop a coral before the robot that waits at a station, or in its middle."""
         feeder = self._coral[alliance]
         aside = (self._waits_at(alliance, side) or 0.0) + _DROP_SPREAD * float(feeder.errors(1)[0])
-        feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_CHUTE), _HALF_CHUTE)))
+        feeder.put(*_in_chute(*self._faces[alliance][side], min(max(aside, -_HALF_DROP), _HALF_DROP)))
 
     def _has_coral(self, robot: Robot) -> bool:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)

@@ -33,6 +33,7 @@ from simcore.loop.solids import Solids, nearest_point
 from simcore.loop.state import (
     AWAKE,
     IN_FLIGHT,
+    JUST_PUT,
     NOBODY,
     REMEMBERED,
     Balls,
@@ -60,6 +61,7 @@ _WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
 _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
+_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into: nobody has squeezed it
 _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
 
 
@@ -75,6 +77,16 @@ def _slot(key, stamp, i, touched):
     key[i, oldest] = touched
     stamp[i, oldest] = -2
     return oldest
+
+
+@inlined
+def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
+    """How deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
+    if is_new:
+        spring[i, s, 3] = max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0
+    else:
+        spring[i, s, 3] = max(0.0, min(spring[i, s, 3], depth) - _RISES * h)
+    return depth - spring[i, s, 3]
 
 
 @inlined
@@ -211,7 +223,7 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
-    key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
+    key, stamp, spring, now, is_put = memory.key, memory.stamp, memory.spring, memory.clock[0], balls.is_put
     steps = 1
     for p in range(pairs):
         a, b = first[p], second[p]
@@ -246,11 +258,12 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
         later = foam_slope(depth + max(0.0, closing) * h, linear, cubic, hard_from, hard)
         steps = max(steps, steps_for(later, _PAIR_ROOM * mass, h))
-        slope = foam_slope(depth, linear, cubic, hard_from, hard)
         i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         s = _slot(key, stamp, i, _PAIR - j)
-        is_new = stamp[i, s] < now - 1
+        is_new = stamp[i, s] < now - 1 or is_put[a] == JUST_PUT or is_put[b] == JUST_PUT
         stamp[i, s] = now
+        depth = _squeeze(spring, i, s, is_new, is_put[a] or is_put[b], depth, closing, h)
+        slope = foam_slope(depth, linear, cubic, hard_from, hard)
         push = normal_force(
             depth, foam_force(depth, linear, cubic, hard_from, hard), slope, linear, closing, is_new,
             surface[a, 1] * surface[b, 1], mass, h, table,
@@ -325,7 +338,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
     yielding, impulse = bodies.yielding, bodies.impulse
     gravity, is_floor = floor.gravity, floor.is_there
     floor_friction, floor_restitution, floor_rolling = floor.friction, floor.restitution, floor.rolling
-    is_touched, press = balls.is_touched, balls.press
+    is_touched, press, is_put = balls.is_touched, balls.press, balls.is_put
     for q in range(count):
         i = queue[q]
         px, py, pz, qx, qy, qz = force[i, 0], force[i, 1], force[i, 2], force[i, 3], force[i, 4], force[i, 5]
@@ -397,7 +410,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
             if not is_leaving and len(origin) > 0:
                 leaves[i] = NOBODY
             # forces
-            fx, fy, fz, tx, ty, tz, rolling, by_bodies = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            fx, fy, fz, tx, ty, tz, rolling, by_bodies, is_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False
             for k in range(n):
                 s, depth = which[k, 0], found[k, 3]
                 nx, ny, nz = found[k, 0], found[k, 1], found[k, 2]
@@ -420,12 +433,15 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                         ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
                         uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
                         uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
-                slope = foam_slope(depth, k1, k3, hard_from, hard)
                 m = _slot(key, stamp, i, s)
-                is_new = stamp[i, m] < now - 1
+                is_new = stamp[i, m] < now - 1 or is_put[i] == JUST_PUT
                 stamp[i, m] = now
+                closing = -(ux * nx + uy * ny + uz * nz)
+                depth = _squeeze(spring, i, m, is_new, is_put[i], depth, closing, part)
+                is_in = is_in or spring[i, m, 3] > 0.0
+                slope = foam_slope(depth, k1, k3, hard_from, hard)
                 push = normal_force(
-                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, -(ux * nx + uy * ny + uz * nz),
+                    depth, foam_force(depth, k1, k3, hard_from, hard), slope, k1, closing,
                     is_new, restitution, mass, part, table,
                 )  # fmt: skip
                 gx, gy, gz = _friction(spring, i, m, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, part)
@@ -440,6 +456,7 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                     seen[i] |= mark[b]
                     _give(b, -part * gx, -part * gy, -part * gz, ax, ay, az, moving, turning, yielding, impulse)
             touched += n
+            is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
             if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
                 most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
                 if abs(by_bodies - load[i]) > most:

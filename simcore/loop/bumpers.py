@@ -30,6 +30,8 @@ _MOST_RESTITUTION = 0.25
 """More than bumpers give back [-]; up to here no hit, however oblique, gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
 """Share of the speed that a damper takes in a step, at most: beyond 1 it would turn it round."""
+_RISES = 0.05
+"""Bumpers that were put into something come out with no more than this [m/s]: nobody has squeezed them."""
 _LEAST_SIDE = 0.1
 """Length over which a corner presses a bumper in [m]."""
 _NONE = np.zeros(4, np.uint8)
@@ -229,13 +231,14 @@ def _push(robot, x, y, fx, fy):
 
 
 @compiled
-def _spring(springs, r, key, stamp):
-    """The friction spring of a contact of robot r: the one it has, or a free or old one, relaxed."""
+def _spring(springs, r, key, stamp, depth, is_put, h):
+    """The spring of a contact of robot r: the one it has, or a free or old one, relaxed."""
     oldest = 0
     for k in range(springs.shape[1]):
         one = springs[r, k]
-        if one.key == key and one.stamp >= stamp - 1:
+        if one.key == key and one.stamp >= stamp - 1 and not is_put:
             one.stamp = stamp
+            one.put = max(0.0, min(one.put, depth) - _RISES * h)
             return k
         if one.stamp < springs[r, oldest].stamp:
             oldest = k
@@ -243,6 +246,7 @@ def _spring(springs, r, key, stamp):
     one.key = key
     one.stamp = stamp
     one.stretch = 0.0
+    one.put = depth if is_put else 0.0
     return oldest
 
 
@@ -253,12 +257,12 @@ def _ratio(restitution):
 
 
 @compiled
-def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, h):
+def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, is_put, h):
     """Force along the normal and across it at a contact [N, N]; v_n is that of the gap, v_t to the left of n [m/s]."""
     k = 0.5 * stiffness * found[n, 5]
     c = min(2.0 * ratio * math.sqrt(k * mass), _MOST_DAMPING * mass / h)
-    normal = max(0.0, k * found[n, 4] - c * v_n)
-    spring = springs[r, _spring(springs, r, key, stamp)]
+    spring = springs[r, _spring(springs, r, key, stamp, found[n, 4], is_put, h)]
+    normal = max(0.0, k * (found[n, 4] - spring.put) - c * v_n)
     spring.stretch += v_t * h
     across = k * spring.stretch + c * v_t
     most = friction * normal
@@ -315,7 +319,7 @@ def touch_outlines(robots, r, parts, outlines, corners, normals, hidden, springs
                 normal, across = _force(
                     found, n, part.stiffness, _ratio(part.restitution * one.restitution), mass,
                     part.friction * one.friction, -(nx * ux + ny * uy), nx * uy - ny * ux,
-                    springs, r, ((p + 1) * 100000 + o) * 2 + n, stamp, h,
+                    springs, r, ((p + 1) * 100000 + o) * 2 + n, stamp, robot.is_put, h,
                 )  # fmt: skip
                 if normal > 0.0:
                     fx = -nx * normal + ny * across
@@ -367,7 +371,7 @@ def touch_robots(robots, a, b, parts, springs, stamp, h, found):
                 normal, across = _force(
                     found, n, stiffness, _ratio(mine.restitution * theirs.restitution), mass,
                     mine.friction * theirs.friction, nx * ux + ny * uy, nx * uy - ny * ux,
-                    springs, a, -((p + 1) * 100000 + q) * 2 - n, stamp, h,
+                    springs, a, -((p + 1) * 100000 + q) * 2 - n, stamp, one.is_put or other.is_put, h,
                 )  # fmt: skip
                 if normal > 0.0:
                     fx = nx * normal + ny * across

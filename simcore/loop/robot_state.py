@@ -268,6 +268,7 @@ ROBOT = np.dtype(
         ("touched", _i),  # how many
         # --- its bumpers in plan, as it stood when the call began ---
         ("is_upright", _b),
+        ("is_put", _b),  # whether people have put it where it stands since the last step
         ("is_solid", _b),  # whether the engine keeps it out of walls and robots: it lies, or is above another one
         ("z", _f),  # its height there [m]
         ("height", _f),  # of the middle of its bumpers above its origin, twice [m]
@@ -324,8 +325,9 @@ OUTLINE = np.dtype(
 )
 """Convex outline of a part of the field, between two heights."""
 
-SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f)], align=True)
-"""Friction of a contact of bumpers: what touches, the step in which it was touched last, and the stretch [m]."""
+SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f), ("put", _f)], align=True)
+"""A contact of bumpers: what touches, the step in which it was touched last, the stretch of its friction [m], and how
+deep people have put the two into each other, as far as that has not been pushed out [m]."""
 
 
 def records(dtype: np.dtype[Any], count: int = 1) -> Records:

@@ -507,6 +507,7 @@ def _move(robots, r, shafts, wheels, batteries, h, part):
     step, and forces act in those of its middle: so a circle is closed to second order.
     """
     robot = robots[r]
+    robot.is_put = 0
     old_x = robot.vx
     old_y = robot.vy
     old_turn = robot.omega

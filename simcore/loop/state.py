@@ -15,6 +15,7 @@ __all__ = [
     "ASLEEP",
     "AWAKE",
     "IN_FLIGHT",
+    "JUST_PUT",
     "NOBODY",
     "PLACED",
     "REMEMBERED",
@@ -31,6 +32,7 @@ __all__ = [
 ASLEEP, AWAKE, IN_FLIGHT, PLACED = 2, 3, 5, 7
 """Statuses of balls that are on the field (`simcore.pieces.pool.PieceStatus`); of all others the loop knows nothing."""
 NOBODY = -1
+JUST_PUT = 2
 REMEMBERED = 16
 """Contacts of a ball whose friction is remembered."""
 
@@ -68,6 +70,8 @@ class Balls(NamedTuple):
     """Largest force of another ball on it, in its last step awake [N], shape (n,)."""
     hold: FloatArray
     """Force that a ball is wedged in with [N], 0: it is not, shape (n,)."""
+    is_put: npt.NDArray[np.uint8]
+    """`JUST_PUT` before its first step, 1 until it has come out of what it was put into, 0 after that, shape (n,)."""
     leaves: IntArray
     """Body that it was launched from and that it does not touch before it is out of it, -1: none, shape (n,)."""
     contacts: IntArray
@@ -84,14 +88,15 @@ class Balls(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Friction springs of contacts, by the ball that remembers each."""
+    """Contacts, by the ball that remembers each."""
 
     key: IntArray
     """What is touched, shape (n, 16)."""
     stamp: IntArray
     """Step in which it was touched last, shape (n, 16)."""
     spring: FloatArray
-    """Stretch of the spring, field frame [m], shape (n, 16, 3)."""
+    """Stretch of the friction spring, field frame, and how deep the ball was put into what it touches, as far as that
+    has not been pushed out [m], shape (n, 16, 4)."""
     clock: IntArray
     """Number of the step, shape (1,)."""
 

@@ -63,7 +63,7 @@ class MatchClock:
             ConfigError: They never are.
         """
         for phase in self.phases:
-            if phase.mode == mode:
+            if isinstance(mode, str) and phase.mode == mode:
                 return self.start(phase.name)
         raise ConfigError(f"MatchClock: no phase of mode {mode!r} among {[p.name for p in self.phases]}")
 

@@ -20,6 +20,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
 from simcore.match.human_actions import ask, carry_out, take_over
 from simcore.match.scripted import ScriptedRobot
+from simcore.quantities import shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 
@@ -112,7 +113,8 @@ class FieldControl:
         Raises:
             ConfigError: A place is not two finite numbers.
         """
-        wanted = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in places]).reshape(-1, 2)
+        rows = places if np.iterable(places) else [places]
+        wanted = np.array([_numbers("spawn: a place", place, "x, y [m]", 2) for place in rows]).reshape(-1, 2)
         if not 1 <= len(wanted) <= _MOST_PIECES:
             raise ConfigError(f"spawn: want 1 to {_MOST_PIECES} places, got {len(wanted)}")
 
@@ -288,10 +290,10 @@ def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
 def _numbers(owner: str, values: Any, want: str, count: int) -> tuple[float, ...]:
     try:
         numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = ()
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise ConfigError(f"{owner} is {count} finite numbers, {want}, got {values!r}")
+        raise ConfigError(f"{owner} is {count} finite numbers, {want}, got {shown(values)}")
     return numbers
 
 

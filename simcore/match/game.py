@@ -385,7 +385,7 @@ class Game:
         names = [supply.kind.name for supply in self.pieces]
         if len(set(names)) < len(names):
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
-        if not self.starts:
+        if not len(self.starts):
             raise ConfigError(f"Game {self.name}: starts must have at least one place, got none")
 
     @property
@@ -404,7 +404,7 @@ class Game:
             if not self.autos:
                 raise ConfigError(f"game {self.name} has no auto")
             return next(iter(self.autos.values()))
-        if name not in self.autos:
+        if not isinstance(name, str) or name not in self.autos:
             raise UnknownNameError("auto", name, self.autos)
         return self.autos[name]
 

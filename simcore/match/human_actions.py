@@ -181,7 +181,7 @@ def ask(match: Match, alliance: str, name: str) -> str:
         ConfigError: It cannot be done now; nothing has changed.
     """
     actions, whose = _actions(match, alliance)
-    if name not in [*actions]:
+    if not isinstance(name, str) or name not in actions:
         raise UnknownNameError("action of a human player", name, actions)
     action = actions[name]
     why = action.refusal(match.timer, whose)
@@ -221,6 +221,6 @@ def _actions(match: Match, alliance: str) -> tuple[dict[str, HumanAction], Allia
     actions = {action.name: action for action in match.rules.human_actions()}
     if not actions:
         raise ConfigError(f"this run of {match.game.name} has no human players; whole matches may have")
-    if alliance not in [*ALLIANCES]:
+    if not isinstance(alliance, str) or alliance not in ALLIANCES:
         raise UnknownNameError("alliance", alliance, ALLIANCES)
     return actions, ALLIANCES[alliance]

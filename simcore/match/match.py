@@ -7,7 +7,6 @@ robots run that once a tick; robot code whose motor controllers want to be asked
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -45,7 +44,7 @@ from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.resting_places import RestingPlace
-from simcore.quantities import POSE, Quantity, require, require_row, shown
+from simcore.quantities import POSE, Quantity, checked_number, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.season import NetworkTables
@@ -610,9 +609,7 @@ class Match:
 
     def set_network_time(self, now: float) -> None:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
-        if not math.isfinite(now):
-            raise ConfigError(f"network time must be a finite number of seconds, got {now}")
-        self.cameras.clock.offset = now - (self.ticks + 1) * TICK
+        self.cameras.clock.offset = checked_number("network time", now) - (self.ticks + 1) * TICK
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
         """Begin the match anew in the same engine; robots, pieces and rules are new objects.

@@ -11,7 +11,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import Quaternion, Vector, matrix
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, multiply
 from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
@@ -81,7 +81,7 @@ def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] =
     """
     if not isinstance(practice, bool):
         raise ConfigError(f"practice must be True or False, got {shown(practice)}")
-    for sink in sinks:
+    for sink in sinks if isinstance(sinks, Sequence) else [sinks]:
         if not all(callable(getattr(sink, name, None)) for name in ("due", "write", "close")):
             raise ConfigError(f"sinks must be TelemetrySinks, with due, write and close, got {shown(sink)}")
     if not (engine is None or isinstance(engine, str) or callable(getattr(engine, "step", None))):
@@ -119,19 +119,8 @@ def require_free_starts(
         StartError: One does.
     """
     for robot, alliance in zip(robots, alliances, strict=True):
-        as_blue = field.symmetry.flip_pose if alliance == "red" else None
-        before = robots[: robot.number]
-        require_free_place(world, robot, robot.chassis.pose, field.size, others=before, as_blue=as_blue)
-
-
-def _require_on_field(
-    robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None
-) -> None:
-    (x, y, _), (length, width) = pose, field_size
-    if not (0.0 <= x <= length and 0.0 <= y <= width):
-        problem = f"starts outside of the field of {length:g} x {width:g} m, at {_place(x, y, as_blue)}"
-        hint = "" if as_blue is None else ", as a blue robot"
-        raise StartError(robot.number, problem, f"places are in meters from the blue corner{hint}")
+        pose, as_blue = robot.chassis.pose, field.symmetry.flip_pose if alliance == "red" else None
+        require_free_place(world, robot, pose, field.size, others=robots[: robot.number], as_blue=as_blue)
 
 
 def require_free_place(
@@ -156,7 +145,11 @@ def require_free_place(
     Raises:
         StartError: It is.
     """
-    _require_on_field(robot, pose, field_size, as_blue=as_blue)
+    (x, y, _), (length, width) = pose, field_size
+    if not (0.0 <= x <= length and 0.0 <= y <= width):
+        problem = f"starts outside of the field of {length:g} x {width:g} m, at {_place(x, y, as_blue)}"
+        hint = "" if as_blue is None else ", as a blue robot"
+        raise StartError(robot.number, problem, f"places are in meters from the blue corner{hint}")
     obstacle = _obstacle(world, robot, pose, others)
     if obstacle:
         near = free_place(world, robot, pose, field_size, others=others)
@@ -174,7 +167,6 @@ def free_place(
     if not _obstacle(world, robot, pose, others):
         return pose
     (x, y, yaw), (length, width), body = pose, field_size, robot.chassis.config
-    reach = 0.5 * math.hypot(body.bumper_length, body.bumper_width)
     places = (
         (x + ring * _RING * math.cos(way), y + ring * _RING * math.sin(way))
         for ring in range(1, _RINGS + 1)
@@ -185,7 +177,7 @@ def free_place(
         for px, py in places
         if 0.0 <= px <= length
         and 0.0 <= py <= width
-        and world.is_flat(px, py, reach)
+        and world.is_flat(px, py, 0.5 * math.hypot(body.bumper_length, body.bumper_width))
         and not _obstacle(world, robot, (px, py, yaw), others)
     )
     return next(free, None)
@@ -283,15 +275,15 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
     c, (x, y, yaw) = robot.chassis.config, pose
     z = robot.chassis.standing(pose)[0][2]
     half = 0.5 * c.bumper_length - _SPARE, 0.5 * c.bumper_width - _SPARE
-    inset = c.bumper_thickness
-    for inner, top in ((0.0, c.bumper_top), (inset, c.height)):
+    for inner, top in ((0.0, c.bumper_top), (c.bumper_thickness, c.height)):
         box = x, y, yaw, max(half[0] - inner, _SPARE), max(half[1] - inner, _SPARE), z + c.clearance, z + top
         if world.is_in_solid(*box):
             return "a field element"
     mine = _outlines(robot, *robot.chassis.standing(pose), spare=_SPARE)
     for other in others:
-        (ox, oy, oz), (vx, vy, _), quat = other.chassis.pos, other.chassis.vel, other.chassis.quat
-        theirs = _outlines(other, (ox, oy, oz), quat) + _outlines(other, (ox + TICK * vx, oy + TICK * vy, oz), quat)
+        (ox, oy, oz), (vx, vy, _), quat = other.chassis.pos, other.chassis.origin_velocity, other.chassis.quat
+        later = (ox + TICK * vx, oy + TICK * vy, oz), multiply(from_yaw(TICK * other.chassis.rate[2]), quat)
+        theirs = _outlines(other, (ox, oy, oz), quat) + _outlines(other, *later)
         if other is not robot and any(overlaps(a, b) for a in mine for b in theirs):
             return f"robot {other.number}"
     return ""

@@ -39,8 +39,8 @@ def make_balls(status: np.ndarray, pos: FloatArray, vel: FloatArray) -> Balls:
         is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
         quat=np.tile((0.0, 0.0, 0.0, 1.0), (n, 1)), radius=np.full(n, 0.1), mass=np.ones(n), foam=np.ones((n, 4)),
         surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), load=np.zeros(n), press=np.zeros(n),
-        hold=np.zeros(n), leaves=np.full(n, -1), contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8),
-        bodies=np.zeros(n, np.int64),
+        hold=np.zeros(n), is_put=np.zeros(n, np.uint8), leaves=np.full(n, -1), contacts=np.zeros(n, np.int64),
+        is_touched=np.zeros(n, np.uint8), bodies=np.zeros(n, np.int64),
     )  # fmt: skip
 
 
@@ -48,7 +48,7 @@ def make_memory(count: int) -> Memory:
     """Of so many balls, that remember nothing."""
     return Memory(
         key=np.full((count, REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, REMEMBERED), -2),
-        spring=np.zeros((count, REMEMBERED, 3)), clock=np.zeros(1, np.int64),
+        spring=np.zeros((count, REMEMBERED, 4)), clock=np.zeros(1, np.int64),
     )  # fmt: skip
 
 

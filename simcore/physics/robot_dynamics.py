@@ -166,7 +166,7 @@ class RobotDynamics:
         self._springs = records(SPRING, (number + 1) * _SPRINGS).reshape(number + 1, _SPRINGS)
         self._springs["stamp"] = -2
         robot = self.robots[number : number + 1]
-        robot["row"], robot["is_enabled"] = row, 1
+        robot["row"], robot["is_enabled"], robot["is_put"] = row, 1, 1
         robot["first_part"], robot["last_part"] = len(self._parts), len(self._parts) + len(parts)
         made = records(PART, len(parts))
         for one, part in zip(range(len(parts)), parts, strict=True):

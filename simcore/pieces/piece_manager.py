@@ -198,18 +198,26 @@ class GamePieceManager:
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
         """Put pieces on the field, at rest, wherever they are now.
 
+        A ball that is put some way into an element of the field comes out of it with half a meter a second.
+
         Args:
             slots: Which ones.
             positions: Centers, field frame [m], shape (n, 3).
             attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright.
 
         Raises:
-            ConfigError: A slot holds no piece, or an attitude is no quaternion.
-            NonFiniteError: A place is not finite. Either way nothing has changed.
+            ConfigError: A slot holds no piece, an attitude is no quaternion, or the center of a ball, or another piece
+                by 2 cm, would be inside of an element.
+            NonFiniteError: A place is not finite. In each case nothing has changed.
         """
         self._require("release", slots, _ALL)
         positions = _rows("release", positions, len(slots), 3)
         quats = _quaternions("release", attitudes, len(slots))
+        for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
+            depth = self.depth(slot, pos, quat)
+            if depth > (self._pool.radius[slot] if self._is_ball[slot] else _DEEPEST):
+                at = f"{self.kind_name(slot)} {slot} at ({pos[0]:.3f}, {pos[1]:.3f}, {pos[2]:.3f}) m"
+                raise ConfigError(f"release: {at}, its center, would be {1000.0 * depth:.0f} mm deep in an element")
         for slot in slots[self.state.status[slots] == _HELD].tolist():
             if self.state.holder[slot] < len(self.on_taken):
                 self.on_taken[self.state.holder[slot]](slot)
@@ -256,17 +264,14 @@ class GamePieceManager:
             CapacityError: The robot holds none, or not this one.
             NonFiniteError: A value is not finite; the piece stays held.
         """
-        held = self.held(holder)
+        held = self.held(holder) if type(holder) is int else self.held(-1)
         if len(held) == 0:
-            raise CapacityError(f"robot {holder} has no piece to launch")
+            raise CapacityError(f"robot {shown(holder)} has no piece to launch")
         if slot is None:
             slot = int(held[0])
         elif slot not in held:
             raise CapacityError(f"robot {holder} holds pieces {held.tolist()}, got {slot}")
-        if not (len(pos) == len(vel) == len(spin) == 3 and all(map(math.isfinite, (*pos, *vel, *spin)))):
-            raise NonFiniteError(
-                f"launch: position, velocity and spin must be three finite numbers each, got {pos}, {vel}, {spin}"
-            )
+        _rows("launch: position, velocity and spin", (pos, vel, spin), 3, 3)
         self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), quat)
         self._set_velocity(slot, vel, spin)
         self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
@@ -316,7 +321,9 @@ class GamePieceManager:
             self._world.set_velocity(self._pool.rows[slot], vel, spin)
 
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
-        """How deep a held piece would be in what stands on the field [m].
+        """How deep a piece would be in what stands on the field [m].
+
+        In place of a piece on the field that is no ball one of its kind is tried that is off it; 0 if there is none.
 
         Args:
             slot: Which piece.
@@ -325,6 +332,11 @@ class GamePieceManager:
         """
         if self._is_ball[slot]:
             return self._world.balls.depth(pos, float(self._pool.radius[slot]))
+        if self.state.status[slot] in ON_FIELD:
+            like_it = ((self.state.kind == self.state.kind[slot]) & ~self.is_on_field).nonzero()[0]
+            if not len(like_it):
+                return 0.0
+            slot = int(like_it[0])
         self._pool.place(slot, pos, quat)
         depth: float = self._world.engine.depth(self._pool.rows[slot])
         self._pool.park(slot)
@@ -429,6 +441,7 @@ class GamePieceManager:
             UnknownNameError: No such type.
             CapacityError: Fewer are off the field and in no robot; nothing has changed.
         """
+        require("spare", "count", count, COUNT)
         mine = self.state.kind == self._kind(name)
         slots = np.concatenate([np.nonzero(mine & (self.state.status == s))[0] for s in (_FREE, _STAGED, _SCORED)])
         if len(slots) < count:

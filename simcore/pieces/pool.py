@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError
 from simcore.geometry.rotation import IDENTITY, Quaternion
+from simcore.loop.state import JUST_PUT
 from simcore.physics.ball_dynamics import make_balls
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
@@ -199,7 +200,7 @@ class PiecePool:
         balls, row = self.balls, self.rows[slot]
         balls.quat[slot], balls.spin[slot] = quat, 0.0
         balls.still[slot] = balls.load[slot] = balls.press[slot] = balls.hold[slot] = 0.0
-        balls.is_touched[slot], balls.leaves[slot] = 0, -1
+        balls.is_touched[slot], balls.is_put[slot], balls.leaves[slot] = 0, JUST_PUT, -1
         if row >= 0:
             self._world.set_pose(row, pos, quat)
             self._world.set_piece_touchable(row, True)

@@ -28,7 +28,7 @@ from simcore.geometry.rotation import (
     yaw_of,
 )
 from simcore.physics.world import PhysicsWorld
-from simcore.quantities import POSE, require_row
+from simcore.quantities import POSE, checked_number, require_count, require_row
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.wheeled_drive import WheeledDrive
@@ -288,7 +288,8 @@ class ChassisSimulation:
         Raises:
             NonFiniteError: A value is not finite; the last forces stay.
         """
-        self._require_finite("force", (*force, *torque))
+        self._require_finite("force", force)
+        self._require_finite("torque", torque)
         self._record["force"], self._record["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
@@ -304,6 +305,7 @@ class ChassisSimulation:
         record = self._record
         for name in ("h_before", "rest", "followed", "tires", "contact_load"):
             record[name] = 0.0
+        record["is_put"] = 1
         self.read()
 
     def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
@@ -478,5 +480,6 @@ class ChassisSimulation:
         return friction * self._world.gravity * mass * self.config.traction_radius / yaw_inertia
 
     def _require_finite(self, what: str, values: Sequence[float]) -> None:
-        if not all(map(math.isfinite, values)):
-            raise NonFiniteError(f"{self.name}: {what} must be finite, got {tuple(values)}")
+        require_count(f"{self.name}: {what}", values, 3, "axes")
+        for value in values:
+            checked_number(f"{self.name}: {what}", value)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import NonFiniteError, UnknownNameError
-from simcore.quantities import FRACTION, NOISE_DEGREES, Quantity, require_fields
+from simcore.quantities import FRACTION, NOISE_DEGREES, Quantity, checked_number, require_fields
 from simcore.typing import FloatArray
 
 __all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
@@ -119,7 +119,12 @@ class Gyro:
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
-        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`."""
+        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`.
+
+        Raises:
+            NonFiniteError: One is no finite number; nothing has changed.
+        """
+        yaw, true_yaw = checked_number("gyro: yaw", yaw), checked_number("gyro: true_yaw", true_yaw)
         self.yaw = yaw
         """Reported, continuous over turns [rad]."""
         self.pitch = 0.0
@@ -132,8 +137,8 @@ class Gyro:
         self._true_rate: float | None = None
 
     def set_yaw(self, yaw: float) -> None:
-        """What robot code's `set_yaw` does: the reading changes, the robot does not [rad]."""
-        self.yaw = yaw
+        """What robot code's `set_yaw` does: the reading changes, the robot does not [rad]; errors as of `reset`."""
+        self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Follow the robot for `dt`.

@@ -18,7 +18,7 @@ from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.placer import Placer, PlacerConfig
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
-from simcore.quantities import ANGLE, require
+from simcore.quantities import ANGLE, require, require_row
 from simcore.robot.battery import Battery, BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import MassDistribution, MovingMass, PointMass, moved_points, with_points
@@ -65,12 +65,17 @@ class SwerveOdometry:
             pose: Field frame [m, m, rad].
             distances: What the drive encoders show now [m], shape (n,); None: zero.
             gyro_yaw: What the gyro shows now [rad]; None: the pose's own heading.
+
+        Raises:
+            ConfigError: It is no pose, or there is not one distance of each module; nothing has changed.
         """
-        for name, value in zip(("x", "y", "yaw"), pose, strict=True):
-            require("odometry", name, value, ANGLE)
+        require_row("odometry", "pose", pose, (ANGLE,) * 3)
+        distances = [0.0] * len(self._positions) if distances is None else distances
+        require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
+        require("odometry", "gyro_yaw", pose[2] if gyro_yaw is None else gyro_yaw, ANGLE)
         self.pose = pose
         """Field frame [m, m, rad]; the heading is continuous."""
-        self._distances = [0.0] * len(self._positions) if distances is None else [float(d) for d in distances]
+        self._distances = [float(d) for d in distances]
         self._offset = pose[2] - (pose[2] if gyro_yaw is None else gyro_yaw)
 
     def update(

@@ -218,6 +218,11 @@ class RobotConfig:
                 f"inertia {_figures(self.whole.inertia)} kg m^2 are the whole robot's, and without them it has "
                 f"{left.mass:g} kg with {_figures(left.inertia)}"
             )
+        if min(_limits(self, self.whole)) <= 0.0:
+            raise ConfigError(
+                "RobotConfig: center_of_mass must lie between the wheels, or the robot falls over, got "
+                f"{self.drivetrain.center_of_mass} with wheels at {body.wheel_positions}"
+            )
 
     @property
     def body(self) -> ChassisConfig:

@@ -8,7 +8,7 @@ import re
 import pytest
 from game_table import GAMES
 
-from simcore.errors import ConfigError, EngineError, FieldMeshError, UnknownNameError
+from simcore.errors import ConfigError, EngineError, FieldMeshError, NonFiniteError, UnknownNameError
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
@@ -53,7 +53,7 @@ def test_a_refused_sink_or_clock_leaves_a_match_as_it_was(game):
         match.tick()
         with pytest.raises(ConfigError, match="sinks must be"):
             match.reset(sinks=[5])
-        with pytest.raises(ConfigError, match="network time must be a finite number"):
+        with pytest.raises(NonFiniteError, match="network time must be a finite number"):
             match.set_network_time(math.nan)
         match.tick()
         assert match.ticks == 2 and match.sinks == [sink]

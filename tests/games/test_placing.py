@@ -251,6 +251,18 @@ def test_a_free_place_is_no_place_on_a_ramp():
         assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
+def test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick():
+    """At 10 rad/s: 0.2 rad in 20 ms, and its side, of 0.4 m, reaches 0.4 (cos a + sin a) = 0.47 m."""
+    entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
+    with Match(replace(Game.bare(), robots=2), robots=entries) as match:
+        driver, other = match.robots
+        match.world.set_velocity(driver.chassis.row, (0.0, 0.0, 0.0), (0.0, 0.0, 10.0))
+        driver.chassis.read()
+        with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
+            other.reset((2.0 + 0.4 + 0.4 + 0.03, 4.0, 0.0))
+        other.reset((2.0 + 0.4 + 0.4 + 0.06, 4.0, 0.0))
+
+
 def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():
     with Match(find_game("rebuilt"), robots=[RobotEntry()]) as match:
         robot, slot = match.robots[0], match.robots[0].held[0]

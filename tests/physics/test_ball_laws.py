@@ -150,7 +150,82 @@ def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
         assert along / normal == pytest.approx(0.09, rel=0.05)
 
 
+@pytest.mark.parametrize("spin", [120.0, -120.0])
+def test_balls_that_meet_head_on_and_spin_alike_go_aside_by_mu_times_the_impulse(spin):
+    """J = (1 + e) m v / 2, and mu J across it to either side: their surfaces slip from the first touch to the last."""
+    with PhysicsWorld(floor=None, gravity=1e-9) as world:
+        kind = replace(FUEL, friction=0.3)
+        scene = Scene(world, [(2.0, 4.0, 1.0), (2.0 + 2 * R + 0.01, 4.0, 1.0)], kind=kind)
+        scene.set(0, (3.0, 0.0, 0.0), (0.0, 0.0, spin))
+        scene.set(1, (0.0, 0.0, 0.0), (0.0, 0.0, spin))
+        scene.advance(0.1)
+        across = math.copysign(0.09 * 0.5 * (1.0 + FUEL.restitution**2) * 3.0, spin)
+        assert scene.balls.vel[:, 1] == pytest.approx([-across, across], rel=0.05)
+
+
+@pytest.mark.parametrize("spin", [90.0, -90.0])
+def test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it(spin):
+    """v_x = mu (1 + e) v_z: backspin of 90 rad/s slips from the first touch to the last."""
+    with PhysicsWorld(gravity=1e-9) as world:
+        scene = Scene(world, [(2.0, 4.0, R + 0.02)])
+        scene.set(0, (0.0, 0.0, -2.0), (0.0, spin, 0.0))
+        scene.advance(0.1)
+        mu, e = FUEL.friction * CARPET.friction, FUEL.restitution * CARPET.restitution
+        sticks = 2.0 / 7.0 * abs(spin) * R  # in that case it would roll, with 2/7 of its rim's speed
+        expected = math.copysign(min(mu * (1.0 + e) * 2.0, sticks), spin)
+        assert scene.balls.vel[0, 0] == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("rate", [6.0, -6.0])
+def test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface(rate):
+    """mu (1 + e) v_z across the radius, and against a body that stands still nothing."""
+    with PhysicsWorld(floor=None, gravity=1e-9) as world:
+        row = world.add_robot_body(
+            "robot", Box((1.6, 1.6, 0.4)), mass=1000.0, surface=replace(BUMPER, friction=0.2),
+            center_of_mass=(0.0, 0.0, 0.0), inertia=(1000.0, 1000.0, 1000.0), pos=(8.0, 4.0, 1.0),
+        )  # fmt: skip
+        world.engine.set_velocity(row, (0.0, 0.0, 0.0), (0.0, 0.0, rate))
+        scene = Scene(world, [(8.0, 4.6, 1.2 + R + 0.01)])
+        scene.set(0, (0.0, 0.0, -2.0))
+        scene.advance(0.05)
+        across = 0.2 * FUEL.friction * (1.0 + FUEL.restitution * BUMPER.restitution) * 2.0
+        vx, vy, vz = scene.balls.vel[0]
+        assert vz > 0.0
+        assert math.hypot(vx, vy) == pytest.approx(across, rel=0.05)
+        assert vx == pytest.approx(-math.copysign(across, rate), rel=0.05)
+
+
+@pytest.mark.parametrize("depth", [0.01, 0.07, 0.2])
+def test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_gave_it(depth):
+    """At 0.5 m/s, so in 2 s per meter of its depth, and a second later it lies there.
+
+    A mass on a spring whose end moves at u is never faster than 2 u: v = u (1 - cos w t).
+    """
+    with PhysicsWorld() as world:
+        world.add_static("box", Box((1.0, 1.0, 0.6)), (2.0, 4.0, 0.3), surface=WALL)
+        scene = Scene(world, [(2.0, 4.0, 0.6 + R - depth)])
+        fastest = []
+        scene.advance(2.0 * depth + 1.0, each=lambda: fastest.append(np.linalg.norm(scene.balls.vel[0])))
+        assert max(fastest) < 1.0
+        squeeze = FUEL.mass * GRAVITY / K1
+        assert scene.balls.pos[0] == pytest.approx([2.0, 4.0, 0.6 + R - squeeze], abs=0.5 * squeeze + 1e-4)
+
+
 # --- on the floor ---------------------------------------------------------------------------------------------------
+
+
+def test_air_slows_a_ball_that_rolls_as_one_that_flies():
+    """1 / v = 1 / v0 + x / (1 + x) k t with x as below: the carpet gives 2/7 of what the air takes."""
+    kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.0)
+    with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:
+        depth = FUEL.mass * GRAVITY / K1
+        scene = Scene(world, [(2.0, 4.0, R - depth)], kind=kind)
+        scene.set(0, (12.0, 0.0, 0.0), (0.0, 12.0 / (R - depth), 0.0))
+        scene.balls.air[0, 1:] = 0.0  # no lift, and spin does not fade
+        scene.advance(2.0)
+        x = (R - depth) ** 2 / (0.4 * R * R)
+        slowed = 1.0 / 12.0 + x / (1.0 + x) * kind.air.drag * 2.0
+        assert 1.0 / scene.balls.vel[0, 0] == pytest.approx(slowed, rel=0.005)
 
 
 def test_a_sliding_ball_ends_rolling_with_five_sevenths_of_its_speed():

@@ -103,6 +103,25 @@ def test_friction_of_bumpers_stops_a_slide_as_coulomb_says(engine_name):
         assert chassis.vel[0] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("heading", [0.0, 30.0])
+@pytest.mark.parametrize("depth", [0.002, 0.015])
+def test_a_robot_that_is_put_a_little_into_a_wall_is_not_thrown_off(depth, heading, engine_name):
+    """It comes out with 0.05 m/s and no more, and goes no farther than its depth."""
+    yaw = math.radians(heading)
+    reach = 0.4 * (math.cos(yaw) + math.sin(yaw))
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.15 + reach - depth, 0.5), surface=WALL)
+        chassis = ChassisSimulation(world, ChassisConfig(), pose=(5.0, 0.0, yaw))
+        for _ in range(2):
+            motion, fastest = Motion(world, robots=[BareRobot(chassis)]), 0.0
+            for _ in range(50):
+                motion.tick(DT)
+                fastest = max(fastest, math.hypot(*chassis.vel))
+            assert fastest < 0.06
+            assert -0.06 * 1.0 - 1e-3 < chassis.pose[1] < 1e-4
+            chassis.set_pose(5.0, 0.0, yaw)
+
+
 @pytest.mark.parametrize("wall", ["guardrail", "alliance wall"])
 @pytest.mark.parametrize(("along", "into"), [(0.5, 0.1), (2.0, 0.3), (3.0, 1.0)])
 def test_a_robot_scrapes_along_a_wall_flat_and_straight(wall, along, into, engine_name):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.rotation import from_rpy
+from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.motion import BareRobot, Motion
 from simcore.physics.contact_law import POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull, Sphere
@@ -34,6 +34,25 @@ def bump(world: PhysicsWorld) -> float:
     points = np.array([(x, y, z) for y in (-5.0, 5.0) for x, z in ends])
     world.add_static("bump", Hull(points), (0.0, 0.0, 0.0), surface=POLYCARBONATE, drivable=True)
     return math.degrees(math.atan2(height, depth / 2))
+
+
+@pytest.mark.parametrize(("height", "way"), [(0.5, 1.0), (0.7, 1.0), (0.7, -1.0)])
+@pytest.mark.parametrize("over", [-2.0, 2.0])
+def test_a_robot_on_the_edge_of_its_bumpers_falls_to_the_side_of_its_center_of_mass(height, way, over, engine_name):
+    """Beyond tan a = (w / 2) / (h - c) it goes over and lies, by two degrees less it comes back on its wheels."""
+    config = ChassisConfig(center_of_mass_height=height, height=0.9)
+    critical = math.atan2(0.5 * config.bumper_width, height - config.clearance)
+    with PhysicsWorld() as world:
+        robot = ChassisSimulation(world, config)
+        roll = way * (critical + math.radians(over))
+        quat = from_rpy(roll, 0.0, 0.0)
+        corners = [(0.0, s * 0.5 * config.bumper_width, config.clearance) for s in (1.0, -1.0)]
+        lift = -min(rotate(quat, corner)[2] for corner in corners) + 1e-4
+        world.set_pose(robot.row, (0.0, 0.0, lift), quat)
+        for _ in range(200):
+            advance(world, robot)
+        tilt = math.degrees(math.acos(math.cos(robot.roll_pitch_yaw[0]) * math.cos(robot.roll_pitch_yaw[1])))
+        assert (tilt > 60.0) if over > 0.0 else (tilt < 0.5)
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])

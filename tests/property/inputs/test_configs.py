@@ -187,3 +187,21 @@ def test_every_config_has_an_example_and_refuses_no_number_where_a_number_is_due
             else:
                 forgotten.append(f"{kind.__name__}.{name} may be {bad}")
     assert forgotten == []
+
+
+NONSENSE = ({}, set(), [], "x", b"", 1j, object(), len, [None], 10**400, np.zeros(0), np.zeros((2, 2)), np.array(1.0))
+
+
+def test_no_config_meets_nonsense_with_a_foreign_error():
+    """Each field of each config, whatever it is declared as."""
+    foreign = []
+    for kind in config_types():
+        for field in dataclasses.fields(kind):
+            for bad in NONSENSE if field.init else ():
+                try:
+                    dataclasses.replace(examples()[kind], **{field.name: bad})
+                except SimcoreError:
+                    continue
+                except Exception as error:
+                    foreign.append(f"{kind.__name__}.{field.name} = {bad!r:.40}: {type(error).__name__} {error}")
+    assert foreign == []

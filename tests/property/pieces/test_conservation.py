@@ -146,7 +146,7 @@ def test_a_shot_that_is_no_number_stays_in_the_robot(pieces):
         ((1.0, 1.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
         ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, math.nan, 0.0)),
     ):
-        with pytest.raises(NonFiniteError, match="three finite numbers"):
+        with pytest.raises(NonFiniteError, match="3 rows of 3 finite numbers"):
             pieces.launch(0, pos, vel, spin)
     assert len(pieces.held(0)) == 1
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
@@ -39,6 +40,15 @@ def test_a_plain_robot_tips_about_its_outer_wheels():
     assert limit.forward == pytest.approx(GRAVITY * 0.3 / 0.25)
     assert limit.sideways == pytest.approx(GRAVITY * 0.2 / 0.25)
     assert 5.0 < limit.drivetrain < 12.0
+
+
+@pytest.mark.parametrize("center", [(0.301, 0.0, 0.2), (0.0, -0.2, 0.2), (-0.4, 0.3, 0.2)])
+def test_a_robot_whose_center_of_mass_is_not_between_its_wheels_is_refused(center):
+    with pytest.raises(
+        ConfigError, match=r"center_of_mass must lie between the wheels, .* with wheels at \(\(0.3, 0.2\)"
+    ):
+        replace(ROBOT, drivetrain=replace(ROBOT.drivetrain, center_of_mass=center))
+    replace(ROBOT, drivetrain=replace(ROBOT.drivetrain, center_of_mass=(0.299, 0.199, 0.2)))
 
 
 def test_an_elevator_that_is_up_and_full_storages_lower_the_limit():

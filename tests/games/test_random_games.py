@@ -1,0 +1,26 @@
+"""Laws in games of robots of any build that people carry, reset and drive, and calls of nonsense between ticks."""
+
+from __future__ import annotations
+
+import pytest
+import random_calls
+import random_games
+
+BROKE = {
+    7: "coral was dropped into the alliance wall",
+    83: "a coral was put into the reef",
+    92: "fuel was put into a robot that lay on it",
+}
+"""Seeds in which a law did not hold."""
+
+
+@pytest.mark.parametrize("seed", [*BROKE, 16])
+def test_laws_hold_in_a_random_game_and_it_is_the_same_again(seed, whole, engine_name):
+    first = random_games.play(seed, engine_name)
+    if whole or seed == 16:
+        assert random_games.play(seed, engine_name) == first
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_public_calls_of_nonsense_are_refused_by_a_sentence_and_end_no_tick(seed, whole, engine_name):
+    assert not random_calls.play(seed, calls=600 if whole else 100)
