@@ -58,8 +58,10 @@ def test_every_script_has_a_help():
     "words, said",
     [
         (["play", "--jsn"], "unrecognized arguments: --jsn. Did you mean --json?"),
-        (["play", "--zzzz"], "unrecognized arguments: --zzzz\n"),
+        (["play", "--zzzz"], "unrecognized arguments: --zzzz (`simcore play --help` lists what there is)\n"),
         (["play", "depot"], "no game named 'depot': it is an auto of rebuilt, as in `--auto depot`"),
+        (["play", "reefscape", "--hub-exits"], "unrecognized arguments: --hub-exits"),
+        (["play", "reefscap", "--hub-exits"], "no game named 'reefscap'. Did you mean 'reefscape'"),
         (["shots", "--distances", "2-6"], "'2-6' cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)"),
     ],
 )
@@ -68,7 +70,26 @@ def test_a_slip_is_answered_with_what_would_work(words, said, capsys):
         assert main(words) == 1
     except SystemExit as end:
         assert end.code == 2
-    assert said in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert said in error and len(error.strip().splitlines()) == 1
+
+
+def test_a_games_own_options_are_those_of_the_game_that_is_named(capsys):
+    for words, has_cages in (["play"], False), (["play", "rebuilt"], False), (["play", "reefscape"], True):
+        with pytest.raises(SystemExit) as end:
+            main([*words, "--help"])
+        assert end.value.code == 0 and ("--red-cage-3-shallow" in capsys.readouterr().out) == has_cages
+
+
+def test_what_is_named_is_loaded_alone():
+    code = (
+        "import sys; from simcore.cli import main\n"
+        "for words in (['play', '--help'], ['play', 'reefscape', '--help'], ['play', 'reefscape', '--list']):\n"
+        "    try: main(words)\n"
+        "    except SystemExit: pass\n"
+        "assert 'games.reefscape' in sys.modules and 'games.rebuilt' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, timeout=60)
 
 
 def test_a_decimal_comma_is_named(tmp_path):
