@@ -261,7 +261,8 @@ def check_folder(folder: Path, now: float) -> Iterator[Finding]:
             yield Finding("folder", "can be written")
     except OSError as error:
         said = f"cannot write to {str(folder.resolve())!r}: {error.strerror or error}"
-        yield _warn("folder", said, "run in a folder of your own: logs, pages and device settings go there")
+        level = _warn if folder.is_dir() else _fail
+        yield level("folder", said, "run in a folder of your own: logs, pages and device settings go there")
     if (folder / "robot.py").is_file():
         yield Finding("robot.py", "found")
     else:

@@ -143,10 +143,10 @@ def _play(options: argparse.Namespace) -> int:
     outputs = _outputs(options, plan)
     if options.field is not None:
         game.field.load(options.field)  # a broken mesh must not cost the last run's log
-    sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
-    watch = Watch(options, game, plan.driving)
+    watch = Watch(options, game, plan.driving)  # nor must a taken port
     seed: int | None = options.seed
     try:
+        sinks = outputs.sinks()
         with InterruptFlag() as interrupted:
             watch.wait(interrupted)
             if interrupted():
