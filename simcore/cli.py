@@ -14,6 +14,7 @@ from typing import NamedTuple, NoReturn
 
 from simcore import __version__
 from simcore.errors import SimcoreError, UnknownNameError, outside_part, print_error
+from simcore.install_text import install_command
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -95,6 +96,9 @@ def _run(words: list[str], program: str) -> int:
         return 1
     except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
         start = outside_part(error)
+        if start is None and isinstance(error, ImportError) and (error.name or "simcore").split(".")[0] != "simcore":
+            print_error(called, f"{error}: {install_command()} installs what simcore needs")
+            return 1
         if start is None:
             raise
         sys.stdout.flush()
