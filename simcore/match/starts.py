@@ -57,7 +57,7 @@ def require_playable(
         UnknownNameError: The game has no such option.
     """
     if not hasattr(game, "robots"):
-        raise ConfigError(f"want a Game, as find_game('rebuilt') gives it, got {shown(game)}")
+        raise ConfigError(f"want a Game, as find_game(name) gives it, got {shown(game)}")
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ConfigError(f"seed must be a whole number >= 0, got {seed!r}")
     if len(entries) > game.robots:
