@@ -10,16 +10,20 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from simcore import __version__
 from simcore.errors import SimcoreError, UnknownNameError, outside_part, print_error
+from simcore.install_text import install_command
 
 __all__ = ["COMMANDS", "Command", "main"]
 
 
 class Command(NamedTuple):
-    """A subcommand: its module has `add_arguments(parser)` and `run(args) -> int`."""
+    """A subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
+
+    One whose arguments depend on others has `add_further_arguments(parser, words)`, too.
+    """
 
     module: str
     help: str
@@ -73,8 +77,43 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    """Ends a wrong call by what is wrong, without a list of all that would be right."""
+
+    def error(self, message: str) -> NoReturn:
+        print_error(self.prog, f"{message} (`{self.prog} --help` lists what there is)")
+        raise SystemExit(2)
+
+
 def _run(words: list[str], program: str) -> int:
-    parser = argparse.ArgumentParser(prog="simcore", description="A physics simulator for FRC robot code.")
+    called = f"simcore {words[0]}" if words and program == "simcore" else program
+    try:
+        with _modules_of_folder():
+            args = _parse(words, program)
+            return 0 if args is None else int(args.run(args))
+    except SimcoreError as error:
+        print_error(called, str(error))
+        return 1
+    except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
+        start = outside_part(error)
+        if start is None and isinstance(error, ImportError) and (error.name or "simcore").split(".")[0] != "simcore":
+            print_error(called, f"{error}: {install_command()} installs what simcore needs")
+            return 1
+        if start is None:
+            raise
+        sys.stdout.flush()
+        traceback.print_exception(type(error), error, start)
+        return 1
+
+
+def _parse(words: list[str], program: str) -> argparse.Namespace | None:
+    """What was asked for; None: nothing, and what there is was printed.
+
+    Raises:
+        SystemExit: The call is wrong, or help was printed.
+        SimcoreError: What the arguments depend on cannot be found.
+    """
+    parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     for name, command in COMMANDS.items():
@@ -83,6 +122,8 @@ def _run(words: list[str], program: str) -> int:
         if words[:1] == [name]:
             module = importlib.import_module(command.module)
             module.add_arguments(subparser)
+            if hasattr(module, "add_further_arguments"):
+                module.add_further_arguments(subparser, words[1:])
             subparser.set_defaults(run=module.run)
     if words and not words[0].startswith("-") and words[0] not in COMMANDS:
         parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
@@ -94,21 +135,8 @@ def _run(words: list[str], program: str) -> int:
         asked.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     if args.command is None:
         parser.print_help()
-        return 0
-    called = f"simcore {args.command}" if program == "simcore" else program
-    try:
-        with _modules_of_folder():
-            return int(args.run(args))
-    except SimcoreError as error:
-        print_error(called, str(error))
-        return 1
-    except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
-        start = outside_part(error)
-        if start is None:
-            raise
-        sys.stdout.flush()
-        traceback.print_exception(type(error), error, start)
-        return 1
+        return None
+    return args
 
 
 @contextmanager

@@ -59,6 +59,7 @@ _log = logging.getLogger(__name__)
 _LONGEST_PART = TICK * (1.0 + 1e-9)  # [s]
 _MOST_PARTS = 100
 _COUNT_PERIOD = 5  # ticks
+_LONG = 3600.0  # [s] after which a sink wants another snapshot, whatever its period, unless it is closed
 
 
 class Match:
@@ -387,12 +388,18 @@ class Match:
 
     def _end_run(self, stack: ExitStack) -> None:
         """What robots have to tell of a run, once; cameras and sinks are closed with the stack."""
-        if not self._has_told:
-            self._has_told = True
-            for robot in self.robots:
-                robot.brownouts.log_total()
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
+        if self._has_told:
+            return
+        self._has_told = True
+        for robot in self.robots:
+            robot.brownouts.log_total()
+        if self.ticks and self.record.conclude():
+            snapshot = self.snapshot()
+            for sink in self.sinks:
+                if sink.due(self.time + _LONG):
+                    stack.callback(sink.write, snapshot)
 
     # --- the tick -------------------------------------------------------------------------------------------------
 

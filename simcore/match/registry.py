@@ -18,7 +18,9 @@ from simcore.errors import ConfigError, UnknownNameError, start_sentence
 from simcore.install_text import install_command
 from simcore.match.game import Game
 
-__all__ = ["GROUP", "NO_GAME", "find_game", "game_point", "installed_games", "practice_field"]
+__all__ = [
+    "GROUP", "NO_GAME", "find_game", "game_names", "game_point", "installed_games", "known_game", "practice_field",
+]  # fmt: skip
 
 GROUP = "simcore.games"
 """Of the entry points; the name of each is the game's."""
@@ -39,15 +41,31 @@ def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
     Args:
         say: Told of each that does not load, in a line with its file and line.
     """
-    games: dict[str, Game] = {}
-    for name, points in _points().items():
-        try:
-            games[name] = _load(name, points)
-            for point in points[1:]:
-                say(f"left out: game {name} of the package {_package(point)}: simcore has one of that name: rename it")
-        except ConfigError as error:
-            say(f"left out: {error}")
+    games = {name: game for name in game_names() if (game := known_game(name, say=say)) is not None}
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
+
+
+def game_names() -> list[str]:
+    """Of all games that are installed, of which none is loaded."""
+    return sorted(_points())
+
+
+def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game | None:
+    """The game of a name, which alone is loaded; None: it is not installed, or does not load.
+
+    Args:
+        name: Of the game, as a log or a choice of all has it.
+        say: Told why it does not load, in a line with its file and line.
+    """
+    points = _points().get(name or "", [])
+    try:
+        game = _load(name or "", points) if points else None
+    except ConfigError as error:
+        say(f"left out: {error}")
+        return None
+    for point in points[1:]:
+        say(f"left out: game {name} of the package {_package(point)}: simcore has one of that name: rename it")
+    return game
 
 
 def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:

@@ -257,7 +257,7 @@ class RunRecord:
         self.failure = ""
         """What a test of this run failed of; empty: it did not, or there is none."""
         self.warnings: list[str] = []
-        """What was warned of while a test ran it."""
+        """What was warned of while a test ran it, and as it ended what fell short."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
@@ -332,6 +332,12 @@ class RunRecord:
             whose = f"robot {number}, " if len(self.robots) > 1 else ""
             found += [f"{whose}{line}" for line in robot.shortfalls.lines(taken_in=taken_in)]
         return found
+
+    def conclude(self) -> bool:
+        """Warn of what fell short, each once; whether there was something new."""
+        new = [line for line in self.shortfalls if line not in self.warnings]
+        self.warnings.extend(new)
+        return bool(new)
 
     @property
     def hits(self) -> int:

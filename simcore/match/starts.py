@@ -56,6 +56,8 @@ def require_playable(
         ConfigError: The seed is no whole number >= 0, or there are more robots, controllers or preloads than can be.
         UnknownNameError: The game has no such option.
     """
+    if not hasattr(game, "robots"):
+        raise ConfigError(f"want a Game, as find_game(name) gives it, got {shown(game)}")
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise ConfigError(f"seed must be a whole number >= 0, got {seed!r}")
     if len(entries) > game.robots:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import keyword
 import re
-import sys
 from datetime import date
 from importlib import resources
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,7 +80,7 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
             f"a game's name is 2 to 31 lower-case letters, digits and '_', begins with a letter and is no word of "
             f"Python, e.g. 'discs'; got {name!r}"
         )
-    if name in entry_points(group="simcore.games").names or name in sys.stdlib_module_names:
+    if name in entry_points(group="simcore.games").names or find_spec(name) is not None:
         raise ConfigError(f"{name!r} is a game or module that is installed; choose another, e.g. 'my_{name}'")
     if not 1992 <= year <= 2100:
         raise ConfigError(f"year must be 1992 to 2100, got {year}")

@@ -95,6 +95,8 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
     texts: dict[Alliance, str] = {"blue": blue, "red": red}
     for alliance, text in texts.items():
         for one in text.replace("+", ",").split(",") if text.strip() else ():
+            if one.strip().startswith(f"{ME}:"):
+                raise ConfigError(f"player {one.strip()!r}: {ME!r} plays --auto and has no level, so give {ME!r}")
             seat = Seat(alliance, ME) if one.strip() == ME else Seat(alliance, *read_player(game, one))
             sides[alliance].append(seat)
         if len(sides[alliance]) > len(game.starts):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.install_text import source_address
+from simcore.install_text import shared_requirement
 from simcore.robot_file.key_tables import read_toml
 
 __all__ = ["workflow_text", "write_workflow"]
@@ -65,27 +65,27 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
     root = next((folder for folder in (project, *project.parents) if (folder / ".git").exists()), None)
     if root is None:
         raise ConfigError(f"{project} is in no git repository: `git init` makes one")
-    source = source or source_address()
-    if not source:
+    simcore = shared_requirement("phoenix6", "robotpy", source=source)
+    if not simcore:
         raise ConfigError(
-            "simcore was installed from a folder of this computer, which GitHub cannot reach: say where it is, e.g. "
-            "simcore init --ci --source git+https://github.com/OWNER/simcore@main"
+            "simcore is from a folder of this computer that is no clone, which GitHub cannot reach: say where it gets "
+            "it, as in `simcore init --ci --source git+https://...`, with the address of simcore's repository"
         )
     path = root / ".github" / "workflows" / _NAME
     if path.exists() and not force:
         raise ConfigError(f"{path} is there already; simcore init --ci --force overwrites it")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(workflow_text(project, root, source), encoding="utf-8")
+        path.write_text(workflow_text(project, root, simcore), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     return path
 
 
-def workflow_text(project: Path, root: Path, source: str) -> str:
-    """The workflow of a project in a folder of a repository."""
+def workflow_text(project: Path, root: Path, simcore: str) -> str:
+    """The workflow of a project in a folder of a repository, with the requirement that brings simcore."""
     folder = project.relative_to(root).as_posix()
-    packages = [f"simcore[phoenix6,robotpy] @ {source}", *_packages(project)]
+    packages = [simcore, *_packages(project)]
     listed = " ".join(f'"{name}"' for name in packages)
     listed += " -r requirements.txt" if (project / "requirements.txt").is_file() else ""
     output = "test_output" if folder == "." else f"{folder}/test_output"

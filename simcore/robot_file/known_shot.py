@@ -60,11 +60,10 @@ class KnownShot:
             if key not in _KEYS:
                 raise ConfigError(f"known shot: no key {key!r}. Known: {', '.join(_KEYS)}")
             try:
-                number = int(value) if _KEYS[key].is_whole else float(value)
+                values[key] = int(value) if _KEYS[key].is_whole else float(value)
             except ValueError:
-                number = math.nan
-            require("known shot", key, number, _KEYS[key])
-            values[key] = number
+                values[key] = value
+            require("known shot", key, values[key], _KEYS[key])
         for key in ("distance", "rps"):
             if key not in values:
                 raise ConfigError(f"known shot: {key} is missing, e.g. distance=2.8,rps=38")

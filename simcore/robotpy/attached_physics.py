@@ -14,7 +14,7 @@ from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.ownership import Ownership
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
-from simcore.match.registry import find_game, installed_games
+from simcore.match.registry import find_game, game_names
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, practice_match
 from simcore.robot_file.template import FILE_NAME
@@ -171,7 +171,7 @@ def choose_game(flag: str | None, in_file: str | None) -> Game:
         ConfigError: No game is installed.
     """
     game = find_game(flag or in_file)  # which says so itself if it was its choice
-    others = [name for name in installed_games() if name != game.name]
+    others = [name for name in game_names() if name != game.name]
     if others and (flag or in_file):
         why = "--game" if flag else FILE_NAME
         _log.info("game %s (%d), as %s says; also installed: %s", game.name, game.year, why, ", ".join(others))

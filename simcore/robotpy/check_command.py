@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.linkage import Joint
-from simcore.match.registry import find_game, installed_games
+from simcore.match.registry import find_game, game_names
 from simcore.quantities import text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
@@ -136,7 +136,8 @@ def _own_robot(game: Game) -> _Subject:
 def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
     """The robot of a project: its file, and its program where it can be built."""
     settings = read_settings(folder / FILE_NAME)
-    game = find_game(game_name or settings.game) if installed_games() else None
+    named = game_name or settings.game
+    game = find_game(named) if named or game_names() else None
     answer: dict[str, Any] | None = None
     why_not = "asked not to" if not look else "there is no robot.py"
     if look and (folder / "robot.py").is_file():

@@ -21,14 +21,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from packaging.markers import default_environment
-from packaging.requirements import Requirement
+from packaging.requirements import InvalidRequirement, Requirement
 from packaging.version import Version
 from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from simcore.install_text import install_command
+from simcore.errors import ConfigError
+from simcore.install_text import install_command, shared_requirement
 from simcore.season import installed_seasons, mixed_seasons
 from simcore.units import TICK
 
@@ -50,6 +51,8 @@ _LIBRARIES = {
 """Distributions that robot code imports, and their modules."""
 _WPILIB = re.compile(r"wpilib|pyntcore|robotpy-(hal|wpi\w+|apriltag|cscore|fields|commands-v2|native-.*)")
 """Distributions of WPILib itself, which are of one release."""
+_ROBOTS = ("roborio", "systemcore")  # what `platform_machine` is as RobotPy reads requirements for a robot
+_LAPTOPS = " and ".join(f'platform_machine != "{robot}"' for robot in _ROBOTS)
 _TICKS, _WARM_UP = 50, 10  # a simulated second; the first ticks pay for caches
 _SLOW = 8.0  # [ms]; robot code, Phoenix 6 and the window want the rest of the 20
 _RECENT = 12 * 3600.0  # [s]; what was written since is probably of this very session
@@ -258,7 +261,8 @@ def check_folder(folder: Path, now: float) -> Iterator[Finding]:
             yield Finding("folder", "can be written")
     except OSError as error:
         said = f"cannot write to {str(folder.resolve())!r}: {error.strerror or error}"
-        yield _warn("folder", said, "run in a folder of your own: logs, pages and device settings go there")
+        level = _warn if folder.is_dir() else _fail
+        yield level("folder", said, "run in a folder of your own: logs, pages and device settings go there")
     if (folder / "robot.py").is_file():
         yield Finding("robot.py", "found")
     else:
@@ -270,6 +274,7 @@ def check_folder(folder: Path, now: float) -> Iterator[Finding]:
         yield Finding("simcore.toml", "can be read, or is not there")
     except Exception as error:
         yield _fail("simcore.toml", str(error), "correct that line")
+    yield from check_requires(folder / "pyproject.toml")
     devices = sorted((folder / "ctre_sim").glob("*.dat"))
     age = now - max((path.stat().st_mtime for path in devices), default=now)
     if age > _RECENT:
@@ -279,6 +284,32 @@ def check_folder(folder: Path, now: float) -> Iterator[Finding]:
     if stored.is_file() and stored.stat().st_size > len("[]\n"):
         said = "networktables.json keeps values of an earlier run: Preferences and choosers come back from it"
         yield _warn("stored values", said, "delete the file if a value seems old")
+
+
+def check_requires(file: Path) -> Iterator[Finding]:
+    """Whether `[tool.robotpy] requires` in a pyproject.toml brings simcore to a team's laptops and not to its robot."""
+    try:
+        from simcore.robot_file.key_tables import read_toml
+
+        told = read_toml(file).get("tool", {}).get("robotpy") if file.is_file() else None
+        if told is None:
+            return
+        ours = [one for one in map(Requirement, told.get("requires", [])) if one.name == "simcore"]
+    except (ConfigError, InvalidRequirement, AttributeError, TypeError) as error:
+        yield _fail("pyproject.toml", str(error), "correct that line")
+        return
+    line = shared_requirement("phoenix6", "robotpy") or "simcore[phoenix6,robotpy] @ git+https://..."
+    advice = f"write into requires: '{line.replace('==', '>=')}; {_LAPTOPS}'"
+    if " @ " in line:  # whose markers RobotPy does not look at
+        advice = f"write '{line}' into requirements-sim.txt (in requires it would be for the robot, too), and on each "
+        advice += "laptop `python -m pip install -r requirements-sim.txt`"
+    environments = [{"platform_machine": robot} for robot in _ROBOTS]
+    if any(one.url or one.marker is None or any(map(one.marker.evaluate, environments)) for one in ours):
+        yield _warn("pyproject.toml", "its requires has simcore for the robot, too, where it cannot be", advice)
+    elif not ours:
+        yield _warn("pyproject.toml", "its requires brings no simcore to other laptops", advice)
+    else:
+        yield Finding("pyproject.toml", "its requires brings simcore to laptops alone")
 
 
 def check_games() -> tuple[Finding, Game | None]:

@@ -12,7 +12,6 @@ import shutil
 import sys
 import tempfile
 import time
-import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any, NoReturn
 import pytest
 
 from simcore import season
+from simcore.errors import start_sentence
 from simcore.sweep.child_process import run_process
 
 __all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "play_test", "run_isolated", "wait_longer"]
@@ -169,7 +169,8 @@ def play_test(task: ChildTask) -> int:
     reporter = _Reporter(task)
     try:
         robot = load_robot_plugin(Path(task.robot_file), simulated="--phoenix=simulated" in task.arguments)
-    except BaseException:
-        print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
+    except BaseException as error:
+        why = start_sentence(error, Path(task.robot_file).parent)
+        print(f"could not load the robot project {task.robot_file}: {why}", flush=True)
         return 3
     end_process(int(pytest.main([task.test, *task.arguments], plugins=[robot, reporter])))

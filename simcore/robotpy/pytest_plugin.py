@@ -449,7 +449,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         from simcore.show.scene import scene_of
 
         test.record.failure = "no success" if call.excinfo is None else call.excinfo.exconly()[:_LONGEST_FAILURE]
-        test.warnings.extend(line for line in test.record.shortfalls if line not in test.warnings)
+        test.record.conclude()
         recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)

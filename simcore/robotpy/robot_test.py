@@ -18,7 +18,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
-from simcore.quantities import EFFICIENCY, Quantity, require
+from simcore.quantities import EFFICIENCY, POSE, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.belief_watch import BeliefError
@@ -154,7 +154,13 @@ class RobotTest:
         DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
 
     def game_data(self, text: str) -> None:
-        """The game-specific message."""
+        """The game-specific message.
+
+        Raises:
+            ConfigError: It is no text.
+        """
+        if not isinstance(text, str):
+            raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
@@ -214,10 +220,8 @@ class RobotTest:
         Raises:
             ConfigError: It cannot stand there; the text says where it can.
         """
-        pose = (float(x), float(y), float(heading))
-        if not all(map(math.isfinite, pose)):
-            raise ConfigError(f"place: want finite x, y [m] and heading [rad], got {pose}")
-        self.physics.auto_start.place(pose)
+        require_row("place", "x, y and heading", (x, y, heading), POSE)
+        self.physics.auto_start.place((float(x), float(y), float(heading)))
 
     def autonomous(
         self,

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from simcore.errors import LogError
-from simcore.match.registry import find_game, installed_games
+from simcore.match.registry import find_game, installed_games, known_game
 from simcore.show.animation import animate, check_animation
 from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.page import write_page
@@ -117,17 +117,9 @@ def load_run(path: Path, game: str | None = None) -> tuple[Recording, Scene, str
         )
     recording = recording_of(log)
     name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
-    for why in _left_out(name):
-        print(f"simcore: {why}; its field is drawn bare", file=sys.stderr)
+    known_game(name, say=lambda why: print(f"simcore: {why}; its field is drawn bare", file=sys.stderr))
     print(f"{'game':9}  {name or 'none'}")
     return recording, scene_of_log(recording, name), f"{name.upper()}, {path.stem}" if name else path.stem
-
-
-def _left_out(name: str | None) -> list[str]:
-    """Why the game of a name does not load; empty: it does, or is not installed."""
-    said: list[str] = []
-    installed_games(say=said.append)
-    return [why for why in said if why.startswith(f"left out: game {name} ")]
 
 
 def recording_of(log: TelemetryLog) -> Recording:
@@ -176,9 +168,9 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
         recording: The run.
         game: Name of the game; None: the one that the log names. The field of one that is not installed is bare.
     """
-    known, name = installed_games(), game or recorded_game(recording)
-    scene = bare_scene(known[name]) if name in known else empty_scene(recording)
-    models = known[name].models if name in known else None
+    known = known_game(game or recorded_game(recording))
+    scene = empty_scene(recording) if known is None else bare_scene(known)
+    models = None if known is None else known.models
     return replace(scene, robots=[replace(look, models=models) for look in recorded_robots(recording)])
 
 
@@ -186,7 +178,7 @@ def game_of_log(log: TelemetryLog) -> str | None:
     """The game that a log names, if it is installed."""
     column = log.columns.get("Sim/Match/Game")
     name = column.text(len(column) - 1) if column is not None and len(column) else None
-    return name if name in installed_games() else None
+    return None if known_game(name) is None else name
 
 
 def recorded_game(recording: Recording) -> str | None:

@@ -33,7 +33,7 @@ from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
-__all__ = ["InterruptFlag", "add_arguments", "run"]
+__all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
@@ -42,7 +42,7 @@ _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command; a game's own options are flags, too."""
+    """Options of the command, for every game."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
@@ -83,17 +83,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too"
     )
     add_options(parser)
-    for name, sentence in _game_options().items():
-        parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
+    parser.epilog = "`simcore play GAME --help` lists the options that a game has besides."
 
 
-def _game_options() -> dict[str, str]:
-    """The options of all installed games, with what they do."""
-    found: dict[str, str] = {}
-    for game in installed_games().values():
-        for option in game.options:
-            found.setdefault(option.name, f"{game.name}: {option.help}")
-    return found
+def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """The played game's own options, each a flag, where they are asked for.
+
+    Args:
+        parser: Of the command.
+        words: What was typed after it.
+
+    Raises:
+        SimcoreError: There is no such game, or it does not load.
+    """
+    asked = [word for word in words if word not in ("-h", "--help")]
+    known, further = parser.parse_known_args(asked)
+    if further or (known.game and len(asked) < len(words)):
+        for option in find_game(known.game, say=str).options:
+            parser.add_argument("--" + option.name.replace("_", "-"), action="store_true", help=option.help)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -119,12 +126,14 @@ def _list(name: str | None) -> int:
 
     for game in installed_games(say=say).values() if name is None else [find_game(name)]:
         print(f"{game.heading} ({game.year}), `{game.name}`")
-        for auto in game.autos.values():
-            print(f"    {auto.name:10} {auto.summary}")
-        if _DRIVE not in game.autos and _can_be_driven(game):
-            print(f"    {_DRIVE:10} stand until you drive, from the page of --view")
+        rows = {auto.name: auto.summary for auto in game.autos.values()}
+        if _can_be_driven(game):
+            rows.setdefault(_DRIVE, "stand until you drive, from the page of --view")
+        wide = max(map(len, [*rows, *game.roles]), default=0)
+        for row in rows.items():
+            print(f"    {row[0]:{wide}} {row[1]}")
         for role in game.roles.values():
-            print(f"    {role.name:10} in a match: {role.summary}")
+            print(f"    {role.name:{wide}} in a match: {role.summary}")
     return 0
 
 
@@ -134,10 +143,10 @@ def _play(options: argparse.Namespace) -> int:
     outputs = _outputs(options, plan)
     if options.field is not None:
         game.field.load(options.field)  # a broken mesh must not cost the last run's log
-    sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
-    watch = Watch(options, game, plan.driving)
+    watch = Watch(options, game, plan.driving)  # nor must a taken port
     seed: int | None = options.seed
     try:
+        sinks = outputs.sinks()
         with InterruptFlag() as interrupted:
             watch.wait(interrupted)
             if interrupted():
@@ -160,8 +169,8 @@ def _play(options: argparse.Namespace) -> int:
 class _Plan:
     """What is played: an auto, or a match, of which each of `play_auto` and `play_match` takes its part."""
 
+    game: Game
     name: str
-    first_period: str
     seconds: float
     play: Callable[..., AutoRun]
     driving: ViewDriving | None
@@ -175,7 +184,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
     me = any(seat.role == ME for seat in seats)
     if options.match and options.auto is not None and not me:
         raise ConfigError(f"--auto {options.auto} is what {ME!r} plays in a match, and {ME!r} is in no line-up")
-    period, driving = game.clock.phases[0].name, None
+    driving = None
     if options.view and _can_be_driven(game):
         actions = tuple((game.driving or DriverControls()).actions)
         at_once = me or options.auto == _DRIVE
@@ -189,15 +198,15 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
 
     if options.match and not me:
         play = partial(play_match, game, seats, hand_over=hand_over)
-        return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
+        return _Plan(game, "match", options.seconds or match_seconds(game), play, driving)
     auto = _auto(options, game)
     mine = replace(auto, controller=lambda match, alliance: hand_over(match, 0, auto.controller(match, alliance)))
     if options.match:
         play = partial(play_match, game, seats, me=plays(mine), hand_over=hand_over)
-        return _Plan("match", period, options.seconds or match_seconds(game), play, driving)
+        return _Plan(game, "match", options.seconds or match_seconds(game), play, driving)
     play = partial(play_auto, game, mine, alliance=options.alliance)
     length = auto_seconds(game) if auto.name in game.autos else match_seconds(game)
-    return _Plan(auto.name, period, options.seconds or length, play, driving)
+    return _Plan(game, auto.name, options.seconds or length, play, driving)
 
 
 def _auto(options: argparse.Namespace, game: Game) -> Auto:
@@ -260,7 +269,7 @@ def _run(
     )
     with progress:
         ticks = max(1, round(plan.seconds / TICK))
-        task = progress.add_task(repr(plan.name), total=ticks, score=0, period=plan.first_period)
+        task = progress.add_task(repr(plan.name), total=ticks, score=0, period=plan.game.clock.phases[0].name)
 
         def show(match: Match) -> None:
             if match.ticks % 10 == 0:
@@ -271,7 +280,7 @@ def _run(
             seconds=plan.seconds,
             seed=seed,
             scatter=options.scatter,
-            options=[name for name in _game_options() if getattr(options, name)],
+            options=[option.name for option in plan.game.options if getattr(options, option.name, False)],
             field_mesh=options.field,
             engine=options.engine,
             sinks=sinks,

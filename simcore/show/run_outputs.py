@@ -114,9 +114,6 @@ class RunOutputs:
     def write(self, run: AutoRun) -> dict[str, str]:
         """Draw everything, after the run; returns what was written, by kind."""
         written: dict[str, str] = {}
-        if run.report.shortfalls:
-            run.match.record.warnings.extend(run.report.shortfalls)
-            self.recording.write(run.match.snapshot())
         if self.log is not None and self._guard is not None and not self._guard.failure:
             written["log"] = str(self.log)
         drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {

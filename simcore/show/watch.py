@@ -1,6 +1,6 @@
 """Watching a run: the browser view and NetworkTables, each optional, each at the wall clock's pace.
 
-What cannot be had, for a taken port or a missing extra, is said in one sentence, and the run goes on without it.
+What cannot be had, for a taken port or a missing extra, ends the command before the run.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import SimcoreError
 from simcore.match.game import Game
 from simcore.match.match import Match
 from simcore.quantities import PORT, number_flag
@@ -38,7 +38,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--host", default="127.0.0.1", help="where the view listens (default: this computer only)")
     group.add_argument("--port", type=number_flag(PORT), default=0, help="of the view (default: a free one)")
     group.add_argument(
-        "--nt-port", type=number_flag(PORT), default=5810, help="of --live (default: 5810, as AdvantageScope expects)"
+        "--nt-port",
+        type=number_flag(replace(PORT, least=1)),
+        default=5810,
+        help="of --live (default: 5810, as AdvantageScope expects)",
     )
     group.add_argument("--no-browser", action="store_true", help="do not open a browser")
     group.add_argument(
@@ -53,6 +56,9 @@ class Watch:
         options: Parsed from what `add_options` added; also `seed`.
         game: Whose models are shown.
         driving: The person at the page; None: nobody can drive.
+
+    Raises:
+        SimcoreError: What was asked for cannot be had.
     """
 
     def __init__(self, options: argparse.Namespace, game: Game, driving: ViewDriving | None = None) -> None:
@@ -63,14 +69,10 @@ class Watch:
         self._pacer = Pacer() if options.view or options.live else None
         self._sink: Any = None
         if options.live:
-            self._tables = _attempt(lambda: _serve(options.nt_port))
+            self._tables = _serve(options.nt_port)
         if options.view:
-            self._view = _attempt(lambda: _open(options, game, driving))
-        if self._view is not None:
-            url = self._view.url
-            _say(f"the view is at {url}" if options.no_browser else open_browser(url))
-        if self._view is None and self._tables is None:
-            self._pacer = None  # nobody looks on: as fast as it goes
+            self._view = _open(options, game, driving)
+            _say(f"the view is at {self._view.url}" if options.no_browser else open_browser(self._view.url))
 
     @property
     def is_open(self) -> bool:
@@ -159,14 +161,6 @@ def _serve(port: int) -> Any:
     start_local_server(instance, port=port)
     _say(f"live on NetworkTables 4, 127.0.0.1:{port}")
     return instance
-
-
-def _attempt(make: Callable[[], Any]) -> Any:
-    try:
-        return make()
-    except SimcoreError as error:
-        _say(f"{type(error).__name__}: {error}; the run goes on without it")
-        return None
 
 
 def _say(text: str) -> None:

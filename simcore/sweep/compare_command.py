@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.quantities import Quantity, number_flag
 from simcore.show.two_runs import write_page_of_two
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment, StopRule
@@ -25,7 +26,6 @@ from simcore.sweep.results_page import save_results
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import FILE_NAME, RunStore
 from simcore.sweep.sweep_command import (
-    COUNT_FLAG,
     ProgressReport,
     add_played_options,
     chosen_scatter,
@@ -62,7 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
     parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
     parser.add_argument(
-        "--seeds", type=COUNT_FLAG, default=50, metavar="N", help="stop undecided after so many (default: 50)"
+        "--seeds",
+        type=number_flag(Quantity("", 2, 1_000_000, is_whole=True)),
+        default=50,
+        metavar="N",
+        help="stop undecided after so many (default: 50)",
     )
     scatter_option(parser)
     add_played_options(parser)

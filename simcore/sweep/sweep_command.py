@@ -334,5 +334,7 @@ def _seeds(text: str) -> tuple[int, ...]:
     except ValueError:
         found = range(0)
     if not 0 < len(found) <= _MOST_SEEDS:
-        raise argparse.ArgumentTypeError(f"want how many, or from:to, or a list such as 1,7,9, got {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"want how many (1 to {_MOST_SEEDS}), or from:to, or a list such as 1,7,9, got {text!r}"
+        )
     return tuple(found)

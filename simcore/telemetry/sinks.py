@@ -167,9 +167,11 @@ def require_writable(kind: str, path: str | Path) -> Path:
         path: The file.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: It cannot be written, or would not be opened by its name.
     """
-    path = Path(path)
+    path, end = Path(path), {"log": ".wpilog", "page": ".html"}.get(kind, "")
+    if end and path.suffix.lower() != end:
+        raise OutputError(f"cannot write the {kind} {str(path)!r}: its name must end in {end}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         existed = path.exists()

@@ -51,11 +51,13 @@ def test_commands_are_understood():
         assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
     for page, words in commands("python scripts/"):
         assert (ROOT / words[1]).is_file(), f"{page}: {' '.join(words)}"
-    parser = argparse.ArgumentParser()
-    play_command.add_arguments(parser)
     for page, words in commands("simcore play"):
+        typed = [word for word in words[2:] if word != "..."]
+        parser = argparse.ArgumentParser()
+        play_command.add_arguments(parser)
+        play_command.add_further_arguments(parser, typed)
         try:
-            parser.parse_args([word for word in words[2:] if word != "..."])
+            parser.parse_args(typed)
         except SystemExit:
             pytest.fail(f"{page}: {' '.join(words)}")
 

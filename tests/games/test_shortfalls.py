@@ -7,9 +7,14 @@ from dataclasses import replace
 import pytest
 
 from games.rebuilt import REBUILT
+from simcore.cli import main
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
+from simcore.show.log_page import recording_of
+from simcore.show.run_events import ending_of
+from simcore.telemetry.sinks import MemorySink
+from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 def shortfalls(volts, *, preload=0, believed=None, config=None):
@@ -87,3 +92,21 @@ def test_a_run_that_went_as_meant_says_nothing(auto):
     run = play_auto(REBUILT, auto, seconds=8.0)
     run.match.close()
     assert run.report.shortfalls == ()
+
+
+@pytest.mark.parametrize("period", [0.02, 0.7])
+def test_a_log_says_it_at_its_end_and_so_does_its_page(tmp_path, period):
+    """Also one that is not due in the last tick; a sink that is closed by then takes nothing more."""
+    log, closed = tmp_path / "run.wpilog", MemorySink()
+    with Match(
+        REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=[WpilogSink(log, period=period), closed]
+    ) as m:
+        m.robots[0].mechanisms["intake_roller"].set_volts(8.0)
+        m.play(1.0)
+        closed.close()
+        taken = len(closed.snapshots)
+    column = read_log(log).columns["Sim/Warnings"]
+    assert len(column) == 1 and column.text(0).startswith("intake 1 was never out") and len(closed.snapshots) == taken
+    assert main(["page", str(log), "--page", str(tmp_path / "run.html")]) == 0
+    recording = recording_of(read_log(log))
+    assert ending_of(recording) == [column.text(0)]

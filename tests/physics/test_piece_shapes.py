@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -235,3 +236,25 @@ def test_a_tube_that_spins_where_it_lies_stops_by_friction(engine_name):
             rows.append(row)
         world.step(0.5, substeps=125)
         assert np.abs(world.engine.velocities(rows)[:, 5]).max() < 0.2
+
+
+@pytest.mark.parametrize("stiffness", [1500.0, 3000.0])
+@pytest.mark.parametrize("restitution", [0.5, 0.9])
+def test_an_inflated_cube_bounces_and_rests_by_its_data(stiffness, restitution):
+    """Dropped flat from h it comes back to e^2 h, e the product with the carpet's, and lies less than m g / k deep.
+
+    Four corners share its weight. Within a fifth: its spring also damps, and the loop's step of 5 ms sees the turn.
+    """
+    cube = GamePieceConfig(
+        name="Cube", shape=Box((0.2413,) * 3), mass=0.07, stiffness=stiffness, restitution=restitution
+    )
+    drop, bounce = 0.5, restitution * CARPET.restitution
+    with Match.bare(pieces=[PieceSupply(cube, 1)]) as match:
+        (slot,) = match.pieces.spawn("Cube", np.array([[8.0, 4.0, cube.rest_height + drop]]))
+        gaps = []
+        for _ in range(200):
+            match.tick()
+            gaps.append(low_gap(match, slot))
+    touch = next(i for i, (before, after) in enumerate(pairwise(gaps)) if after > before)
+    assert max(gaps[touch:]) == pytest.approx(bounce**2 * drop, rel=0.2, abs=0.001)
+    assert -cube.mass * GRAVITY / stiffness <= gaps[-1] <= 1e-4

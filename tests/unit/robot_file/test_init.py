@@ -239,9 +239,12 @@ def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repositor
 
 
 def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypatch):
-    monkeypatch.setattr("simcore.robot_file.ci_workflow.source_address", lambda: "")
+    monkeypatch.setattr("simcore.robot_file.ci_workflow.shared_requirement", lambda *extras, source: source)
     assert main(["init", "--ci", "2026 robot"]) == 1
-    assert "which GitHub cannot reach: say where it is, e.g. simcore init --ci --source git+" in capsys.readouterr().err
+    assert (
+        "which GitHub cannot reach: say where it gets it, as in `simcore init --ci --source git+"
+        in capsys.readouterr().err
+    )
     (repository / ".git").rmdir()
     assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
     assert "is in no git repository" in capsys.readouterr().err

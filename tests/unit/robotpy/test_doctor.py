@@ -179,6 +179,43 @@ def test_the_folder_of_a_project(tmp_path):
     assert "cannot write to" in of_folder(tmp_path / "file")["folder"].text
 
 
+@pytest.mark.parametrize(
+    ("requires", "level", "said"),
+    [
+        ('["phoenix6"]', "warn", "brings no simcore"),
+        ('["simcore[robotpy]>=1"]', "warn", "for the robot, too"),
+        ("""['simcore>=1; platform_machine != "roborio"']""", "warn", "for the robot, too"),
+        (
+            """['simcore>=1; platform_machine != "roborio" and platform_machine != "systemcore"']""",
+            "ok",
+            "laptops alone",
+        ),
+        ("""['simcore @ git+https://h/s ; platform_machine != "roborio"']""", "warn", "for the robot, too"),
+        ('["simcore = 1"]', "fail", "simcore = 1"),
+        ("3", "fail", "not iterable"),
+    ],
+)
+def test_how_other_laptops_get_simcore(tmp_path, monkeypatch, requires, level, said):
+    file = tmp_path / "pyproject.toml"
+    assert not [*doctor.check_requires(file)], "no robot project"
+    file.write_text(f"[tool.robotpy]\nrequires = {requires}\n")
+    for there, advice in (
+        (
+            "simcore[robotpy]==1.2.0",
+            'write into requires: \'simcore[robotpy]>=1.2.0; platform_machine != "roborio" and',
+        ),
+        (
+            "simcore[robotpy] @ git+https://h/s@c0",
+            "write 'simcore[robotpy] @ git+https://h/s@c0' into requirements-sim",
+        ),
+        ("", "write 'simcore[phoenix6,robotpy] @ git+https://...' into requirements-sim.txt"),
+    ):
+        monkeypatch.setattr(doctor, "shared_requirement", lambda *extras, there=there: there)
+        (found,) = doctor.check_requires(file)
+        assert found.level == level and said in found.text
+        assert advice in found.advice or level != "warn"
+
+
 def test_what_earlier_runs_left_in_the_folder(tmp_path):
     (tmp_path / "ctre_sim").mkdir()
     (tmp_path / "ctre_sim" / "Talon FX - 01 - 0 - ext.dat").write_bytes(b"")
