@@ -155,7 +155,8 @@ def _motor_port(device: BuiltDevice | None) -> MotorPort:
 def _azimuth(wheel: FoundWheel, steer: MotorPort) -> AnglePort | None:
     if wheel.encoder is None:
         return None
-    return _Shaft(maker_of(wheel.encoder).encoder_port(wheel.encoder, steer), wheel.encoder_sign, wheel.zero)
+    port = maker_of(wheel.encoder).encoder_port(wheel.encoder, steer)
+    return _Shaft(port, wheel.encoder_sign * wheel.encoder_turns, wheel.zero)
 
 
 def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> AnglePort | None:
