@@ -36,6 +36,13 @@ _MATCH = "getAlliance getMatchTime getMatchNumber getMatchType getEventName getL
 _STATE = "isEnabled isDisabled isAutonomous isAutonomousEnabled isTeleop isTeleopEnabled isFMSAttached isDSAttached"
 _PUT = {"Number": "", "String": "", "Boolean": "", "NumberArray": "float", "StringArray": "str", "BooleanArray": "bool"}
 
+OF_NUMBERS = {
+    "wpimath.kinematics.ChassisSpeeds.fromFieldRelativeSpeeds": "to_robot_relative",
+    "wpimath.kinematics.ChassisSpeeds.fromRobotRelativeSpeeds": "to_field_relative",
+    "wpimath.kinematics.ChassisSpeeds.discretize": "discretize",
+}
+"""Functions that take three velocities and one thing more: methods of ChassisVelocities, which takes the velocities."""
+
 MOVED = {
     **{f"wpilib.DriverStation.{name}": f"wpilib.MatchState.{name}" for name in _MATCH.split()},
     **{f"wpilib.DriverStation.{name}": f"wpilib.RobotState.{name}" for name in _STATE.split()},
@@ -85,8 +92,7 @@ MOVED = {
             ("MecanumDriveWheelSpeeds", "MecanumDriveWheelVelocities"),
         )
     },
-    "wpimath.kinematics.ChassisSpeeds.fromFieldRelativeSpeeds": "wpimath.ChassisVelocities.to_robot_relative",
-    "wpimath.kinematics.ChassisSpeeds.fromRobotRelativeSpeeds": "wpimath.ChassisVelocities.to_field_relative",
+    **{old: f"wpimath.ChassisVelocities.{new}" for old, new in OF_NUMBERS.items()},
     **{f"wpimath.system.plant.DCMotor.{n}": f"wpimath.DCMotor.{n.lower()}" for n in "CIM NEO NEO550 RS775_125".split()},
     "wpimath.system.plant.LinearSystemId": "wpimath.Models",
     **{
@@ -109,9 +115,7 @@ ATTRIBUTES = {
     "getFPGATime": "get_monotonic_time",
     "setVInVoltage": "set_vin_voltage",
     "setReference": "set_setpoint",
-    "IZone": "i_zone",
-    "DFilter": "d_filter",
-    "IMaxAccum": "i_max_accum",
+    **{"IZone": "i_zone", "DFilter": "d_filter", "IMaxAccum": "i_max_accum"},
     "setGameSpecificMessage": "set_game_data",
     "getGameSpecificMessage": "get_game_data",
     "setJoystickAxisCount": "set_joystick_axes_maximum_index",
@@ -131,8 +135,7 @@ ATTRIBUTES = {
     "with_state": "with_velocity",
     "speeds": "velocity",
     "module_states": "module_velocities",
-    "get_current_state": "get_current_velocity",
-    "get_target_state": "get_target_velocity",
+    **{f"get_{which}_state": f"get_{which}_velocity" for which in ("current", "target")},
     "with_desaturate_wheel_speeds": "with_desaturate_wheel_velocities",
     "set_operator_perspective_forward": "set_operator_forward_direction",
 }  # fmt: skip
@@ -144,13 +147,6 @@ OF_KINDS = {
     **{f"wpilib.{pad}Controller": {"getRawAxis": "get_hid().get_raw_axis"} for pad in ("Xbox", "PS4", "PS5")},
 }
 """Attributes of objects of one class, by its full name."""
-
-OF_NUMBERS = {
-    "wpimath.kinematics.ChassisSpeeds.fromFieldRelativeSpeeds": "to_robot_relative",
-    "wpimath.kinematics.ChassisSpeeds.fromRobotRelativeSpeeds": "to_field_relative",
-    "wpimath.kinematics.ChassisSpeeds.discretize": "discretize",
-}
-"""Functions that take three velocities and one thing more: methods of ChassisVelocities, which takes the velocities."""
 
 HOOKS = {
     **{f"{mode}{when}": "" for mode in ("autonomous", "teleop", "disabled") for when in ("Init", "Periodic", "Exit")},
