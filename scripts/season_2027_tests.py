@@ -46,9 +46,10 @@ def main(to: Path) -> None:
         upgrade(robot.parent, to / "examples" / robot.parent.name)
     adapters = to / "tests" / "adapters"
     robots = adapters / "robots"
-    _rewrite([p for p in adapters.rglob("*.py") if not p.is_relative_to(robots)])
+    of_2027 = "rev_2027"  # in names of what is of 2027 already
+    _rewrite([p for p in adapters.rglob("*.py") if not p.is_relative_to(robots) and of_2027 not in p.stem])
     (adapters / "test_program_shapes.py").unlink()  # puts its programs together from names of 2026
-    for folder in sorted(p for p in robots.iterdir() if p.is_dir() and not p.name.endswith("_2027")):
+    for folder in sorted(p for p in robots.iterdir() if p.is_dir() and of_2027 not in p.name):
         _rewrite(sorted(folder.rglob("*.py")))
         shutil.copy(SPARKS, folder / "spark_units.py")
     for source in (ROOT / "examples" / "first_robot", *(ROOT / "tests/adapters/robots" / name for name in UPGRADED)):
