@@ -65,22 +65,23 @@ fi
 
 run "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 14))' || skip "$(run "$python" --version) is not 3.14"
 run "$python" -m venv "$venv"
-run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco]" "$phoenix6" \
-  "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" \
+run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco,cluster]" "$phoenix6" \
+  "pandas>=2.2,<4" "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" \
   "robotpy-wpilib-utilities>=2027.0.0a7,<2028" "robotpy-rev>=2027.0.0a7.post1,<2028"
 run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"
 
 # Adapters' tests and example robots, rewritten by `simcore upgrade-2027`. Left out: devices that 2027 has no more, what
-# was recorded with Phoenix 6 26.3 or uses pyfrc or notifiers of 2026 itself, and SPARKs with conversion factors.
+# was recorded with Phoenix 6 26.3 or uses pyfrc or notifiers of 2026 itself, and what asks REVLib itself for factors.
 copy="$copies/tests_2027"
 rm -rf "$folder/tests_2027"
 run "$venv/bin/python" "$here/scripts/season_2027_tests.py" "$copy"
 without="attach_errors documented gyros spark stepped simulated_swerve recorded test_adapters limelight_wire unserved \
-  two_games on_ports tank_robot wpilib_s_odometry both_intakes in_simulated_time never_waits ownloop hangs busy_computer nobody_drives"
+  two_games on_ports tank_robot wpilib_s_odometry both_intakes in_simulated_time never_waits ownloop hangs busy_computer nobody_drives upgraded"
 chosen="$(printf ' or %s' $without)"
 failed=0
 tests() { run sh -c "cd '$1' && '$venv/bin/python' -m pytest -q -p no:cacheprovider -n 2 --dist=worksteal $2" || failed=1; }
 tests "$copy" "tests/adapters -m 'not realtime' -k 'not (${chosen# or })'"
+tests "$copy" tests/adapters/test_upgraded_robots.py
 for robot in first_robot rebuilt_robot reefscape_robot; do
   # commands2 2027.0.0a7 compares a POVDirection with degrees: the trigger of the climber never fires.
   tests "$copy/examples/$robot" "-k 'not takes_a_cage'"

@@ -11,12 +11,27 @@ from __future__ import annotations
 import argparse
 import ast
 import shutil
+import tempfile
 from pathlib import Path
 
 from simcore.upgrade_2027.source_rewriter import names_of_project, rewrite
 from simcore.upgrade_2027.upgrade_command import upgrade
 
 ROOT = Path(__file__).resolve().parents[1]
+UPGRADED = (
+    "own_maxswerve",
+    "own_spark_cancoder",
+    "own_talons",
+    "own_magic",
+    "own_tank_sparks",
+    "own_mecanum",
+)
+"""Robots of the tests that are upgraded as a team does it, and driven, beside the example with CTRE's swerve."""
+GYRO = (
+    "self.gyro = wpilib.ADXRS450_Gyro()",
+    "from phoenix6 import hardware\n\n        self.gyro = hardware.Pigeon2(60)",
+)
+SPARKS = ROOT / "simcore" / "upgrade_2027" / "spark_units.txt"
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "test_output", "ctre_sim")
 
 
@@ -31,15 +46,27 @@ def main(to: Path) -> None:
         upgrade(robot.parent, to / "examples" / robot.parent.name)
     adapters = to / "tests" / "adapters"
     robots = adapters / "robots"
-    _rewrite([p for p in adapters.rglob("*.py") if not p.is_relative_to(robots)])
-    for folder in sorted(p for p in robots.iterdir() if p.is_dir()):
+    of_2027 = "rev_2027"  # in names of what is of 2027 already
+    _rewrite([p for p in adapters.rglob("*.py") if not p.is_relative_to(robots) and of_2027 not in p.stem])
+    (adapters / "test_program_shapes.py").unlink()  # puts its programs together from names of 2026
+    for folder in sorted(p for p in robots.iterdir() if p.is_dir() and of_2027 not in p.name):
         _rewrite(sorted(folder.rglob("*.py")))
+        shutil.copy(SPARKS, folder / "spark_units.py")
+    for source in (ROOT / "examples" / "first_robot", *(ROOT / "tests/adapters/robots" / name for name in UPGRADED)):
+        with tempfile.TemporaryDirectory() as old:
+            shutil.copytree(source, old, ignore=LEFT_OUT, dirs_exist_ok=True)
+            (Path(old) / "physics.py").unlink(missing_ok=True)  # of the example: its drivetrain is found without
+            for path in Path(old).rglob("*.py"):  # the robot of 2027 has no such gyro, which a team changes by hand
+                text = path.read_text(encoding="utf-8").replace(*GYRO)
+                text = text.replace("Rotation2d.fromDegrees(-self.gyro.getAngle())", "self.gyro.getRotation2d()")
+                path.write_text(text, encoding="utf-8")
+            upgrade(Path(old), robots / "upgraded" / source.name)
 
 
 def _rewrite(files: list[Path]) -> None:
     """Rewrite what belongs together."""
     texts = {path: path.read_text(encoding="utf-8") for path in files}
-    own = names_of_project([ast.parse(text) for text in texts.values()])
+    own = names_of_project([ast.parse(text) for text in texts.values()]) | {path.stem for path in files}
     for path, text in texts.items():
         path.write_text(_with_programs(rewrite(text, own).text), encoding="utf-8")
 

@@ -29,7 +29,7 @@ _READS = re.compile(
 )
 """Names of methods after which a module knows what its sensors read."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
-_TURN = 0.25  # [turns] of an encoder on the azimuth
+_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth: not round it where it counts coarsely
 _LEAST = 1e-6
 
 

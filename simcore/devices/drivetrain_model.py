@@ -10,6 +10,7 @@ from simcore import season
 from simcore.devices.drivetrain_measures import MODULE_MEASURES
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
+from simcore.devices.program_odometry import on_wheel_distance
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
@@ -114,6 +115,12 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
     ports: SwervePorts | ShaftPorts
     if not isinstance(drive, SwerveDrive):
         mounted = [[_Mounted(port, w.drive_sign) for port in row] for w, row in zip(found.wheels, drives, strict=True)]
+        if any(found.measures[name].is_guess for name in ("wheel_radius", "drive_gearing") if name in found.measures):
+            turn = math.tau * radius / float(found.measure("drive_gearing"))
+            way = _Way(mounted[0][0], turn) if wheels[0] is None else _Way(wheels[0], radius)
+            for sensor in (*(motor for row in mounted for motor in row), *filter(None, wheels)):
+                sensor.way = way
+            on_wheel_distance(way.note)
         ports = ShaftPorts(drive, mounted, encoders=wheels, gyro=gyro)
     else:
         steers = [_motor_port(wheel.steer) for wheel in found.wheels]
@@ -155,10 +162,11 @@ def _motor_port(device: BuiltDevice | None) -> MotorPort:
 def _azimuth(wheel: FoundWheel, steer: MotorPort) -> AnglePort | None:
     if wheel.encoder is None:
         return None
-    return _Shaft(maker_of(wheel.encoder).encoder_port(wheel.encoder, steer), wheel.encoder_sign, wheel.zero)
+    port = maker_of(wheel.encoder).encoder_port(wheel.encoder, steer)
+    return _Shaft(port, wheel.encoder_sign * wheel.encoder_turns, wheel.zero)
 
 
-def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> AnglePort | None:
+def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft | None:
     if wheel.wheel_encoder is None:
         return None
     way = wheel.meters_per_encoder_turn
@@ -166,7 +174,63 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> AngleP
     return _Shaft(port, 1.0 if way is None else math.tau * radius / way, 0.0)
 
 
-class _Mounted:
+class _Counter:
+    """A sensor; it counts as far as the program takes its turns, where that is known."""
+
+    way: _Way | None = None
+    turned = shown = 0.0
+    """As the model has it, and as the sensor counts: of a rotor [rotations], of an encoder [rad]."""
+
+    factor = 1.0
+    """Of what it counts now, beside what the model turns [-]."""
+    _base = _at = 0.0
+
+    def _count(self, turned: float) -> float:
+        if self.way is not None and self.way.factor != self.factor:
+            self._base, self._at, self.factor = self.shown, self.turned, self.way.factor
+        self.turned, self.shown = turned, self._base + self.factor * (turned - self._at)
+        return self.shown
+
+
+class _Way:
+    """How far the program takes a turn, where gears or wheels are guessed: its odometry shows it as the robot drives.
+
+    Args:
+        sensor: That the program reads of the left or front left wheel.
+        meters: Way of one unit that it turns [m].
+    """
+
+    def __init__(self, sensor: _Counter, meters: float) -> None:
+        self.factor = 1.0
+        self._sensor, self._meters = sensor, meters
+        self._begin = (0.0, 0.0, 0.0)
+        self._next = -1.0
+        self._last = 0.0
+
+    def note(self, told: float) -> None:
+        """The program has told its odometry how far the wheel has rolled [m]."""
+        sensor, jump = self._sensor, abs(told - self._last)
+        self._last = told
+        if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
+            self._begin = told, sensor.turned, sensor.shown
+            self._next = max(self._next, _FIRST_WAY)
+            return
+        rolled = abs(sensor.turned - self._begin[1]) * self._meters
+        if rolled < self._next or told == self._begin[0]:
+            return
+        self._next *= 2.0  # nearer the truth the farther it has rolled, as what is read is some milliseconds old
+        factor = abs((sensor.shown - self._begin[2]) * self._meters / (told - self._begin[0]))
+        if abs(factor / self.factor - 1.0) > 0.01 and 1.0 / _MOST < factor < _MOST:
+            _log.info("drivetrain: the program's odometry takes %.3g m for a meter that is guessed", 1.0 / factor)
+            self.factor = factor
+
+
+_FIRST_WAY = 0.05  # [m] after which a way is known first
+_JUMP = 0.5  # [m] between two loops: the program has reset its encoder
+_MOST = 50.0  # times a guess; inches are 39
+
+
+class _Mounted(_Counter):
     """A motor that turns the other way round than the model's, or counts from another zero.
 
     Args:
@@ -198,7 +262,7 @@ class _Mounted:
 
     def write(self, rotations: float, rps: float) -> None:
         """The rotor, as the model has it."""
-        self._port.write(self._sign * (rotations + self._ahead), self._sign * rps)
+        self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
 class _SteerDirections:
@@ -288,7 +352,7 @@ class _DecidingMotor(_Mounted):
         super().write(rotations, rps)
 
 
-class _Shaft:
+class _Shaft(_Counter):
     """An encoder that counts `scale` times the shaft's angle from where the shaft is at `zero` [rad]."""
 
     def __init__(self, port: AnglePort, scale: float, zero: float) -> None:
@@ -298,4 +362,4 @@ class _Shaft:
 
     def write(self, angle: float, rate: float) -> None:
         """The shaft, as the model has it [rad, rad/s]."""
-        self._port.write(self._scale * (angle - self._zero), self._scale * rate)
+        self._port.write(self._scale * (self._count(angle) - self._zero), self._scale * self.factor * rate)

@@ -55,6 +55,8 @@ class FoundWheel:
     """Whether something says so; else the program's own loop tells it, as the robot is driven first."""
     encoder_sign: float = 1.0
     """The same of the encoder on the azimuth."""
+    encoder_turns: float = 1.0
+    """Of that encoder per turn of the azimuth, which of one that counts pulses the program alone knows [-]."""
     zero: float = 0.0
     """Angle at which robot code takes the azimuth to be while its encoder reads zero [rad]."""
     meters_per_encoder_turn: float | None = None

@@ -148,6 +148,8 @@ class Maker:
     """Models of motor controllers, as simcore.toml names them."""
     encoders: tuple[str, ...] = ()
     """Models of encoders on a shaft of their own."""
+    pulse_encoders: tuple[str, ...] = ()
+    """Those of them whose pulses per turn the program alone knows."""
     gyros: tuple[str, ...] = ()
     """Models of gyros."""
     others: tuple[str, ...] = ()

@@ -20,7 +20,7 @@ from simcore import season
 from simcore.devices.recorder import after_call, odometry_classes, record_class
 from simcore.devices.simulation_questions import is_of_program, simulation_code
 
-__all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "set_truth", "watch_sets"]
+__all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "on_wheel_distance", "set_truth", "watch_sets"]
 
 _log = logging.getLogger(__name__)
 
@@ -100,6 +100,23 @@ def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> N
         _note(made)  # it begins somewhere
     else:
         _built.append(made)
+
+
+_distances: list[Callable[[float], object]] = []
+
+
+def on_wheel_distance(tell: Callable[[float], object]) -> None:
+    """Call `tell` with how far the left or front left wheel has rolled, whenever the program tells its odometry [m]."""
+    _distances[:] = [tell]
+
+
+def _note_distances(made: Any, args: tuple[Any, ...]) -> None:
+    for value in args if made is _main() else ():
+        value = getattr(value, season.own_name(type(value), "front_left"), value)
+        if isinstance(value, (int, float)):
+            for tell in _distances:
+                tell(float(value))
+            return
 
 
 class _EveryLoop:
@@ -202,6 +219,8 @@ def _position(*args: Any) -> tuple[float, float] | None:
 
 for _cls in odometry_classes():  # from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
+    if "Swerve" not in _cls.__name__:
+        after_call(_cls, "update", lambda made, _, args, settings: _note_distances(made, (*args, *settings.values())))
     for _method, _moved in (
         ("reset_position", {}),
         ("reset_pose", {}),

@@ -201,6 +201,7 @@ def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[li
     found = []
     for place in places:
         own = [d for name, d in names.items() if says_place(name, place)]
+        own = own or [d for name, d in names.items() if any(says_place(n, place) for n in name.split(".")[:-1])]
         if not own:
             return None
         followers = {f.key for d in own for g in maker_of(d).groups(own) for f in g.followers}

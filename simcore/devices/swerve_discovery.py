@@ -233,8 +233,13 @@ def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWhe
         steer_sign=_way_of(steers),
         is_steer_sign_known=steers != 0.0,
         encoder_sign=_way_of(by_encoder),
+        encoder_turns=math.tau / abs(by_encoder) if by_encoder and _counts_pulses(wheel.encoder) else 1.0,
         meters_per_encoder_turn=belief.meters_per_wheel_turn or None,
     )
+
+
+def _counts_pulses(encoder: BuiltDevice | None) -> bool:
+    return encoder is not None and encoder.model in maker_of(encoder).pulse_encoders
 
 
 def _way_of(change: float) -> float:

@@ -119,8 +119,7 @@ class _Ctre5(LoopMaker):
         config = record_of(motor.hardware).configuration()
         return MotorFacts(
             motor=_MOTOR,
-            stator_limit=math.inf,
-            supply_limit=math.inf if config.supply_limit is None else config.supply_limit,
+            supply_limit=config.supply_limit,
             brakes=config.brakes,
             sensor=motor.key if motor.model == "Talon SRX" else None,
         )

@@ -37,6 +37,7 @@ _followers: list[tuple[Any, Any]] = []
 class _WPILib(Maker):
     name = "WPILib (ports of the roboRIO)"
     motors = ("PWM",)
+    pulse_encoders = ("Encoder",)
     encoders = ("Encoder", *ON_PORTS)
     gyros = _GYROS
     gyro_errors = "generic"

@@ -9,13 +9,14 @@ import unittest
 
 __all__ = [
     "ATTRIBUTES",
-    "CONVERSION_FACTORS",
     "ELEMENT_TYPES",
     "GONE",
     "HOOKS",
     "LIBRARIES",
     "MOTORS",
     "MOVED",
+    "OF_KINDS",
+    "OF_NUMBERS",
     "PHOENIX_DEVICES",
     "REQUIREMENTS",
     "SPARKS",
@@ -34,6 +35,13 @@ VENDORS = {"pathplannerlib", "photonlibpy", "navx", "phoenix5", "choreo", "playi
 _MATCH = "getAlliance getMatchTime getMatchNumber getMatchType getEventName getLocation getReplayNumber"
 _STATE = "isEnabled isDisabled isAutonomous isAutonomousEnabled isTeleop isTeleopEnabled isFMSAttached isDSAttached"
 _PUT = {"Number": "", "String": "", "Boolean": "", "NumberArray": "float", "StringArray": "str", "BooleanArray": "bool"}
+
+OF_NUMBERS = {
+    "wpimath.kinematics.ChassisSpeeds.fromFieldRelativeSpeeds": "to_robot_relative",
+    "wpimath.kinematics.ChassisSpeeds.fromRobotRelativeSpeeds": "to_field_relative",
+    "wpimath.kinematics.ChassisSpeeds.discretize": "discretize",
+}
+"""Functions that take three velocities and one thing more: methods of ChassisVelocities, which takes the velocities."""
 
 MOVED = {
     **{f"wpilib.DriverStation.{name}": f"wpilib.MatchState.{name}" for name in _MATCH.split()},
@@ -64,9 +72,14 @@ MOVED = {
     "wpilib.PS4Controller": "wpilib.NiDsPS4Controller",
     "commands2.button.CommandXboxController": "commands2.button.CommandNiDsXboxController",
     "commands2.button.CommandPS4Controller": "commands2.button.CommandNiDsPS4Controller",
+    "wpilib.PS5Controller": "wpilib.NiDsPS5Controller",
+    "wpilib.interfaces": "wpilib",
+    "wpilib.event": "wpilib",
     "wpilib.Color": "wpiutil.Color",
+    "wpilib.Color8Bit": "wpiutil.Color8Bit",
     "wpilib.Alert": "wpiutil.Alert",
     "hal.getFPGATime": "hal.get_monotonic_time",
+    **{f"rev.Spark{model}": f"spark_units.Spark{model}" for model in ("Max", "Flex", "MaxConfig", "FlexConfig")},
     "phoenix6.utils.get_system_time_seconds": "phoenix6.utils.get_monotonic_time_seconds",
     "phoenix6.swerve.requests.ApplyFieldSpeeds": "phoenix6.swerve.requests.ApplyFieldVelocity",
     "phoenix6.swerve.requests.ApplyRobotSpeeds": "phoenix6.swerve.requests.ApplyRobotVelocity",
@@ -79,6 +92,8 @@ MOVED = {
             ("MecanumDriveWheelSpeeds", "MecanumDriveWheelVelocities"),
         )
     },
+    **{old: f"wpimath.ChassisVelocities.{new}" for old, new in OF_NUMBERS.items()},
+    **{f"wpimath.system.plant.DCMotor.{n}": f"wpimath.DCMotor.{n.lower()}" for n in "CIM NEO NEO550 RS775_125".split()},
     "wpimath.system.plant.LinearSystemId": "wpimath.Models",
     **{
         f"wpimath.system.plant.LinearSystemId.{old}System": f"wpimath.Models.{new}_from_physical_constants"
@@ -99,6 +114,8 @@ ATTRIBUTES = {
     "getFPGATimestamp": "get_monotonic_timestamp",
     "getFPGATime": "get_monotonic_time",
     "setVInVoltage": "set_vin_voltage",
+    "setReference": "set_setpoint",
+    **{"IZone": "i_zone", "DFilter": "d_filter", "IMaxAccum": "i_max_accum"},
     "setGameSpecificMessage": "set_game_data",
     "getGameSpecificMessage": "get_game_data",
     "setJoystickAxisCount": "set_joystick_axes_maximum_index",
@@ -118,9 +135,18 @@ ATTRIBUTES = {
     "with_state": "with_velocity",
     "speeds": "velocity",
     "module_states": "module_velocities",
+    **{f"get_{which}_state": f"get_{which}_velocity" for which in ("current", "target")},
+    "with_desaturate_wheel_speeds": "with_desaturate_wheel_velocities",
     "set_operator_perspective_forward": "set_operator_forward_direction",
 }  # fmt: skip
 """Of an object, whatever it is, if the project has no such name of its own."""
+
+OF_KINDS = {
+    "wpimath.controller.PIDController": {"getPositionError": "get_error", "getVelocityError": "get_error_derivative"},
+    "wpimath.kinematics.SwerveModuleState": {"speed": "velocity"},
+    **{f"wpilib.{pad}Controller": {"getRawAxis": "get_hid().get_raw_axis"} for pad in ("Xbox", "PS4", "PS5")},
+}
+"""Attributes of objects of one class, by its full name."""
 
 HOOKS = {
     **{f"{mode}{when}": "" for mode in ("autonomous", "teleop", "disabled") for when in ("Init", "Periodic", "Exit")},
@@ -142,17 +168,18 @@ STAMPS = {"time", "getLastChange", "getFPGATime", "getFPGATimestamp", "getServer
 
 PHOENIX_DEVICES = {f"phoenix6.hardware.{n}" for n in "TalonFX TalonFXS CANcoder Pigeon2 CANrange CANdi CANdle".split()}
 """Need their CANBus."""
-SPARKS = ("rev.SparkMax", "rev.SparkFlex")
-"""Their first argument is the CAN port."""
-CONVERSION_FACTORS = ("positionConversionFactor", "velocityConversionFactor")
-"""Of encoders in a SPARK's configuration, which REVLib of 2027 has no more."""
+SPARKS = "spark_units"
+"""Module that is put into the copy of a project with SPARKs: REVLib of 2027 has other arguments, units and answers."""
 MOTORS = ("wpilib.PWM", "wpilib.MotorController", "phoenix6.hardware.TalonFX", "rev.Spark", "wpilib.VictorSP")
 """What their full names begin with: `set` is `set_throttle`."""
 
 _NO_CHIP = "removed from WPILib: its hardware does not exist on the robot of 2027"
+_NO_PULSES = "has no class in RobotPy 2027.0.0a7, where a PWMMotorController gives no pulses: a controller on CAN does"
 GONE = {
-    **{f"wpilib.{n}": _NO_CHIP for n in "Spark Talon Relay Servo Ultrasonic AnalogTrigger Counter SPI".split()},
+    **{f"wpilib.{n}": _NO_CHIP for n in "Relay Servo Ultrasonic AnalogTrigger Counter SPI".split()},
     **{f"wpilib.{n}": _NO_CHIP for n in "ADXRS450_Gyro ADIS16448_IMU ADIS16470_IMU AnalogGyro AnalogOutput".split()},
+    **{f"wpilib.{n}": _NO_PULSES for n in "Spark Talon VictorSP Koors40".split()},
+    **{f"wpilib.PWM{n}": _NO_PULSES for n in "SparkMax SparkFlex TalonFX TalonSRX Venom VictorSPX".split()},
     "wpilib.SmartDashboard": "has no like in 2027: `telemetry.log` writes, `tunables.add` makes what can be set",
     "wpilib.DriverStation": "is RobotState, MatchState and DriverStationBackend in 2027: say which",
     "wpilib.shuffleboard": "removed: use telemetry and tunables",

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from simcore.upgrade_2027.names_2027 import (
-    CONVERSION_FACTORS,
     ELEMENT_TYPES,
     GONE,
     HOOKS,
     LIBRARIES,
     MOTORS,
+    OF_KINDS,
+    OF_NUMBERS,
     PHOENIX_DEVICES,
-    SPARKS,
     STAMPS,
     VENDORS,
     new_name,
@@ -41,6 +42,9 @@ def names_of_project(trees: Iterable[ast.AST]) -> set[str]:
     """Attributes that a project defines itself, which keep their names; not the methods that it overrides."""
     names: set[str] = set()
     for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, (ast.Module, ast.ClassDef)):
+            assigned = (target for part in node.body if isinstance(part, ast.Assign) for target in part.targets)
+            names |= {target.id for target in assigned if isinstance(target, ast.Name)}
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             names.add(node.name)
         elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
@@ -55,7 +59,7 @@ def rewrite(text: str, own: set[str]) -> Rewritten:
 
     Args:
         text: Of 2026.
-        own: What `names_of_project` finds in all files.
+        own: What `names_of_project` finds in all files, and the names of the project's modules.
 
     Raises:
         SyntaxError: It is no Python.
@@ -124,8 +128,12 @@ class _File:
                 self._note_kind(node.arg, self._path(node.annotation) or "")
             elif isinstance(node, ast.Assign):
                 for target in node.targets:
-                    name = f".{target.attr}" if isinstance(target, ast.Attribute) else getattr(target, "id", "")
-                    self._note_kind(name, self._kind(node.value))
+                    pairs = [(target, node.value)]
+                    if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                        pairs = list(zip(target.elts, node.value.elts, strict=False))
+                    for each, value in pairs:
+                        name = f".{each.attr}" if isinstance(each, ast.Attribute) else getattr(each, "id", "")
+                        self._note_kind(name, self._kind(value))
 
     def _note_kind(self, name: str, kind: str) -> None:
         if name and kind and name not in self._bound:
@@ -161,10 +169,32 @@ class _File:
             if path is not None:
                 self._rewrite_path(node, path)
                 return
-            if isinstance(node, ast.Attribute) and node.attr not in self._own and not self._is_vendors(node.value):
-                self._rename(node, new_name(node.attr))
+            if isinstance(node, ast.Attribute):
+                of_kind = OF_KINDS.get(self._kind(node.value) or self._guessed_kind(node.value), {}).get(node.attr)
+                if of_kind is not None:
+                    self._rename(node, of_kind)
+                elif not self._is_own(node) and not self._is_vendors(node.value):
+                    self._rename(node, new_name(node.attr))
+        elif isinstance(node, ast.Expr):
+            self._assign_answer(node.value)
         for child in ast.iter_child_nodes(node):
             self._visit(child)
+
+    def _guessed_kind(self, node: ast.expr) -> str:
+        """Class of a value that only its name tells."""
+        is_state = re.search(r"state(s\[.*\])?$", ast.unparse(node), re.IGNORECASE)
+        return "wpimath.kinematics.SwerveModuleState" if is_state else ""
+
+    def _assign_answer(self, node: ast.expr) -> None:
+        """Of a call that changes a SwerveModuleState in 2026, and gives another one in 2027."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and len(node.args) == 1:
+            if node.func.attr in ("optimize", "cosineScale") and self._path(node.func) is None:
+                place = self._at(node.lineno, node.col_offset)
+                self._edits.append((place, place, f"{ast.unparse(node.func.value)} = "))
+
+    def _is_own(self, node: ast.Attribute) -> bool:
+        """Whether an attribute is one of the project's; not where it is known to be a library's."""
+        return node.attr in self._own and self._kind(node.value).split(".")[0] not in LIBRARIES
 
     def _is_vendors(self, node: ast.AST) -> bool:
         return self._kind(node).split(".")[0] in VENDORS
@@ -181,6 +211,10 @@ class _File:
         ):
             if isinstance(node, ast.Name):
                 self._used.add(node.id)
+            elif path.split(".")[0] in self._own:  # a module of the project: what it has may be a library's object
+                if not self._is_own(node):
+                    self._rename(node, new_name(node.attr))
+                self._visit(node.value)
             return
         root: ast.AST = node
         while isinstance(root, ast.Attribute):
@@ -254,16 +288,19 @@ class _File:
                 self._note(node, "telemetry.log wants a name first")
         elif path in PHOENIX_DEVICES:
             self._give_bus(node, path)
-        elif path in SPARKS and "can_port" not in {k.arg for k in node.keywords} and len(node.args) < 3:
-            first = node.args[0] if node.args else None
-            place = self._end(function) + 1 if first is None else self._at(first.lineno, first.col_offset)
-            self._edits.append((place, place, "can_port=0, " if first is None else "0, "))
-            self._note(node, f"{path}: CAN port 0 is taken; the robot of 2027 has several")
+        elif path in OF_NUMBERS and isinstance(function, ast.Attribute) and len(node.args) == 4:
+            self._visit(function.value)
+            self._edits.append((self._end(function.value), self._end(function), ""))
+            last = self._at(node.args[3].lineno, node.args[3].col_offset)
+            self._edits.append((self._end(node.args[2]), last, f").{OF_NUMBERS[path]}("))
+            for argument in node.args:
+                self._visit(argument)
+            return True
         elif path == "hal.initialize" and node.args:  # a time-out, and what to do with other programs
             self._edits.append((self._at(node.args[0].lineno, node.args[0].col_offset), self._end(node) - 1, ""))
             self._visit(function)
             return True
-        if isinstance(function, ast.Attribute) and function.attr not in self._own:
+        if isinstance(function, ast.Attribute) and not self._is_own(function):
             if function.attr in ("W", "X", "Y", "Z") and not (node.args or node.keywords):
                 self._edits.append((self._end(function) - 1, self._end(node), function.attr.lower()))
                 self._visit(function.value)
@@ -273,18 +310,16 @@ class _File:
                 begin = self._at(node.args[0].lineno, node.args[0].col_offset)
                 self._edits.append((begin, begin, f"{self._import('phoenix6.CANBus')}("))
                 self._edits.append((self._end(node.args[0]), self._end(node.args[0]), ")"))
-            elif function.attr in ("set", "stopMotor") and self._kind(function.value).startswith(MOTORS):
-                is_set, is_phoenix = function.attr == "set", self._kind(function.value).startswith("phoenix6")
-                self._rename(function, "set_throttle" if is_set else "stop_motor" if is_phoenix else "disable")
-            elif function.attr in ("getRawAxis", "getRawButton", "getPOV"):
+            elif function.attr in ("set", "get", "stopMotor") and self._kind(function.value).startswith(MOTORS):
+                with_stop = self._kind(function.value).startswith(("phoenix6", "rev"))
+                name = "stop_motor" if with_stop else "disable"
+                self._rename(function, name if function.attr == "stopMotor" else f"{function.attr}_throttle")
+            elif function.attr in ("getRawButton", "getPOV"):
                 self._note(node, f"{function.attr}: buttons count from 0, a POV is a POVDirection; "
                                  "of an Xbox controller it is in get_hid()")  # fmt: skip
             elif function.attr.startswith("pov") and function.attr != "pov":
                 self._note(node, f"{function.attr}: in commands2 2027.0.0a7 it is never true, as it compares a "
                                  "POVDirection with degrees; Trigger(lambda: hid.get_pov() == ...) is")  # fmt: skip
-            elif function.attr in CONVERSION_FACTORS:
-                self._note(node, f"{function.attr}: REVLib of 2027 has none, encoders read turns and turns a minute: "
-                                 "multiply where they are read, and divide gains and set points")  # fmt: skip
             elif function.attr in ("setAutonomous", "setTest"):
                 self._note(node, f"{function.attr}: DriverStationSim.set_robot_mode(hal.RobotMode....)")
         for keyword in node.keywords:

@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 from simcore.errors import ConfigError, OutputError
-from simcore.upgrade_2027.names_2027 import REQUIREMENTS
+from simcore.upgrade_2027.names_2027 import REQUIREMENTS, SPARKS
 from simcore.upgrade_2027.source_rewriter import names_of_project, rewrite
 
 __all__ = ["add_arguments", "run", "upgrade", "upgrade_settings"]
@@ -65,13 +65,15 @@ def upgrade(folder: Path, to: Path) -> list[tuple[Path, int, str]]:
             trees[place] = ast.parse(text)
         except SyntaxError as error:
             raise ConfigError(f"{folder / place}, line {error.lineno}: {error.msg}") from error
-    own = names_of_project(trees.values())
+    own = names_of_project(trees.values()) | {part for place in texts for part in place.with_suffix("").parts}
     shutil.copytree(folder, to, ignore=_LEFT_OUT)
     notes = []
     for place, text in texts.items():
         done = rewrite(text, own)
         (to / place).write_text(done.text, encoding="utf-8")
         notes += [(place, line, note) for line, note in done.notes]
+        if f"{SPARKS}." in done.text or f"from {SPARKS} " in done.text:
+            shutil.copy(Path(__file__).with_name(f"{SPARKS}.txt"), to / f"{SPARKS}.py")
     settings = to / "pyproject.toml"
     if settings.is_file():
         text, found = upgrade_settings(settings.read_text(encoding="utf-8"))

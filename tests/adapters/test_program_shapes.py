@@ -203,6 +203,10 @@ def _with(text: str, *changes: tuple[str, str], **words: str) -> str:
 
 _IDLE = ("        self.modules = [", "        self.asked = 0.0\n        self.modules = [")
 _AZIMUTH = "        self.azimuth = wpilib.DutyCycleEncoder(k)\n"
+_QUADRATURE = """
+        self.azimuth = wpilib.Encoder(2 * k, 2 * k + 1)
+        self.azimuth.setDistancePerPulse(math.tau / 4096)
+"""
 TWO_MAKERS = _with(
     TANK,
     ("self.motorR1, self.motorR2 = spark(3, True), spark(4, leader=3)", "self.motorR1 = wpilib.PWMSparkMax(0)\n"
@@ -228,6 +232,16 @@ CLEAN: dict[str, str] = {
         _with(_with(SWERVE, _RIO, sign="-"), _LOOP, more=_AZIMUTH), _DIO, sign=""
     ),
     "encoders count clockwise": _with(_with(_with(SWERVE, _RIO, sign=""), _LOOP, more=_AZIMUTH), _DIO, sign="-"),
+    "quadrature encoders on the azimuths": _with(
+        _with(_with(SWERVE, _RIO, sign=""), _LOOP, more=_QUADRATURE),
+        (_DIO[0], "return Rotation2d(self.azimuth.getDistance())"),
+    ),
+    "a class of SPARKs of its own": _with(
+        SWERVE,
+        ("class Module:", "class Spark(rev.SparkMax):\n    def configure(self, *settings):\n"
+         "        return super().configure(*settings)\n\n\nclass Module:"),
+        ("self.drive = rev.SparkMax", "self.drive = Spark"),
+    ),
     "places in inches": _with(SWERVE, ("X = Y = 0.28", "X = Y = 11.0"), ("getRightX())", "getRightX() * 0)")),
     "a pose that the program moves in simulation": _with(SWERVE, _MOVES_ITSELF, _ASKED, _IDLE),
     "an estimator": _with(SWERVE, ("SwerveDrive4Odometry(KIN, self.heading(), self.positions())",
@@ -237,6 +251,16 @@ CLEAN: dict[str, str] = {
     "tank of fl_motor and rr_motor": TANK.replace("motorL1", "fl_motor").replace("motorL2", "rl_motor")
     .replace("motorR1", "fr_motor").replace("motorR2", "rr_motor"),
     "tank of two makers": TWO_MAKERS,
+    "tank that knows its gears alone": _with(
+        TANK,
+        ("    c.encoder.positionConversionFactor(FACTOR).velocityConversionFactor(FACTOR / 60)\n", ""),
+        ("getRotation2d(), left, right)", "getRotation2d(), 0.04 * left, 0.04 * right)"),
+    ),
+    "tank whose encoders count inches": _with(
+        TWO_MAKERS,
+        *[("setDistancePerPulse(0.1524 * math.pi / 2048)", "setDistancePerPulse(6.0 * math.pi / 360)")] * 2,
+        ("getRotation2d(), left, right)", "getRotation2d(), 0.0254 * left, 0.0254 * right)"),
+    ),
     "mecanum": MECANUM,
 }  # fmt: skip
 """Programs with which nothing is wrong, by their habit: belief holds with no line of code."""
@@ -359,7 +383,7 @@ def test_it_goes_where_the_sticks_say_and_knows_it(name, drive, request):
     for leg in ("ahead",) if is_tank or name == "mecanum" else ("ahead", "left"):
         true, told, turned = legs[leg]
         assert true > 0.8 and told == pytest.approx(true, rel=0.05) and abs(turned) < 0.2, (leg, legs)
-    assert legs["turn"][2] > (0.0 if "inches" in name else 0.5), "counter-clockwise, on the spot"
+    assert legs["turn"][2] > (0.0 if "places" in name else 0.5), "counter-clockwise, on the spot"
     assert "curve" not in legs or legs["curve"][2] > 0.3
     assert not [text for text in facts["warnings"] if "does not hold" in text]
     if name == SAMPLE[0]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from simcore.devices import sides_discovery
+from simcore.devices.makers import Maker
 from simcore.devices.sides_discovery import says_place
+from simcore.robot.motor_controllers import BuiltDevice
 
 SIDES = ("left", "right")
 CORNERS = ("front left", "front right", "rear left", "rear right")
@@ -35,3 +38,12 @@ def test_the_side_that_a_name_says(name, side):
 )  # fmt: skip
 def test_the_corner_that_a_name_says(name, corner):
     assert [place for place in CORNERS if says_place(name, place)] == ([corner] if corner else [])
+
+
+def test_where_no_motor_says_its_side_what_holds_it_does(monkeypatch):
+    monkeypatch.setattr(sides_discovery, "maker_of", lambda device: Maker())
+    motors = [BuiltDevice("SPARK MAX", k, "", object()) for k in range(2)]
+    held = {"drive.left.leader": motors[0], "drive.right.leader": motors[1]}
+    assert sides_discovery._by_name(held, SIDES) == [[motors[0]], [motors[1]]]
+    named = {"right.left_spark": motors[0], "left.right_spark": motors[1]}
+    assert sides_discovery._by_name(named, SIDES) == [[motors[0]], [motors[1]]]

@@ -28,10 +28,27 @@ def new(text: str) -> str:
             "from wpilib import DriverStation\nred = DriverStation.getAlliance() == DriverStation.Alliance.kRed\n",
             "from wpilib import Alliance, MatchState\nred = MatchState.get_alliance() == Alliance.RED\n",
         ),
-        ("import rev\nrev.SparkMax(3, kind)\n", "import rev\nrev.SparkMax(0, 3, kind)\n"),
+        ("import rev\nrev.SparkMax(3, rev.B)\n", "import spark_units\nimport rev\nspark_units.SparkMax(3, rev.B)\n"),
         (
             "from rev import SparkFlex\nSparkFlex(deviceID=3, type=kind)\n",
-            "from rev import SparkFlex\nSparkFlex(can_port=0, device_id=3, type=kind)\n",
+            "from spark_units import SparkFlex\nSparkFlex(device_id=3, type=kind)\n",
+        ),
+        (
+            "import rev\nclass A:\n    def getPosition(self):\n        self.e, self.n = rev.SparkMax(1).getEncoder(), 2\n"
+            "        return self.e.getPosition() + self.other.getPosition()\n",
+            "import spark_units\nimport rev\nclass A:\n    def getPosition(self):\n"
+            "        self.e, self.n = spark_units.SparkMax(1).get_encoder(), 2\n"
+            "        return self.e.get_position() + self.other.getPosition()\n",
+        ),
+        ("def go(state):\n    state.optimize(a)\n    return state.speed\n", "def go(state):\n    state = state.optimize(a)\n    return state.velocity\n"),
+        (
+            "from wpimath.kinematics import ChassisSpeeds\ns = ChassisSpeeds.fromFieldRelativeSpeeds(1, 2, 3, yaw)\n",
+            "from wpimath import ChassisVelocities\ns = ChassisVelocities(1, 2, 3).to_robot_relative(yaw)\n",
+        ),
+        (
+            "import rev\nimport wpilib\nm, p = rev.SparkMax(1), wpilib.XboxController(0)\nm.set(p.getRawAxis(1))\n",
+            "import spark_units\nimport rev\nimport wpilib\nm, p = spark_units.SparkMax(1), wpilib.NiDsXboxController(0)\n"
+            "m.set_throttle(p.get_hid().get_raw_axis(1))\n",
         ),
         ("import wpilib\nwpilib.DriverStation.isTest()\n", "import wpilib\nwpilib.RobotState.is_utility()\n"),
         (
@@ -81,6 +98,7 @@ def test_code(old, expected):
     ("text", "line", "word"),
     [
         ("import wpilib\n\ns = wpilib.Servo(1)\n", 3, "removed"),
+        ("import wpilib\ns = wpilib.PWMSparkMax(1)\n", 2, "no pulses"),
         ("import wpilib\nx = wpilib.SmartDashboard.getNumber('a', 0)\n", 2, "tunables"),
         ("from pyfrc.physics.core import PhysicsInterface\n", 1, "robotpy sim --simcore"),
         ("from photonlibpy import PhotonCamera\n", 1, "no release"),
@@ -103,6 +121,26 @@ def test_the_examples_become_python_without_names_of_2026(tmp_path, name):
         for old in ("robotInit", "getAlliance", "DriverStation.", "wpimath.geometry", "SmartDashboard", "kRed"):
             assert old not in text, f"{path}: {old}"
     assert "2027.0.0a7" in (tmp_path / "copy" / "pyproject.toml").read_text()
+
+
+def test_what_a_module_of_the_project_has_keeps_its_name_and_its_methods_do_not(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "constants.py").write_text("kPlaces = SwerveDrive4Kinematics()\n")
+    (tmp_path / "a" / "robot.py").write_text(
+        "import constants\nimport numpy\nconstants.kPlaces.toTwist2d(numpy.isNan)\n"
+    )
+    upgrade(tmp_path / "a", tmp_path / "b")
+    assert "constants.kPlaces.to_twist2d(numpy.isNan)" in (tmp_path / "b" / "robot.py").read_text()
+
+
+def test_a_project_with_sparks_gets_what_keeps_their_units(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "robot.py").write_text("import rev\nm = rev.SparkMax(1, k)\n")
+    upgrade(tmp_path / "a", tmp_path / "b")
+    ast.parse((tmp_path / "b" / "spark_units.py").read_text())
+    (tmp_path / "a" / "robot.py").write_text("import wpilib\n")
+    upgrade(tmp_path / "a", tmp_path / "c")
+    assert not (tmp_path / "c" / "spark_units.py").exists()
 
 
 def test_settings():
