@@ -16,14 +16,13 @@ from simcore.errors import ConfigError, OutputError
 from simcore.geometry.rotation import yaw_of
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
-    POSE_ARRAY_TYPE,
-    POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    STRUCT_SCHEMAS,
     Snapshot,
     checked_integers,
-    pose_array_bytes,
     pose_bytes,
+    struct_array_bytes,
 )
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
@@ -69,7 +68,7 @@ class NetworkTablesSink:
         self._stays = stays
         self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
         self.closed = False
-        for name, schema in POSE_SCHEMAS.items():
+        for name, schema in STRUCT_SCHEMAS.items():
             if not instance.has_schema(name):
                 instance.add_schema(name, SCHEMA_TYPE, schema)
 
@@ -89,8 +88,9 @@ class NetworkTablesSink:
         self._cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
             self._publisher(key, POSE_TYPE).set(pose_bytes(key, pose))
-        for key, poses in snapshot.pose_arrays.items():
-            self._publisher(key, POSE_ARRAY_TYPE).set(pose_array_bytes(key, poses))
+        for type_name, arrays in snapshot.struct_arrays:
+            for key, rows in arrays.items():
+                self._publisher(key, type_name).set(struct_array_bytes(type_name, key, rows))
         self._set_all("double", snapshot.doubles)
         self._set_all("int", snapshot.integers)
         self._set_all("boolean", snapshot.booleans)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.snapshot import POSE_SCHEMAS, Snapshot
+from simcore.telemetry.snapshot import STRUCT_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
@@ -147,7 +147,7 @@ def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> N
     assert (got["double"], got["int"], got["boolean"], got["parts"]) == (0.125, 42, True, 0)
     assert (got["ids"], got["period"]) == ([7, -1, 2**40], "auto")
     assert got["types"]["/Sim/GamePieces/Fuel"] == "struct:Pose3d[]"
-    for name in POSE_SCHEMAS:
+    for name in STRUCT_SCHEMAS:
         assert got["types"][f"/.schema/{name}"] == "structschema"
 
 
