@@ -11,7 +11,7 @@ from simcore.devices.makers import known_device
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import ClosedLoop, Setpoint
+from simcore.robot.motor_controllers import ClosedLoop
 
 RobotController = season.wpilib.RobotController
 
@@ -61,7 +61,7 @@ class MotorSim:
         """From the battery, all motors of the gearbox together [A]."""
         return self.mechanism.supply_current
 
-    _leader: ClosedLoop
+    _leader: object
     _encoder_gearing: float
 
     def setpoint(self) -> tuple[str, float] | None:
@@ -70,7 +70,7 @@ class MotorSim:
         Returns:
             `VelocityRPS` and turns/s, or `PositionRot` and turns.
         """
-        goal = self._leader.setpoint()
+        goal = self._leader.setpoint() if isinstance(self._leader, ClosedLoop) else None
         if goal is None:
             return None
         turns = goal.turns / (self.mechanism.gearing if goal.is_rotor else self._encoder_gearing)
@@ -126,10 +126,6 @@ class LoopPort(Protocol):
 
     def volts(self, emf: float, resistance: float) -> float:
         """What it puts on a motor of this back-EMF [V] and winding [ohm], within its current limits [V]."""
-        ...
-
-    def setpoint(self) -> Setpoint | None:
-        """See `simcore.robot.motor_controllers.ClosedLoop`."""
         ...
 
     def show_output(self, output: float) -> None:

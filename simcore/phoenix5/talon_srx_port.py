@@ -14,7 +14,6 @@ from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
 from simcore.phoenix5.built_talons import MODELS, record_of
 from simcore.phoenix5.talon_loop import ControlMode, TalonLoop
-from simcore.robot.motor_controllers import Setpoint
 
 __all__ = ["TalonSRXPort", "answer_for_talons"]
 
@@ -125,15 +124,6 @@ class TalonSRXPort:
     def duty_cycle(self) -> float | None:
         """See `LoopPort`."""
         return self.applied * self._sign if self.loop.config.compensation is None else None
-
-    def setpoint(self) -> Setpoint | None:
-        """See `simcore.robot.motor_controllers.ClosedLoop`."""
-        demand, units = self._record.demand(self._talon), self._sign * self.units
-        if DriverStation.isEnabled() and demand.mode == ControlMode.VELOCITY:
-            return Setpoint(True, False, demand.value / (_PER_100_MS * units))
-        if DriverStation.isEnabled() and demand.mode in (ControlMode.POSITION, ControlMode.MOTION_MAGIC):
-            return Setpoint(False, False, (demand.value - self.position) / units)
-        return None
 
     def volts(self, emf: float, resistance: float) -> float:
         """What it puts on the motor, positive as for the mechanism [V]; see `LoopPort.volts`."""

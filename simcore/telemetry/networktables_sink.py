@@ -32,6 +32,11 @@ _UNSEEN_PERIOD = 0.1  # [s]
 _FIELD_PERIOD = 0.1  # [s] of a `Field2d`, which has an array for each kind of piece
 _FIELD_KEY = re.compile(r"Sim(?:/Robots/(\d+))?/Robot/(Pose3d|EstimatedPose)$")
 _PIECES = "Sim/GamePieces/"
+_KINDS = {
+    "double": "double", "int": "integer", "boolean": "boolean", "string": "string", "double[]": "double_array",
+    "int[]": "integer_array",
+}  # fmt: skip
+"""Of topics, by type; all other types are structs."""
 
 
 class NetworkTablesSink:
@@ -152,19 +157,10 @@ class NetworkTablesSink:
         return publisher
 
     def _publish(self, topic: str, type_name: str) -> Any:
-        if type_name == "double":
-            return self._instance.get_double_topic(topic).publish(self._options)
-        if type_name == "int":
-            return self._instance.get_integer_topic(topic).publish(self._options)
-        if type_name == "boolean":
-            return self._instance.get_boolean_topic(topic).publish(self._options)
-        if type_name == "string":
-            return self._instance.get_string_topic(topic).publish(self._options)
-        if type_name == "double[]":
-            return self._instance.get_double_array_topic(topic).publish(self._options)
-        if type_name == "int[]":
-            return self._instance.get_integer_array_topic(topic).publish(self._options)
-        return self._instance.get_raw_topic(topic).publish(type_name, self._options)
+        kind = _KINDS.get(type_name)
+        if kind is None:
+            return self._instance.get_raw_topic(topic).publish(type_name, self._options)
+        return getattr(self._instance, f"get_{kind}_topic")(topic).publish(self._options)
 
 
 def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:

@@ -141,10 +141,6 @@ class Recording:
         """Whether anything of that key was kept."""
         return key in self.keys
 
-    def is_boolean(self, key: str) -> bool:
-        """Whether a key is of a boolean."""
-        return self._kinds.get(key) == "boolean"
-
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
 

@@ -17,21 +17,9 @@ from simcore.errors import ConfigError
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
-    "POSE_ARRAY_TYPE",
-    "POSE_TYPE",
-    "SCHEMA_TYPE",
-    "STATE_ARRAY_TYPE",
-    "STRUCT_SCHEMAS",
-    "Snapshot",
-    "TelemetrySink",
-    "checked_integers",
-    "is_bulk",
-    "is_record",
-    "key_in_words",
-    "pose_bytes",
-    "robot_prefix",
-    "struct_array_bytes",
-]
+    "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot", "TelemetrySink",
+    "checked_integers", "is_bulk", "is_record", "key_in_words", "pose_bytes", "robot_prefix", "struct_array_bytes",
+]  # fmt: skip
 
 
 _BULK = 64  # rows of an array

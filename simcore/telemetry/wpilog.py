@@ -283,6 +283,12 @@ _NUMBERS: dict[str, tuple[str, int]] = {
 _INTEGERS = "int64[]"
 _LATEST = 2**62  # [us]; a later record has a broken stamp
 _TEXT = "string"
+_FIELDS = {
+    POSE_TYPE: "poses", POSE_ARRAY_TYPE: "pose_arrays", STATE_ARRAY_TYPE: "state_arrays", "double": "doubles",
+    "float": "doubles", "int64": "integers", "boolean": "booleans", _INTEGERS: "integer_arrays", _TEXT: "strings",
+}  # fmt: skip
+"""Of a `Snapshot`, by type."""
+_PLAIN: dict[str, type] = {"int64": int, "boolean": bool}
 _XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
@@ -363,6 +369,20 @@ class LogColumn:
             raise LogError(f"{self.key} is of type {self.type!r}, not {_TEXT!r}")
         return self.payload(row).decode("utf-8", "replace")
 
+    def value(self, row: int) -> Any:
+        """One value of a pose (shape (7,)), of integers, text or a number, as a snapshot has it.
+
+        Raises:
+            LogError: The column holds none of these.
+        """
+        if self.type == POSE_TYPE:
+            return np.frombuffer(self.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
+        if self.type not in _NUMBERS:
+            return self.text(row) if self.type == _TEXT else self.integer_array(row)
+        kind, size = _NUMBERS[self.type]
+        number = np.frombuffer(self.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
+        return _PLAIN.get(self.type, float)(number)
+
     def row_at(self, time: float) -> int:
         """The newest value at a time [s]; -1 before the first."""
         return int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1
@@ -409,46 +429,13 @@ class TelemetryLog:
 
     def snapshot_at(self, time: float) -> Snapshot:
         """What was known at a time [s], as the simulation published it."""
-        poses: dict[str, FloatArray] = {}
-        arrays: dict[str, dict[str, FloatArray]] = {type_name: {} for type_name in _WIDTHS}
-        doubles: dict[str, float] = {}
-        integers: dict[str, int] = {}
-        booleans: dict[str, bool] = {}
-        integer_arrays: dict[str, IntArray] = {}
-        strings: dict[str, str] = {}
+        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELDS.values()}
         for key, column in self.columns.items():
-            row = column.row_at(time)
-            if row < 0:
-                continue
-            if column.type in arrays:
-                arrays[column.type][key] = self._cached(column, row)
-            elif column.type == POSE_TYPE:
-                poses[key] = np.frombuffer(column.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
-            elif column.type == _INTEGERS:
-                integer_arrays[key] = column.integer_array(row)
-            elif column.type == _TEXT:
-                strings[key] = column.text(row)
-            elif column.type in _NUMBERS:
-                kind, size = _NUMBERS[column.type]
-                value = np.frombuffer(column.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
-                if column.type == "boolean":
-                    booleans[key] = bool(value)
-                elif column.type == "int64":
-                    integers[key] = int(value)
-                else:
-                    doubles[key] = float(value)
-        return Snapshot(
-            time=time,
-            tick=0,
-            poses=poses,
-            pose_arrays=arrays[POSE_ARRAY_TYPE],
-            state_arrays=arrays[STATE_ARRAY_TYPE],
-            doubles=doubles,
-            integers=integers,
-            booleans=booleans,
-            integer_arrays=integer_arrays,
-            strings=strings,
-        )
+            row = column.row_at(time) if column.type in _FIELDS else -1
+            if row >= 0:
+                is_array = column.type in _WIDTHS
+                found[_FIELDS[column.type]][key] = self._cached(column, row) if is_array else column.value(row)
+        return Snapshot(time=time, tick=0, **found)
 
     def _cached(self, column: LogColumn, row: int) -> FloatArray:
         """The same object while the value stays the same, so that a view sends it once."""
