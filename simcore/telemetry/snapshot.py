@@ -18,7 +18,7 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = [
     "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot", "TelemetrySink",
-    "checked_integers", "is_bulk", "is_record", "key_in_words", "pose_bytes", "robot_prefix", "struct_array_bytes",
+    "checked_integers", "is_bulk", "key_in_words", "pose_bytes", "robot_prefix", "struct_array_bytes",
 ]  # fmt: skip
 
 
@@ -94,12 +94,7 @@ def is_bulk(key: str, rows: int) -> bool:
 
     The record of a run (`Sim/ShotIds`, `Sim/TakenInPlaces`) changes with its events alone, and is always whole.
     """
-    return key.endswith(_PARTS) or (rows > _BULK and not is_record(key))
-
-
-def is_record(key: str) -> bool:
-    """Whether an array is of the record of a run: it grows by what happens, and only its last value matters."""
-    return key.startswith(_RECORD)
+    return key.endswith(_PARTS) or (rows > _BULK and not key.startswith(_RECORD))
 
 
 def pose_bytes(key: str, pose: FloatArray) -> bytes:

@@ -36,7 +36,6 @@ from simcore.telemetry.snapshot import (
     Snapshot,
     checked_integers,
     is_bulk,
-    is_record,
     pose_bytes,
     struct_array_bytes,
 )
@@ -61,14 +60,14 @@ _DOUBLE = struct.Struct("<d")
 _INT64 = struct.Struct("<q")
 _BOOLEAN = struct.Struct("<?")
 _HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
-_RECORD_PERIOD = 1.0  # [s]; arrays that grow with each shot would be written whole with each shot
+_SHOTS, _SHOTS_PERIOD = "Sim/Shot", 1.0  # [s]; they grow, have their own times, and would be whole with each shot
 
 
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
     A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB), pieces in robots
-    and the record of a run are written less often than the rest, and once more at the end: at every tick long arrays
+    and the list of shots are written less often than the rest, and once more at the end: at every tick long arrays
     alone would be 200 MB of a match. What was written reaches the disk at least every simulated second or 256 KB, in
     whole records, so a killed run leaves a good log.
     """
@@ -92,7 +91,7 @@ class WpilogSink:
         self.prefix = prefix
         self._cadence = Cadence(period)
         self._bulk_cadence, self._held_cadence = Cadence(bulk_period), Cadence(min(_HELD_PERIOD, bulk_period))
-        self._record_cadence = Cadence(_RECORD_PERIOD)
+        self._shots_cadence = Cadence(_SHOTS_PERIOD)
         self._last: Snapshot | None = None
         self._buffer = bytearray()
         self._flushed_at = 0  # [us]
@@ -138,7 +137,7 @@ class WpilogSink:
         self._cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
             self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
-        cadences = (self._bulk_cadence, self._held_cadence, self._record_cadence)
+        cadences = (self._bulk_cadence, self._held_cadence, self._shots_cadence)
         self._write_arrays(snapshot, micros, *(cadence.take(snapshot.time) for cadence in cadences))
         self._last = snapshot
         self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
@@ -172,7 +171,7 @@ class WpilogSink:
     ) -> None:
         self.close()
 
-    def _write_arrays(self, snapshot: Snapshot, micros: int, bulk: bool, held: bool, record: bool) -> None:
+    def _write_arrays(self, snapshot: Snapshot, micros: int, bulk: bool, held: bool, shots: bool) -> None:
         """Write those that are due, integers in the same ticks as the poses of their rows.
 
         Args:
@@ -180,14 +179,14 @@ class WpilogSink:
             micros: When [us].
             bulk: Whether long ones and parts of robots are due.
             held: Whether pieces in robots are.
-            record: Whether the record of the run is.
+            shots: Whether the list of shots is.
         """
 
         def is_due(key: str, rows: FloatArray | IntArray) -> bool:
             if key not in self._entries:
                 is_so = True
-            elif is_record(key):
-                is_so = record
+            elif key.startswith(_SHOTS):
+                is_so = shots
             else:
                 is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
             return is_so and not self._is_same(key, rows)

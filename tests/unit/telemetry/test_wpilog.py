@@ -131,7 +131,7 @@ def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) ->
     assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
 
 
-def test_held_pieces_and_the_record_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
+def test_held_pieces_and_shots_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
     rows = [
         Snapshot(
             time=0.02 * k,
