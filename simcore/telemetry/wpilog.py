@@ -60,14 +60,13 @@ _DOUBLE = struct.Struct("<d")
 _INT64 = struct.Struct("<q")
 _BOOLEAN = struct.Struct("<?")
 _HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
-_SHOTS, _SHOTS_PERIOD = "Sim/Shot", 1.0  # [s]; they grow, have their own times, and would be whole with each shot
 
 
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
-    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB), pieces in robots
-    and the list of shots are written less often than the rest, and once more at the end: at every tick long arrays
+    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB) and pieces in
+    robots are written less often than the rest, and once more at the end: at every tick long arrays
     alone would be 200 MB of a match. What was written reaches the disk at least every simulated second or 256 KB, in
     whole records, so a killed run leaves a good log.
     """
@@ -91,7 +90,6 @@ class WpilogSink:
         self.prefix = prefix
         self._cadence = Cadence(period)
         self._bulk_cadence, self._held_cadence = Cadence(bulk_period), Cadence(min(_HELD_PERIOD, bulk_period))
-        self._shots_cadence = Cadence(_SHOTS_PERIOD)
         self._last: Snapshot | None = None
         self._buffer = bytearray()
         self._flushed_at = 0  # [us]
@@ -137,8 +135,8 @@ class WpilogSink:
         self._cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
             self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
-        cadences = (self._bulk_cadence, self._held_cadence, self._shots_cadence)
-        self._write_arrays(snapshot, micros, *(cadence.take(snapshot.time) for cadence in cadences))
+        bulk, held = (cadence.take(snapshot.time) for cadence in (self._bulk_cadence, self._held_cadence))
+        self._write_arrays(snapshot, micros, bulk=bulk, held=held)
         self._last = snapshot
         self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
         self._write_numbers("int64", snapshot.integers, _INT64, micros)
@@ -157,7 +155,7 @@ class WpilogSink:
         if self._file is None:
             return
         if self._last is not None:
-            self._write_arrays(self._last, round(self._last.time * 1e6), True, True, True)
+            self._write_arrays(self._last, round(self._last.time * 1e6), bulk=True, held=True)
         self._flush(self._flushed_at, ends=True)
         if self._file is not None:
             self._file.close()
@@ -171,7 +169,7 @@ class WpilogSink:
     ) -> None:
         self.close()
 
-    def _write_arrays(self, snapshot: Snapshot, micros: int, bulk: bool, held: bool, shots: bool) -> None:
+    def _write_arrays(self, snapshot: Snapshot, micros: int, *, bulk: bool, held: bool) -> None:
         """Write those that are due, integers in the same ticks as the poses of their rows.
 
         Args:
@@ -179,17 +177,11 @@ class WpilogSink:
             micros: When [us].
             bulk: Whether long ones and parts of robots are due.
             held: Whether pieces in robots are.
-            shots: Whether the list of shots is.
         """
 
         def is_due(key: str, rows: FloatArray | IntArray) -> bool:
-            if key not in self._entries:
-                is_so = True
-            elif key.startswith(_SHOTS):
-                is_so = shots
-            else:
-                is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
-            return is_so and not self._is_same(key, rows)
+            is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
+            return (is_so or key not in self._entries) and not self._is_same(key, rows)
 
         for type_name, arrays in snapshot.struct_arrays:
             for key, rows in arrays.items():

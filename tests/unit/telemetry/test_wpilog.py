@@ -131,7 +131,7 @@ def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) ->
     assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
 
 
-def test_held_pieces_and_shots_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
+def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
     rows = [
         Snapshot(
             time=0.02 * k,
@@ -149,7 +149,7 @@ def test_held_pieces_and_shots_are_written_less_often_and_the_last_of_all_at_the
         for row in rows:
             sink.write(row)
     _, values = read(path)
-    assert [len(payload) // 8 for _, payload in values["NT:/Sim/ShotIds"]] == [1, 50, 65]
+    assert len(values["NT:/Sim/ShotIds"]) == 65, "a shot has the time of its row"
     held = [stamp for stamp, _ in values["NT:/Sim/Held/Fuel"]]
     assert held == [20_000, *range(40_000, 1_300_000, 40_000), 1_300_000]
     assert held == [stamp for stamp, _ in values["NT:/Sim/HeldIds/Fuel"]]
