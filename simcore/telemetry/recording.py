@@ -121,6 +121,10 @@ class Recording:
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
 
+    def note(self, key: str, text: str) -> None:
+        """Let the last snapshot have a text that was not known before."""
+        self._strings.setdefault(key, [None] * len(self))[-1] = text
+
     def close(self) -> None:
         """Take no more; what was kept stays."""
         self.closed = True

@@ -5,27 +5,25 @@ Those of an auto, of a failed test and of robot code are in `test_run_figures.py
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from page_reader import PageReader
-from rich.console import Console
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore import cli
 from simcore.match.runner import print_report
-from simcore.players.lineup import lineup, play_match
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
-from simcore.show.run_outputs import RunOutputs
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.telemetry.wpilog import read_log
 
@@ -55,20 +53,24 @@ def told(request, tmp_path_factory) -> Told:
     """A short match of six with all that `simcore play --match` leaves of it."""
     game, folder = request.param, tmp_path_factory.mktemp("match")
     red, blue = PLAYERS[game.name]
-    said: list[str] = []
-    plan = {"log": None, "picture": None, "page": None, "animation": False, "seconds": SECONDS, "say": said.append}
-    outputs = RunOutputs.plan(folder, "match", **plan)
-    run = play_match(game, lineup(game, red=red, blue=blue), seconds=SECONDS, seed=1, sinks=outputs.sinks())
-    run.match.close()
-    report = replace(run.report, outputs=outputs.write(run))
-    assert said == []
-    out = io.StringIO()
-    print_report(report, Console(file=out, width=200, force_terminal=False), verbose=True)
-    log = folder / "match.wpilog"
-    found = read_log(log)
+    reports, out = [], io.StringIO()
+
+    def keep(report, console, **options):
+        reports.append(report)
+        print_report(report, console, **options)
+
+    words = ["play", game.name, "--match", "--red", red, "--blue", blue, "--seconds", f"{SECONDS:g}", "--seed", "1"]
+    files = [
+        f"--{kind}={folder / name}" for kind, name in (("log", "a.wpilog"), ("picture", "a.svg"), ("page", "a.html"))
+    ]
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out):
+        patch.setattr("simcore.show.play_command.print_report", keep)
+        assert cli.main([*words, *files, "--verbose"]) == 0
+    found = read_log(folder / "a.wpilog")
     again = recording_of(found)
-    write_page(folder / "again.html", again, scene_of_log(again))
-    pages = (PageReader(folder / f"{name}.html") for name in ("match", "again"))
+    write_page(folder / "b.html", again, scene_of_log(again))
+    pages = (PageReader(folder / f"{name}.html") for name in ("a", "b"))
+    (report,) = reports
     return Told(json.loads(report.to_json()), out.getvalue(), *pages, found.snapshot_at(found.span[1]))
 
 
@@ -175,6 +177,10 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
     for part in ("shots", "taken", "events"):
         assert len(one[part]) == len(two[part]), part
     assert [event[1:] for event in one["events"]] == [event[1:] for event in two["events"]]
+    fell_short = told.data["shortfalls"]
+    assert (
+        [note.splitlines() for note in (one["notes"][-1], two["notes"][-1])] == [fell_short] * 2 if fell_short else True
+    )
 
 
 # --- comparison and sweep -----------------------------------------------------------------------------------------
