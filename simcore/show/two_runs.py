@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
@@ -10,12 +10,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from simcore.show.frames import filled
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import read_log
-from simcore.typing import FloatArray, IntArray
 
 __all__ = ["merged", "write_page_of_two"]
 
@@ -64,20 +64,11 @@ def merged(old: Recording, new: Recording) -> Recording:
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
-    for pair in zip_longest(_filled(old), _filled(new)):
+    for pair in zip_longest(filled(old), filled(new)):
         last = [now or _landed(before) for now, before in zip(pair, last, strict=True)]
         if last[0] is not None and last[1] is not None:
             both.write(_both(last[0], last[1]))
     return both
-
-
-def _filled(recording: Recording) -> Iterator[Snapshot]:
-    """Its snapshots, each with the newest of all arrays."""
-    poses: dict[str, FloatArray] = {}
-    integers: dict[str, IntArray] = {}
-    for snapshot in recording.snapshots():
-        poses, integers = poses | dict(snapshot.pose_arrays), integers | dict(snapshot.integer_arrays)
-        yield replace(snapshot, pose_arrays=poses, integer_arrays=integers)
 
 
 def _landed(end: Snapshot | None) -> Snapshot | None:
