@@ -387,6 +387,11 @@ def show_field(field: Any, *, again: bool = False) -> None:
         wpilib.SmartDashboard.putData("Field", field)
 
 
+def module_speed(state: Any) -> float:
+    """Of a `SwerveModuleState`, which is a `SwerveModuleVelocity` in 2027 [m/s]."""
+    return float(state.speed if hasattr(state, "speed") else state.velocity)
+
+
 def pwm_speed(sim: Any) -> float:
     """What a PWM output asks of a motor controller, of its pulse between 1 and 2 ms [-1..1]."""
     if hasattr(sim, "getSpeed"):

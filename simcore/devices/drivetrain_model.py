@@ -15,7 +15,7 @@ from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import BuiltDevice, CurrentMeter, DutyHolder, OwnLoops
+from simcore.robot.motor_controllers import BuiltDevice, ClosedLoop, CurrentMeter, DutyHolder, OwnLoops, Setpoint
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort, ShaftPorts, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
@@ -95,6 +95,8 @@ class ConnectedDrivetrain:
         self.run = ports.run
         self.read = ports.read
         self.write = ports.write
+        if isinstance(ports, SwervePorts):
+            self.module_setpoints = ports.module_setpoints
 
 
 def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> ConnectedDrivetrain:
@@ -244,6 +246,7 @@ class _Mounted(_Counter):
         self._sign = sign
         self._ahead = ahead
         self._held = port.duty_cycle if isinstance(port, DutyHolder) else None
+        self._wanted = port.setpoint if isinstance(port, ClosedLoop) else None
         self.set_supply = port.set_supply
         self.is_open = port.is_open
         if isinstance(port, CurrentMeter):
@@ -259,6 +262,11 @@ class _Mounted(_Counter):
         """See `DutyHolder`."""
         share = None if self._held is None else self._held()
         return None if share is None else self._sign * share
+
+    def setpoint(self) -> Setpoint | None:
+        """See `ClosedLoop`."""
+        goal = None if self._wanted is None else self._wanted()
+        return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
     def write(self, rotations: float, rps: float) -> None:
         """The rotor, as the model has it."""

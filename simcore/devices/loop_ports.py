@@ -12,7 +12,7 @@ from typing import ClassVar
 from simcore.devices.makers import Maker, Mounting
 from simcore.devices.motor_sim import LoopMotorSim, LoopPace, LoopPort
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robot.motor_controllers import BuiltDevice, ClosedLoop, FollowerGroup, Setpoint
 from simcore.robot.motor_ports import AnglePort, MotorPort
 
 __all__ = ["LoopDrivePort", "LoopMaker", "WiredEncoder"]
@@ -48,6 +48,10 @@ class LoopDrivePort:
     def duty_cycle(self) -> float | None:
         """See `simcore.robot.motor_controllers.DutyHolder`."""
         return self._port.duty_cycle
+
+    def setpoint(self) -> Setpoint | None:
+        """See `simcore.robot.motor_controllers.ClosedLoop`."""
+        return self._port.setpoint() if isinstance(self._port, ClosedLoop) else None
 
     def run(self, dt: float) -> None:
         """Let its loops run for dt [s]."""

@@ -11,6 +11,7 @@ from simcore.devices.makers import known_device
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.motor_controllers import ClosedLoop
 
 RobotController = season.wpilib.RobotController
 
@@ -59,6 +60,23 @@ class MotorSim:
     def supply_current(self) -> float:
         """From the battery, all motors of the gearbox together [A]."""
         return self.mechanism.supply_current
+
+    _leader: object
+    _encoder_gearing: float
+
+    def setpoint(self) -> tuple[str, float] | None:
+        """What the closed loop of the leader is to reach, for the mechanism; None: none runs, or it does not say.
+
+        Returns:
+            `VelocityRPS` and turns/s, or `PositionRot` and turns.
+        """
+        goal = self._leader.setpoint() if isinstance(self._leader, ClosedLoop) else None
+        if goal is None:
+            return None
+        turns = goal.turns / (self.mechanism.gearing if goal.is_rotor else self._encoder_gearing)
+        return (
+            ("VelocityRPS", turns) if goal.is_velocity else ("PositionRot", self.mechanism.position / math.tau + turns)
+        )
 
     def update(self, dt: float, battery_voltage: float | None = None, *, powered: bool = True) -> None:
         """One step of the physics: supply, volts, mechanism, sensors.
@@ -172,7 +190,7 @@ class LoopMotorSim(MotorSim):
         self._shaft = mechanism
         self._encoder_gearing = encoder_gearing
         sign = -1.0 if reversed else 1.0
-        self._leader = self.port(controller, sign)
+        self._leader: LoopPort = self.port(controller, sign)
         self._followers = [self.port(one, -sign if k in opposed else sign) for k, one in enumerate(followers)]
         self._pace = LoopPace()
         self.write()

@@ -17,6 +17,7 @@ from simcore.robot.chassis import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, PistonSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
@@ -43,6 +44,7 @@ class _Rows:
     integers: dict[str, int] = field(default_factory=dict)
     booleans: dict[str, bool] = field(default_factory=dict)
     integer_arrays: dict[str, IntArray] = field(default_factory=dict)
+    state_arrays: dict[str, FloatArray] = field(default_factory=dict)
     strings: dict[str, str] = field(default_factory=dict)
 
     def add(self, key: str, value: float | int | bool | str) -> None:
@@ -123,6 +125,14 @@ def _rounded_pose(*row: float) -> FloatArray:
     return pose
 
 
+def _module_states(rows: FloatArray) -> FloatArray:
+    """To 1 mm/s and 1 mrad, with angles within half a turn."""
+    turned = np.column_stack((rows[:, 0], np.arctan2(np.sin(rows[:, 1]), np.cos(rows[:, 1]))))
+    states: FloatArray = np.round(turned, 3) + 0.0
+    states.setflags(write=False)
+    return states
+
+
 def _settled(value: float) -> float:
     """A value of a mechanism; one that a loop holds in place comes to rest and does not fall to 1e-70."""
     return round(value, _DECIMALS) + 0.0
@@ -182,6 +192,10 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecor
     x, y, z, w = robot.chassis.quat
     rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded_pose(*robot.chassis.pos, w, x, y, z)
     rows.pose_arrays[f"{prefix}/Robot/ComponentPoses"] = robot.component_poses()
+    if isinstance(robot.drive, SwerveDrive):
+        wanted = robot.drive.module_setpoints() if robot.module_setpoints is None else robot.module_setpoints
+        for name, states in (("States", robot.drive.module_states()), ("Setpoints", wanted)):
+            rows.state_arrays[f"{prefix}/Robot/Swerve{name}"] = _module_states(states)
     held = len(robot.held)
     ground = ground_clearance(*robot.chassis.wheel_ground())
     rows.doubles[f"{prefix}/Robot/GroundClearance"] = round(ground.height, _DECIMALS)
@@ -224,7 +238,7 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecor
         elif isinstance(mechanism, ElevatorSim):
             rows.doubles[f"{key}HeightM"] = _settled(mechanism.height)
     for name, goal in robot.setpoints.items():
-        rows.doubles[f"{debug}{name}Setpoint"] = goal
+        rows.doubles[f"{debug}{name}Setpoint"] = _settled(goal)
     for number, intake in enumerate(robot.intakes):
         rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
     for number, shooter in enumerate(robot.shooters):

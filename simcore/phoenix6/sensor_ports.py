@@ -102,6 +102,11 @@ class _EmulatedTalonState(_Mounted):
         return bridge.duty * self._device.turn * self._sign if bridge.holds_duty else None
 
     @property
+    def setpoint(self) -> tuple[bool, bool, float] | None:
+        goal = self._device.setpoint()
+        return goal and (goal[0], goal[1], goal[2] * (self._sign if goal[1] else 1.0))
+
+    @property
     def torque_current(self) -> float:
         return self._bridge.current * self._sign
 

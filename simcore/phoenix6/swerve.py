@@ -14,10 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
+import numpy as np
 from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
+from simcore import season
 from simcore.devices.program_odometry import PoseReset, PoseResets, watch_sets
 from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
@@ -28,6 +30,7 @@ from simcore.robot.dc_motor import MotorModel
 from simcore.robot.motor_ports import AnglePort, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, swerve_config_from_ctre
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.typing import FloatArray
 
 __all__ = [
     "SwerveDevicesSim",
@@ -371,6 +374,11 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
     def _note_reset(self, twin: Any, tell: PoseReset, *pose: Any) -> None:
         self._drivetrain = twin  # whose pose the program goes by
         tell(*pose)
+
+    def module_setpoints(self) -> FloatArray:
+        """Last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
+        targets: Any = self._drivetrain.get_state().module_targets
+        return np.array([(season.module_speed(one), one.angle.radians()) for one in targets])
 
     def estimated_pose(self) -> tuple[float, float, float]:
         """Where the drivetrain believes to be, field frame [m, m, rad]."""

@@ -17,6 +17,7 @@ from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.built_devices import read_configuration
 from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.motor_controllers import Setpoint
 from simcore.robot.motor_ports import AnglePort
 
 __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
@@ -106,6 +107,11 @@ class TalonPort:
     def duty_cycle(self) -> float | None:
         """The share of its supply that it holds; None: it holds volts, or CTRE's own simulation does not say it [-]."""
         return getattr(self._state, "duty_cycle", None)
+
+    def setpoint(self) -> Setpoint | None:
+        """See `ClosedLoop`; CTRE's own simulation does not say it."""
+        goal = getattr(self._state, "setpoint", None)
+        return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
         """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
@@ -205,7 +211,7 @@ class TalonFXMotorSim(MotorSim):
             raise ConfigError(f"{name}: mechanism must be a mechanism such as FlywheelSim, got {mechanism!r}")
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
+        self._leader: TalonPort = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
         # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
         self._ports = [
             self._leader,

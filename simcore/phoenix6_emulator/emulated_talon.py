@@ -196,6 +196,10 @@ class Feedback:
     """Writes its present reading to the controller's `pos`, `vel` and `acc`."""
     is_rotor: bool
     """Whether that is the rotor's, so that a new position can be set."""
+    ratio: float = 1.0
+    """Turns of the rotor, or of the sensor on the bus, per rotation that robot code reads."""
+    present: Callable[[], float] = float
+    """Position at this moment, which frames of a sensor on the bus bring later [mechanism rotations]."""
     is_missing: bool = False
     """Whether robot code has no device with the configured id."""
     remote: EmulatedDevice | None = None
@@ -204,29 +208,29 @@ class Feedback:
 
 def _remote(
     talon: EmulatedTalon, source: FeedbackSource, sensor_id: int
-) -> tuple[EmulatedDevice, Callable[[], tuple[float, float]]] | None:
-    """A sensor on the bus, and its position and velocity; None when robot code has not built it."""
+) -> tuple[EmulatedDevice, Callable[[Any], tuple[float, float]]] | None:
+    """A sensor on the bus, and position and velocity of its frame; None when robot code has not built it."""
     devices = talon.devices
     if source in (FeedbackSource.REMOTE_CANCODER, FeedbackSource.FUSED_CANCODER, FeedbackSource.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
-        return None if encoder is None else (encoder, lambda: (encoder.frame.position, encoder.frame.velocity))
+        return None if encoder is None else (encoder, lambda frame: (frame.position, frame.velocity))
     if source in (FeedbackSource.PIGEON_YAW, FeedbackSource.PIGEON_PITCH, FeedbackSource.PIGEON_ROLL):
         gyro = devices.get((6, sensor_id))
         axis, rate = {2: ("yaw", "rate_z"), 3: ("pitch", "rate_y"), 4: ("roll", "rate_x")}[source]
         if gyro is None:
             return None
-        return gyro, lambda: (getattr(gyro.frame, axis) / 360.0, getattr(gyro.frame, rate) / 360.0)
+        return gyro, lambda frame: (getattr(frame, axis) / 360.0, getattr(frame, rate) / 360.0)
     candi = devices.get((9, sensor_id))
     if not isinstance(candi, EmulatedCANdi):
         return None
     if source in (FeedbackSource.CANDI_QUADRATURE, FeedbackSource.FUSED_CANDI_QUADRATURE):
-        return candi, lambda: (candi.frame.quadrature, candi.frame.quadrature_velocity)
+        return candi, lambda frame: (frame.quadrature, frame.quadrature_velocity)
     pin = (
         1
         if source in (FeedbackSource.CANDI_PWM2, FeedbackSource.FUSED_CANDI_PWM2, FeedbackSource.SYNC_CANDI_PWM2)
         else 0
     )
-    return candi, lambda: (candi.frame.positions[pin], candi.frame.velocities[pin])
+    return candi, lambda frame: (frame.positions[pin], frame.velocities[pin])
 
 
 def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback:
@@ -247,7 +251,7 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
     mechanism = get(SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value, 1.0) or 1.0
     rotor = get(SpnValue.CONFIG_ROTOR_TO_SENSOR_RATIO.value, 1.0) or 1.0
 
-    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], None]:
+    def on_rotor(ratio: float, zero: float = 0.0, *, is_rotor: bool) -> Feedback:
         def measure() -> None:
             turn = talon.turn
             turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, without the call
@@ -258,10 +262,14 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
             talon.vel = talon.rotor_rps * scale
             talon.acc = talon.rotor_acceleration * scale
 
-        return measure
+        def present() -> float:
+            measure()
+            return talon.pos
+
+        return Feedback(measure, is_rotor=is_rotor, ratio=ratio, present=present)
 
     if source is FeedbackSource.ROTOR:
-        return Feedback(on_rotor(mechanism), is_rotor=True)
+        return on_rotor(mechanism, is_rotor=True)
     if source in (FeedbackSource.QUADRATURE, FeedbackSource.PULSE_WIDTH):
         raise NotImplementedError(f"{talon!r}: feedback from {source.name} is not modelled in simulated time")
     sensor_id = int(get(SpnValue.CONFIG_FEEDBACK_REMOTE_SENSOR_ID.value, 0))
@@ -271,15 +279,18 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
     device, sensor = found
     if source in (FeedbackSource.SYNC_CANCODER, FeedbackSource.SYNC_CANDI_PWM1, FeedbackSource.SYNC_CANDI_PWM2):
         ratio = rotor * mechanism
-        return Feedback(on_rotor(ratio, sensor()[0] / mechanism - talon.rotor_position / ratio), is_rotor=False)
+        return on_rotor(ratio, sensor(device.frame)[0] / mechanism - talon.rotor_position / ratio, is_rotor=False)
 
     def measure() -> None:
-        p, v = sensor()
+        p, v = sensor(device.frame)
         talon.pos = p / mechanism
         talon.vel = v / mechanism
         talon.acc = 0.0
 
-    return Feedback(measure, is_rotor=False, remote=device)
+    def present() -> float:
+        return sensor(device.sample())[0] / mechanism
+
+    return Feedback(measure, is_rotor=False, remote=device, ratio=mechanism, present=present)
 
 
 def _rest(talon: EmulatedTalon) -> None:
@@ -1012,6 +1023,23 @@ class EmulatedTalon(EmulatedDevice):
         self.limits_hit = (soft_f, soft_r, hard_f, hard_r)
 
     # ---- status
+
+    def setpoint(self) -> tuple[bool, bool, float] | None:
+        """What the closed loop is to reach in the end; None: there is none.
+
+        Returns:
+            Whether that is a velocity; whether of the rotor, and not of a sensor on the bus; velocity of its shaft
+            [1/s], or how far it is from where it is now [rotations], of a rotor counter-clockwise.
+        """
+        feedback, axis = self.feedback, self.kind.axis
+        if not self.enabled or feedback.is_missing or self.plan.law is None or axis is Axis.OPEN:
+            return None
+        is_rotor, turns = feedback.remote is None, self.goal_v
+        if not self.plan.on_velocity:
+            turns = self.goal_p - feedback.present()
+            if self.config[SpnValue.CONFIG_CONTINUOUS_WRAP.value]:
+                turns -= math.floor(turns + 0.5)
+        return self.plan.on_velocity, is_rotor, turns * feedback.ratio * (self.turn if is_rotor else 1.0)
 
     def sample(self) -> TalonFrame:
         """A frame of this moment."""

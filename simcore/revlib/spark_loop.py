@@ -171,7 +171,7 @@ class SparkLoop(ControlLoop):
         """Duty cycle of the PID controller, and feed-forward [V]."""
         mode = command.mode
         if mode == ControlMode.POSITION:
-            error = self._wrapped(command.setpoint - position)
+            error = self.wrapped(command.setpoint - position)
             volts = math.copysign(gains.ks, error) if error else 0.0
             return self._pid(loops, gains, error, error), volts + self._gravity(gains, position)
         if mode == ControlMode.VELOCITY:
@@ -187,8 +187,8 @@ class SparkLoop(ControlLoop):
             error, rest, volts = self.profile_velocity - velocity, command.setpoint - velocity, 0.0
         else:
             self._advance_profile(loops, gains.motion, command.setpoint, position, velocity)
-            error = self._wrapped(self.profile_position - position)
-            rest = self._wrapped(command.setpoint - position)
+            error = self.wrapped(self.profile_position - position)
+            rest = self.wrapped(command.setpoint - position)
             volts = self._gravity(gains, position)
         speed = self.profile_velocity
         volts += _sign(speed) * gains.ks + gains.kv * speed + gains.ka * (speed - before) / (loops * _LOOP)
@@ -202,7 +202,8 @@ class SparkLoop(ControlLoop):
     def _gravity(self, gains: SlotGains, position: float) -> float:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
-    def _wrapped(self, error: float) -> float:
+    def wrapped(self, error: float) -> float:
+        """An error of position, the short way round where positions wrap."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -217,13 +218,13 @@ class SparkLoop(ControlLoop):
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
         """Trapezoidal in every position mode of MAXMotion: an S-curve differs by its rounded corners only."""
-        if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self._wrapped(self.profile_position - position)):
+        if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
         # Position units per second for one velocity unit: turns and rpm, each by its factor.
         rate = of_position / (60.0 * of_velocity) if of_velocity else 1.0
         if self.config.wrap is not None:
-            goal = self.profile_position + self._wrapped(goal - self.profile_position)
+            goal = self.profile_position + self.wrapped(goal - self.profile_position)
         self.advance_profile(loops, goal, motion.cruise, motion.acceleration, rate)
 
 

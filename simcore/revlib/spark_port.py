@@ -11,6 +11,7 @@ from simcore.errors import NonFiniteError
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
+from simcore.robot.motor_controllers import Setpoint
 
 rev = season.rev
 RobotState = season.wpilib.RobotState
@@ -166,6 +167,20 @@ class SparkPort:
     def duty_cycle(self) -> float | None:
         """See `simcore.devices.motor_sim.LoopPort`."""
         return None if self._holds_volts else self._output.get() * self._sign
+
+    def setpoint(self) -> Setpoint | None:
+        """See `simcore.robot.motor_controllers.ClosedLoop`."""
+        mode, goal, config = self._mode.get(), self._setpoint.get(), self.config
+        span = ANALOG_SPAN if config.feedback is Feedback.ANALOG else 1.0
+        per_turn, per_rpm = (span * factor for factor in config.factors)
+        is_rotor = config.feedback is Feedback.PRIMARY and not config.is_brushed
+        if not RobotState.is_enabled():
+            return None
+        if mode in (ControlMode.VELOCITY, ControlMode.MAXMOTION_VELOCITY) and per_rpm:
+            return Setpoint(True, is_rotor, self._sign * goal / (60.0 * per_rpm))
+        if mode in (ControlMode.POSITION, ControlMode.MAXMOTION_POSITION) and per_turn:
+            return Setpoint(False, is_rotor, self._sign * self.loop.wrapped(goal - self._position) / per_turn)
+        return None
 
     @property
     def _holds_volts(self) -> bool:

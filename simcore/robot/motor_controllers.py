@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-__all__ = ["BuiltDevice", "CurrentMeter", "FollowerGroup", "MotorDevices", "OwnLoops", "group_by_leader"]
+__all__ = [
+    "BuiltDevice", "ClosedLoop", "CurrentMeter", "FollowerGroup", "MotorDevices", "OwnLoops", "Setpoint",
+    "group_by_leader",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +106,25 @@ class DutyHolder(Protocol):
 
     def duty_cycle(self) -> float | None:
         """The share of its supply that it holds until it is asked next, positive as its volts; None: it holds volts."""
+        ...
+
+
+class Setpoint(NamedTuple):
+    """What the closed loop of a motor controller is to reach, positive as its volts."""
+
+    is_velocity: bool
+    is_rotor: bool
+    """Whether its sensor is the rotor's, and not one on what the motor turns."""
+    turns: float
+    """Velocity of the sensor's shaft [turns/s], or how far the shaft is to go from where it is now [turns]."""
+
+
+@runtime_checkable
+class ClosedLoop(Protocol):
+    """A motor controller whose loops can be asked what they are to reach: `TalonPort`, `LoopDrivePort`."""
+
+    def setpoint(self) -> Setpoint | None:
+        """As robot code has commanded it; None: no loop of a position or a velocity runs, or it does not say."""
         ...
 
 

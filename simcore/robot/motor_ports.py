@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+import numpy as np
+
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import DUTY, VOLTS
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import CurrentMeter, DutyHolder, OwnLoops
-from simcore.robot.swerve_drive import SwerveDrive
-from simcore.typing import FloatSupplier
+from simcore.robot.motor_controllers import ClosedLoop, CurrentMeter, DutyHolder, OwnLoops
+from simcore.robot.swerve_drive import NO_STATES, SwerveDrive
+from simcore.typing import FloatArray, FloatSupplier
 
 __all__ = ["AnglePort", "GyroPort", "MotorPort", "ShaftPorts", "SuppliedMotor", "SwervePorts"]
 
@@ -206,6 +208,8 @@ class SwervePorts:
         self._drive_meters, self._steer_meters = (
             _meters([[p] for p in ports]) for ports in (drive_motors, steer_motors)
         )
+        pairs = zip(drive_motors, steer_motors, strict=True)
+        self._closed = [(d, s) for d, s in pairs if isinstance(d, ClosedLoop) and isinstance(s, ClosedLoop)]
         self._gyro = _GyroAtZero(gyro)
         self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
         self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
@@ -224,6 +228,21 @@ class SwervePorts:
         modes, drive = _requests(self._drive_ports, self._drive_duties, self._drive_emf)
         more, steer = _requests(self._steer_ports, self._steer_duties, self._steer_emf)
         self._drive.set_requests([*modes, *more], [*drive, *steer])
+
+    def module_setpoints(self) -> FloatArray:
+        """Speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
+
+        No rows where one controller has no such loop: drive motors of many programs are told volts.
+        """
+        rows = []
+        for k, (drive, steer) in enumerate(self._closed):
+            speed, turn, module = drive.setpoint(), steer.setpoint(), self._drive.config.modules[k]
+            if speed is None or turn is None or not speed.is_velocity or turn.is_velocity:
+                return NO_STATES
+            rate = math.tau * speed.turns / (module.drive_gearing if speed.is_rotor else 1.0)
+            rest = math.tau * turn.turns / (module.steer_gearing if turn.is_rotor else 1.0)
+            rows.append((rate * module.wheel_radius, float(self._drive.state.steer_angle[k]) + rest))
+        return np.array(rows) if len(rows) == len(self._gears) else NO_STATES
 
     def _drive_emf(self, k: int) -> float:
         """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""

@@ -346,6 +346,8 @@ class Robot:
         """Tells of brown-outs."""
         self.setpoints: dict[str, float] = {}
         """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
+        self.module_setpoints: FloatArray | None = None
+        """What robot code wants of the modules of a swerve drive, as `SwerveDrive.module_setpoints`; None: no code."""
         self.estimated_pose: tuple[float, float, float] | None = None
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self.require_place: Callable[[Pose], object] | None = None

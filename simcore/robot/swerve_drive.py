@@ -21,7 +21,10 @@ from simcore.robot.wheeled_drive import (
 )
 from simcore.typing import FloatArray
 
-__all__ = ["ModuleState", "SwerveDrive", "desaturate", "module_targets"]
+__all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targets"]
+
+NO_STATES: FloatArray = np.empty((0, 2))
+"""Of modules that nothing is wanted of."""
 
 
 @dataclass(slots=True)
@@ -255,6 +258,16 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """Rotor turns per turn of the wheel, `drive`, and of the azimuth, `steer`, module by module [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
+
+    def module_states(self) -> FloatArray:
+        """Speed over ground [m/s] and angle [rad] of each module, as its encoders show them, shape (n, 2)."""
+        n, shafts = self._n, self.shafts
+        return np.column_stack((shafts["speed"][:n] * shafts["known_radius"][:n], shafts["position"][n:]))
+
+    def module_setpoints(self) -> FloatArray:
+        """The same as the loops on board want it; no rows where the motors are told volts or nothing."""
+        n, shafts = self._n, self.shafts
+        return shafts["request"].reshape(2, n).T if self.enabled and shafts["mode"][0] == TARGET else NO_STATES
 
     @property
     def steer_angles(self) -> FloatArray:

@@ -10,9 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError
 from simcore.robot.motor_controllers import MotorDevices, OwnLoops
 from simcore.robot.robot import Robot
+from simcore.robot.robot_config import telemetry_name
+from simcore.robot.swerve_drive import NO_STATES
+from simcore.typing import FloatArray
 
 __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
@@ -97,6 +101,18 @@ class ConnectedDevices:
         self._read_volts()
         self._turned += yaw_rate * h
         self._owed = h
+
+    def setpoints(self) -> dict[str, float]:
+        """What closed loops of controllers are to reach, as `Robot.setpoints`."""
+        names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
+        motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
+        goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
+        return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
+
+    def module_setpoints(self) -> FloatArray:
+        """What the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
+        ask = getattr(self._drivetrain, "module_setpoints", None)
+        return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
     def write(self) -> None:
         """After a part of a tick: what the sensors show."""

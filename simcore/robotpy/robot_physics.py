@@ -303,6 +303,8 @@ class RobotPhysics:
         # when it was due, not when the thread came to it
         self.match.set_network_time(self._start + self._done * self._h)
         self.robot_sim.estimated_pose = self._estimated_pose()
+        self.robot_sim.setpoints = self._devices.setpoints()
+        self.robot_sim.module_setpoints = self._devices.module_setpoints()
         self.belief.after_tick(is_driving=self.robot_sim.drive.enabled)
         self.match.end_tick()
         self._driver_station.update()

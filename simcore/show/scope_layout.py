@@ -35,7 +35,8 @@ _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#8
 _BLUE, _RED, _GOLD, _GRAY = "#2b66a2", "#af2437", "#e5b31b", "#858584"
 _GHOST = "#00ff00"
 _LINE = "#00ffff"  # cyan, of AdvantageScope's for the field
-_TAB_GRAPH, _TAB_FIELD, _TAB_TABLE = 1, 3, 4
+_TAB_GRAPH, _TAB_FIELD, _TAB_TABLE, _TAB_SWERVE = 1, 3, 4, 9
+_SWERVE = {"Sim/Robot/SwerveStates": "#0000ff", "Sim/Robot/SwerveSetpoints": "#ff0000"}
 
 
 def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
@@ -74,6 +75,7 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
             discrete={key: ("Boolean", color) for key, color in _colored(flags).items()},
         ),
         *([_graph("Heights", _colored(heights), _colored(shares, start=len(heights)))] if heights or shares else []),
+        *([_swerve_tab()] if _SWERVE.keys() <= snapshot.state_arrays.keys() else []),
         _graph("Tick time", _colored(ticks), {"Sim/Performance/AwakePieces": _GRAY}),
         _tab(_TAB_TABLE, "Table", [_key(name) for name in _table(snapshot)]),
     ]
@@ -168,6 +170,13 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
     name = models.field.name if models.field is not None else "Evergreen"
     view = {"cameraIndex": -1, "orbitFov": 50, "cameraPosition": [0, 9, 10.5], "cameraTarget": [0, 0.5, 0]}
     return _tab(_TAB_FIELD, "3D Field", {"game": f"FRC:{name}", "sources": things}, renderer=view)
+
+
+def _swerve_tab() -> dict[str, Any]:
+    """Of the first robot; its modules in CTRE's order, as AdvantageScope has them by itself."""
+    order = "0,1,2,3"
+    rows = [_thing("states", key, "SwerveModuleState[]", color=c, arrangement=order) for key, c in _SWERVE.items()]
+    return _tab(_TAB_SWERVE, "Swerve", {"sources": rows, "maxSpeed": 5, "sizeX": 0.65, "sizeY": 0.65, "orientation": 1})
 
 
 def _robot_name(models: ViewModels, is_red: bool) -> str:

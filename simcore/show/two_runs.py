@@ -102,6 +102,7 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
         tick=max(old.tick, new.tick),
         poses=_kept(old.poses, new.poses),
         pose_arrays=poses,
+        state_arrays=_kept(old.state_arrays, new.state_arrays),
         doubles=_kept(old.doubles, new.doubles),
         integers=integers,
         booleans=_kept(old.booleans, new.booleans),

@@ -16,14 +16,13 @@ from simcore.errors import ConfigError, OutputError
 from simcore.geometry.rotation import yaw_of
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
-    POSE_ARRAY_TYPE,
-    POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    STRUCT_SCHEMAS,
     Snapshot,
     checked_integers,
-    pose_array_bytes,
     pose_bytes,
+    struct_array_bytes,
 )
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
@@ -33,6 +32,11 @@ _UNSEEN_PERIOD = 0.1  # [s]
 _FIELD_PERIOD = 0.1  # [s] of a `Field2d`, which has an array for each kind of piece
 _FIELD_KEY = re.compile(r"Sim(?:/Robots/(\d+))?/Robot/(Pose3d|EstimatedPose)$")
 _PIECES = "Sim/GamePieces/"
+_KINDS = {
+    "double": "double", "int": "integer", "boolean": "boolean", "string": "string", "double[]": "double_array",
+    "int[]": "integer_array",
+}  # fmt: skip
+"""Of topics, by type; all other types are structs."""
 
 
 class NetworkTablesSink:
@@ -69,7 +73,7 @@ class NetworkTablesSink:
         self._stays = stays
         self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
         self.closed = False
-        for name, schema in POSE_SCHEMAS.items():
+        for name, schema in STRUCT_SCHEMAS.items():
             if not instance.has_schema(name):
                 instance.add_schema(name, SCHEMA_TYPE, schema)
 
@@ -89,8 +93,9 @@ class NetworkTablesSink:
         self._cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
             self._publisher(key, POSE_TYPE).set(pose_bytes(key, pose))
-        for key, poses in snapshot.pose_arrays.items():
-            self._publisher(key, POSE_ARRAY_TYPE).set(pose_array_bytes(key, poses))
+        for type_name, arrays in snapshot.struct_arrays:
+            for key, rows in arrays.items():
+                self._publisher(key, type_name).set(struct_array_bytes(type_name, key, rows))
         self._set_all("double", snapshot.doubles)
         self._set_all("int", snapshot.integers)
         self._set_all("boolean", snapshot.booleans)
@@ -152,19 +157,10 @@ class NetworkTablesSink:
         return publisher
 
     def _publish(self, topic: str, type_name: str) -> Any:
-        if type_name == "double":
-            return self._instance.get_double_topic(topic).publish(self._options)
-        if type_name == "int":
-            return self._instance.get_integer_topic(topic).publish(self._options)
-        if type_name == "boolean":
-            return self._instance.get_boolean_topic(topic).publish(self._options)
-        if type_name == "string":
-            return self._instance.get_string_topic(topic).publish(self._options)
-        if type_name == "double[]":
-            return self._instance.get_double_array_topic(topic).publish(self._options)
-        if type_name == "int[]":
-            return self._instance.get_integer_array_topic(topic).publish(self._options)
-        return self._instance.get_raw_topic(topic).publish(type_name, self._options)
+        kind = _KINDS.get(type_name)
+        if kind is None:
+            return self._instance.get_raw_topic(topic).publish(type_name, self._options)
+        return getattr(self._instance, f"get_{kind}_topic")(topic).publish(self._options)
 
 
 def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:

@@ -20,6 +20,7 @@ __all__ = ["Recording", "newest_rows"]
 
 _NAN = float("nan")
 _PIECES = "Sim/GamePieces/"
+_STATE = 2  # columns of a state of a swerve module
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
 _Kind = Literal["double", "integer", "boolean"]
 _Array = TypeVar("_Array")
@@ -28,9 +29,9 @@ _Array = TypeVar("_Array")
 class Recording:
     """Takes every snapshot and keeps numbers as columns; still readable after `close`.
 
-    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 rows are
-    kept less often than the rest, and of pieces that show no rotation only the places. When time jumps back, a new run
-    has begun, and the old one is forgotten.
+    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 rows and
+    states of swerve modules are kept less often than the rest, and of pieces that show no rotation only the places.
+    When time jumps back, a new run has begun, and the old one is forgotten.
 
     >>> recording = Recording()
     >>> for tick in range(3):
@@ -101,9 +102,9 @@ class Recording:
         for columns in self._poses.values():
             if len(columns) == 7 * rows:
                 columns.extend([_NAN] * 7)
-        for key, poses in snapshot.pose_arrays.items():
+        for key, poses in (*snapshot.pose_arrays.items(), *snapshot.state_arrays.items()):
             kept = self._arrays.setdefault(key, [])
-            is_long = is_bulk(key, len(poses))
+            is_long = is_bulk(key, len(poses)) or poses.shape[1] == _STATE
             if bulk or not is_long or not kept:
                 self._add_array(kept, time, poses, is_long)
         for key, integers in snapshot.integer_arrays.items():
@@ -119,6 +120,10 @@ class Recording:
             texts.append(snapshot.strings.get(key))
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
+
+    def note(self, key: str, text: str) -> None:
+        """Let the last snapshot have a text that was not known before."""
+        self._strings.setdefault(key, [None] * len(self))[-1] = text
 
     def close(self) -> None:
         """Take no more; what was kept stays."""
@@ -139,10 +144,6 @@ class Recording:
     def has(self, key: str) -> bool:
         """Whether anything of that key was kept."""
         return key in self.keys
-
-    def is_boolean(self, key: str) -> bool:
-        """Whether a key is of a boolean."""
-        return self._kinds.get(key) == "boolean"
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
@@ -177,7 +178,9 @@ class Recording:
         return np.array([time for time, _ in self._kept(key)])
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """The newest array of poses of that time [s] or before (the first one, if there is none), shape (n, 7).
+        """The newest array of that time [s] or before (the first one, if there is none), shape (n, 7).
+
+        Of states of swerve modules, shape (n, 2).
 
         Raises:
             UnknownNameError: No snapshot had an array of that key.
@@ -236,11 +239,13 @@ class Recording:
         for row, (time, tick) in enumerate(zip(self._times, self._ticks, strict=True)):
             there = [(key, self._kinds[key], column[row]) for key, column in self._numbers.items()]
             there = [(key, kind, value) for key, kind, value in there if value == value]
+            arrays = [(key, _full(rows)) for key, rows in poses_due.at(time)]
             yield Snapshot(
                 time=time,
                 tick=tick,
                 poses={key: rows[row] for key, rows in poses.items() if rows[row, 0] == rows[row, 0]},
-                pose_arrays={key: _full(rows) for key, rows in poses_due.at(time)},
+                pose_arrays={key: rows for key, rows in arrays if rows.shape[1] != _STATE},
+                state_arrays={key: rows for key, rows in arrays if rows.shape[1] == _STATE},
                 doubles={key: value for key, kind, value in there if kind == "double"},
                 integers={key: int(value) for key, kind, value in there if kind == "integer"},
                 booleans={key: bool(value) for key, kind, value in there if kind == "boolean"},
@@ -264,7 +269,7 @@ class Recording:
         if not is_long:
             kept.append((time, poses if _is_final(poses) else poses.copy()))
             return
-        is_upright = bool((poses[:, 3] == 1.0).all())
+        is_upright = poses.shape[1] != _STATE and bool((poses[:, 3] == 1.0).all())
         small: _Rows = (poses[:, :3] if is_upright else poses).astype(np.float32)
         if kept and np.array_equal(kept[-1][1], small):
             small = kept[-1][1]  # nothing moved: share it
@@ -337,8 +342,8 @@ def _since(kept: list[tuple[float, _Array]], first: float) -> list[tuple[float, 
 
 
 def _full(rows: _Rows) -> FloatArray:
-    """As poses of shape (n, 7)."""
-    if rows.shape[1] == 7:
+    """Places as poses of shape (n, 7), all else as it is."""
+    if rows.shape[1] != 3:
         return rows.astype(np.float64)
     poses = np.zeros((len(rows), 7))
     poses[:, :3] = rows

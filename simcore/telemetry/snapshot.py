@@ -17,19 +17,9 @@ from simcore.errors import ConfigError
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
-    "POSE_ARRAY_TYPE",
-    "POSE_SCHEMAS",
-    "POSE_TYPE",
-    "SCHEMA_TYPE",
-    "Snapshot",
-    "TelemetrySink",
-    "checked_integers",
-    "is_bulk",
-    "key_in_words",
-    "pose_array_bytes",
-    "pose_bytes",
-    "robot_prefix",
-]
+    "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot", "TelemetrySink",
+    "checked_integers", "is_bulk", "key_in_words", "pose_bytes", "robot_prefix", "struct_array_bytes",
+]  # fmt: skip
 
 
 _BULK = 64  # rows of an array
@@ -37,15 +27,19 @@ _RECORD = ("Sim/Shot", "Sim/TakenIn")
 _PARTS = "/ComponentPoses"  # a third of the log of a match, were they in it each tick
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
+STATE_ARRAY_TYPE = "struct:SwerveModuleState[]"
 SCHEMA_TYPE = "structschema"
 # Without these AdvantageScope still shows the label "Pose3d", but draws the robot silently at the origin.
-POSE_SCHEMAS: dict[str, str] = {
+STRUCT_SCHEMAS: dict[str, str] = {
     "struct:Translation3d": "double x;double y;double z",
     "struct:Quaternion": "double w;double x;double y;double z",
     "struct:Rotation3d": "Quaternion q",
     "struct:Pose3d": "Translation3d translation;Rotation3d rotation",
+    "struct:Rotation2d": "double value",
+    "struct:SwerveModuleState": "double speed;Rotation2d angle",
 }
 """Schema text by name, parts before the whole; a test compares them with wpimath's own."""
+_COLUMNS = {POSE_ARRAY_TYPE: "x, y, z, qw, qx, qy, qz", STATE_ARRAY_TYPE: "speed, angle"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +57,8 @@ class Snapshot:
     """Pose3d by key, shape (7,)."""
     pose_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
     """Pose3d[] by key, shape (n, 7)."""
+    state_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
+    """SwerveModuleState[] by key, rows of speed [m/s] and angle [rad], shape (n, 2)."""
     doubles: Mapping[str, float] = field(default_factory=dict)
     integers: Mapping[str, int] = field(default_factory=dict)
     booleans: Mapping[str, bool] = field(default_factory=dict)
@@ -70,6 +66,11 @@ class Snapshot:
     """int64[] by key, shape (n,); `Sim/PieceIds/<Type>` names the piece of each row of `Sim/GamePieces/<Type>`."""
     strings: Mapping[str, str] = field(default_factory=dict)
     """Text by key, e.g. `Sim/Match/Period`."""
+
+    @property
+    def struct_arrays(self) -> list[tuple[str, Mapping[str, FloatArray]]]:
+        """Arrays of structs, by the name of their type."""
+        return [(POSE_ARRAY_TYPE, self.pose_arrays), (STATE_ARRAY_TYPE, self.state_arrays)]
 
 
 class TelemetrySink(Protocol):
@@ -111,20 +112,21 @@ def pose_bytes(key: str, pose: FloatArray) -> bytes:
     return np.asarray(pose, dtype="<f8").tobytes()
 
 
-def pose_array_bytes(key: str, poses: FloatArray) -> bytes:
-    """Bytes of a Pose3d[], empty for no rows.
+def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
+    """Bytes of an array of structs, empty for no rows.
 
     Args:
+        type_name: `POSE_ARRAY_TYPE` or `STATE_ARRAY_TYPE`.
         key: Named in the error.
-        poses: Rows of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7).
+        rows: Of `x, y, z, qw, qx, qy, qz` [m, -], shape (n, 7), or of speed and angle [m/s, rad], shape (n, 2).
 
     Raises:
         ConfigError: Another shape.
     """
-    shape = np.shape(poses)
-    if len(shape) != 2 or shape[1] != 7:
-        raise ConfigError(f"{key}: poses need shape (n, 7) as x, y, z, qw, qx, qy, qz, got {shape}")
-    return np.asarray(poses, dtype="<f8").tobytes()
+    shape, columns = np.shape(rows), _COLUMNS[type_name]
+    if len(shape) != 2 or shape[1] != len(columns.split(",")):
+        raise ConfigError(f"{key}: {type_name} needs shape (n, {len(columns.split(','))}) as {columns}, got {shape}")
+    return np.asarray(rows, dtype="<f8").tobytes()
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:

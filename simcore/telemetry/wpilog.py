@@ -29,14 +29,15 @@ from simcore.errors import ConfigError, LogError, OutputError, UnknownNameError
 from simcore.telemetry.sinks import Cadence, output_error
 from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
-    POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    STATE_ARRAY_TYPE,
+    STRUCT_SCHEMAS,
     Snapshot,
     checked_integers,
     is_bulk,
-    pose_array_bytes,
     pose_bytes,
+    struct_array_bytes,
 )
 from simcore.typing import FloatArray, IntArray
 
@@ -46,27 +47,32 @@ _FLUSH_BYTES = 256 * 1024
 _FLUSH_MICROS = 1_000_000
 _MAX_TIME = 1e9  # [s], 31 years
 
-# Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each. Scalars use the short form; fixed layouts
-# keep a record at one `pack` call. First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
-_SHORT = struct.Struct("<BHBQ")  # entry < 65 536, payload < 256 bytes
-_SHORT_HEAD = 0b0_111_00_01
-_LONG = struct.Struct("<BHIQ")  # payload < 4 GiB
-_LONG_HEAD = 0b0_111_11_01
+# Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each; fixed layouts keep a record at one `pack`
+# call: entries < 65 536, payloads < 256 bytes or not, times < 72 minutes or not.
+# First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
+_HEADERS = {
+    (True, True): (struct.Struct("<BHBI"), 0b0_011_00_01),
+    (False, True): (struct.Struct("<BHII"), 0b0_011_11_01),
+    (True, False): (struct.Struct("<BHBQ"), 0b0_111_00_01),
+    (False, False): (struct.Struct("<BHIQ"), 0b0_111_11_01),
+}
 _DOUBLE = struct.Struct("<d")
 _INT64 = struct.Struct("<q")
 _BOOLEAN = struct.Struct("<?")
+_HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
 
 
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
-    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB) are
-    written less often than the rest: at every tick they alone would be 200 MB of a match. What was written reaches the
-    disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
+    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB) and pieces in
+    robots are written less often than the rest, and once more at the end: at every tick long arrays
+    alone would be 200 MB of a match. What was written reaches the disk at least every simulated second or 256 KB, in
+    whole records, so a killed run leaves a good log.
     """
 
     def __init__(
-        self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.08, prefix: str = "NT:/"
+        self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.1, prefix: str = "NT:/"
     ) -> None:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 
@@ -83,7 +89,8 @@ class WpilogSink:
         self.path = Path(path)
         self.prefix = prefix
         self._cadence = Cadence(period)
-        self._bulk_cadence = Cadence(bulk_period)
+        self._bulk_cadence, self._held_cadence = Cadence(bulk_period), Cadence(min(_HELD_PERIOD, bulk_period))
+        self._last: Snapshot | None = None
         self._buffer = bytearray()
         self._flushed_at = 0  # [us]
         self._types: dict[str, str] = {}
@@ -99,7 +106,7 @@ class WpilogSink:
         except OSError as error:
             raise output_error("log", self.path, error) from error
         self._buffer += b"WPILOG" + struct.pack("<HI", 0x0100, 0)
-        for name, schema in POSE_SCHEMAS.items():
+        for name, schema in STRUCT_SCHEMAS.items():
             entry = self._start(f".schema/{name}", SCHEMA_TYPE, 0)
             self._append(entry, schema.encode(), 0)
         self._flush(0)
@@ -126,22 +133,16 @@ class WpilogSink:
             raise ConfigError(f"a snapshot needs a finite time >= 0 s, got {snapshot.time}")
         micros = round(snapshot.time * 1e6)
         self._cadence.take(snapshot.time)
-        bulk = self._bulk_cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
             self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
-        for key, poses in snapshot.pose_arrays.items():
-            if bulk or not is_bulk(key, len(poses)) or key not in self._entries:
-                if not self._is_same(key, poses):
-                    self._append_changed(key, POSE_ARRAY_TYPE, pose_array_bytes(key, poses), micros)
+        bulk, held = (cadence.take(snapshot.time) for cadence in (self._bulk_cadence, self._held_cadence))
+        self._write_arrays(snapshot, micros, bulk=bulk, held=held)
+        self._last = snapshot
         self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
         self._write_numbers("int64", snapshot.integers, _INT64, micros)
         self._write_numbers("boolean", snapshot.booleans, _BOOLEAN, micros)
         for key, text in snapshot.strings.items():
             self._append_changed(key, "string", text.encode(), micros)
-        for key, integers in snapshot.integer_arrays.items():  # with the poses of the same rows, in the same ticks
-            if bulk or not is_bulk(key, len(integers)) or key not in self._entries:
-                if not self._is_same(key, integers):
-                    self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
         if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:
             self._flush(micros)
 
@@ -153,6 +154,8 @@ class WpilogSink:
         """
         if self._file is None:
             return
+        if self._last is not None:
+            self._write_arrays(self._last, round(self._last.time * 1e6), bulk=True, held=True)
         self._flush(self._flushed_at, ends=True)
         if self._file is not None:
             self._file.close()
@@ -166,6 +169,28 @@ class WpilogSink:
     ) -> None:
         self.close()
 
+    def _write_arrays(self, snapshot: Snapshot, micros: int, *, bulk: bool, held: bool) -> None:
+        """Write those that are due, integers in the same ticks as the poses of their rows.
+
+        Args:
+            snapshot: With the arrays.
+            micros: When [us].
+            bulk: Whether long ones and parts of robots are due.
+            held: Whether pieces in robots are.
+        """
+
+        def is_due(key: str, rows: FloatArray | IntArray) -> bool:
+            is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
+            return (is_so or key not in self._entries) and not self._is_same(key, rows)
+
+        for type_name, arrays in snapshot.struct_arrays:
+            for key, rows in arrays.items():
+                if is_due(key, rows):
+                    self._append_changed(key, type_name, struct_array_bytes(type_name, key, rows), micros)
+        for key, integers in snapshot.integer_arrays.items():
+            if is_due(key, integers):
+                self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
+
     def _write_numbers(self, type_name: str, numbers: Mapping[str, float], packer: struct.Struct, micros: int) -> None:
         written, values, is_real = self._numbers[type_name], self._values, type_name == "double"
         for key, number in numbers.items():
@@ -176,7 +201,7 @@ class WpilogSink:
             if key not in written or values[key] != payload:
                 entry = self._entry(key, type_name, micros)
                 values[key] = payload
-                self._buffer += _SHORT.pack(_SHORT_HEAD, entry, len(payload), micros) + payload
+                self._append(entry, payload, micros)
             written[key] = number
 
     def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
@@ -212,7 +237,8 @@ class WpilogSink:
         return entry
 
     def _append(self, entry: int, payload: bytes, micros: int) -> None:
-        self._buffer += _LONG.pack(_LONG_HEAD, entry, len(payload), micros)
+        header, head = _HEADERS[len(payload) < 1 << 8, micros < 1 << 32]
+        self._buffer += header.pack(head, entry, len(payload), micros)
         self._buffer += payload
 
     def _flush(self, micros: int, *, ends: bool = False) -> None:
@@ -238,6 +264,7 @@ class WpilogSink:
 
 
 _POSE = 7 * 8  # [bytes]
+_WIDTHS = {POSE_ARRAY_TYPE: 7, STATE_ARRAY_TYPE: 2}
 _NUMBERS: dict[str, tuple[str, int]] = {
     "double": ("<f8", 8),
     "float": ("<f4", 4),
@@ -247,6 +274,12 @@ _NUMBERS: dict[str, tuple[str, int]] = {
 _INTEGERS = "int64[]"
 _LATEST = 2**62  # [us]; a later record has a broken stamp
 _TEXT = "string"
+_FIELDS = {
+    POSE_TYPE: "poses", POSE_ARRAY_TYPE: "pose_arrays", STATE_ARRAY_TYPE: "state_arrays", "double": "doubles",
+    "float": "doubles", "int64": "integers", "boolean": "booleans", _INTEGERS: "integer_arrays", _TEXT: "strings",
+}  # fmt: skip
+"""Of a `Snapshot`, by type."""
+_PLAIN: dict[str, type] = {"int64": int, "boolean": bool}
 _XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
@@ -295,16 +328,16 @@ class LogColumn:
         raw = b"".join(self.payload(row)[:_POSE].ljust(_POSE, b"\0") for row in range(len(self)))
         return np.frombuffer(raw, dtype="<f8").reshape(-1, 7)
 
-    def pose_array(self, row: int) -> FloatArray:
-        """One value of a Pose3d[] column, shape (m, 7).
+    def struct_array(self, row: int) -> FloatArray:
+        """One value of a Pose3d[] column, shape (m, 7), or of a SwerveModuleState[] column, shape (m, 2).
 
         Raises:
-            LogError: The column holds no Pose3d[].
+            LogError: The column holds neither.
         """
-        if self.type != POSE_ARRAY_TYPE:
-            raise LogError(f"{self.key} is of type {self.type!r}, not {POSE_ARRAY_TYPE!r}")
-        raw = self.payload(row)
-        return np.frombuffer(raw[: len(raw) // _POSE * _POSE], dtype="<f8").reshape(-1, 7)
+        if self.type not in _WIDTHS:
+            raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_WIDTHS)}")
+        raw, width = self.payload(row), _WIDTHS[self.type]
+        return np.frombuffer(raw[: len(raw) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
 
     def integer_array(self, row: int) -> IntArray:
         """One value of an int64[] column, shape (m,).
@@ -326,6 +359,20 @@ class LogColumn:
         if self.type != _TEXT:
             raise LogError(f"{self.key} is of type {self.type!r}, not {_TEXT!r}")
         return self.payload(row).decode("utf-8", "replace")
+
+    def value(self, row: int) -> Any:
+        """One value of a pose (shape (7,)), of integers, text or a number, as a snapshot has it.
+
+        Raises:
+            LogError: The column holds none of these.
+        """
+        if self.type == POSE_TYPE:
+            return np.frombuffer(self.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
+        if self.type not in _NUMBERS:
+            return self.text(row) if self.type == _TEXT else self.integer_array(row)
+        kind, size = _NUMBERS[self.type]
+        number = np.frombuffer(self.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
+        return _PLAIN.get(self.type, float)(number)
 
     def row_at(self, time: float) -> int:
         """The newest value at a time [s]; -1 before the first."""
@@ -373,51 +420,19 @@ class TelemetryLog:
 
     def snapshot_at(self, time: float) -> Snapshot:
         """What was known at a time [s], as the simulation published it."""
-        poses: dict[str, FloatArray] = {}
-        arrays: dict[str, FloatArray] = {}
-        doubles: dict[str, float] = {}
-        integers: dict[str, int] = {}
-        booleans: dict[str, bool] = {}
-        integer_arrays: dict[str, IntArray] = {}
-        strings: dict[str, str] = {}
+        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELDS.values()}
         for key, column in self.columns.items():
-            row = column.row_at(time)
-            if row < 0:
-                continue
-            if column.type == POSE_ARRAY_TYPE:
-                arrays[key] = self._cached(column, row)
-            elif column.type == POSE_TYPE:
-                poses[key] = np.frombuffer(column.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
-            elif column.type == _INTEGERS:
-                integer_arrays[key] = column.integer_array(row)
-            elif column.type == _TEXT:
-                strings[key] = column.text(row)
-            elif column.type in _NUMBERS:
-                kind, size = _NUMBERS[column.type]
-                value = np.frombuffer(column.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
-                if column.type == "boolean":
-                    booleans[key] = bool(value)
-                elif column.type == "int64":
-                    integers[key] = int(value)
-                else:
-                    doubles[key] = float(value)
-        return Snapshot(
-            time=time,
-            tick=0,
-            poses=poses,
-            pose_arrays=arrays,
-            doubles=doubles,
-            integers=integers,
-            booleans=booleans,
-            integer_arrays=integer_arrays,
-            strings=strings,
-        )
+            row = column.row_at(time) if column.type in _FIELDS else -1
+            if row >= 0:
+                is_array = column.type in _WIDTHS
+                found[_FIELDS[column.type]][key] = self._cached(column, row) if is_array else column.value(row)
+        return Snapshot(time=time, tick=0, **found)
 
     def _cached(self, column: LogColumn, row: int) -> FloatArray:
         """The same object while the value stays the same, so that a view sends it once."""
         known = self._latest.get(column.key)
         if known is None or known[0] != row:
-            known = self._latest[column.key] = (row, column.pose_array(row))
+            known = self._latest[column.key] = (row, column.struct_array(row))
         value: FloatArray = known[1]
         return value
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.snapshot import POSE_SCHEMAS, Snapshot
+from simcore.telemetry.snapshot import STRUCT_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
@@ -65,6 +65,7 @@ EVERY_KEY = """
 import json, sys, time
 import ntcore
 from wpimath.geometry import Pose3d
+from wpimath.kinematics import SwerveModuleState
 inst = ntcore.NetworkTableInstance.create()
 everything = ntcore.MultiSubscriber(inst, ["/"], ntcore.PubSubOptions(sendAll=True))
 inst.startClient4("reader")
@@ -78,6 +79,9 @@ def subscribe(topic):
     if kind == "struct:Pose3d[]":
         sub = inst.getStructArrayTopic(name, Pose3d).subscribe([])
         return lambda: [row(p) for p in sub.get()]
+    if kind == "struct:SwerveModuleState[]":
+        states = inst.getStructArrayTopic(name, SwerveModuleState).subscribe([])
+        return lambda: [[s.speed, s.angle.radians()] for s in states.get()]
     make, default = {
         "double": (inst.getDoubleTopic, -77.0), "int": (inst.getIntegerTopic, -77),
         "boolean": (inst.getBooleanTopic, False), "string": (inst.getStringTopic, "none"),
@@ -147,7 +151,7 @@ def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> N
     assert (got["double"], got["int"], got["boolean"], got["parts"]) == (0.125, 42, True, 0)
     assert (got["ids"], got["period"]) == ([7, -1, 2**40], "auto")
     assert got["types"]["/Sim/GamePieces/Fuel"] == "struct:Pose3d[]"
-    for name in POSE_SCHEMAS:
+    for name in STRUCT_SCHEMAS:
         assert got["types"][f"/.schema/{name}"] == "structschema"
 
 
@@ -174,8 +178,8 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
             sim.tick()
     truth = memory.snapshots[-1]
     kinds = (
-        *(truth.poses, truth.pose_arrays, truth.doubles, truth.integers, truth.booleans),
-        *(truth.integer_arrays, truth.strings),
+        *(truth.poses, truth.pose_arrays, truth.state_arrays, truth.doubles, truth.integers),
+        *(truth.booleans, truth.integer_arrays, truth.strings),
     )
     count = sum(len(kind) for kind in kinds)
     port = free_port()
@@ -195,6 +199,8 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
         assert got[key] == pytest.approx(pose.tolist(), abs=1e-6), key  # the client makes attitudes unit quaternions
     for key, rows in truth.pose_arrays.items():
         np.testing.assert_allclose(np.array(got[key]).reshape(-1, 7), rows, atol=1e-6, err_msg=key)
+    for key, states in truth.state_arrays.items():
+        assert np.array(got[key]).reshape(-1, 2) == pytest.approx(states), key
     for key, integers in truth.integer_arrays.items():
         assert got[key] == integers.tolist(), key
     for numbers in (truth.doubles, truth.integers, truth.booleans, truth.strings):

@@ -46,6 +46,10 @@ def test_it_shoots_while_the_trigger_is_held(sim):
     assert code.intake.getEncoder().getVelocity() == pytest.approx(-code.intake_follower.getEncoder().getVelocity())
     assert intake.velocity > 50.0 and code.intake.getOutputCurrent() > 0.0
     assert code.hood.getAbsoluteEncoder().getPosition() == pytest.approx(30.0, abs=0.5)  # on a guess
+    shown = sim.match.snapshot()
+    assert shown.doubles["Sim/Debug/ShooterVelocityRPSSetpoint"] == pytest.approx(3500.0 / 60.0)
+    assert "Sim/Debug/IntakeVelocityRPSSetpoint" not in shown.doubles, "it is told a duty cycle"
+    assert shown.state_arrays["Sim/Robot/SwerveStates"].shape == (4, 2)
     stick.release(1)
     speed, slowing = feeder.velocity, feeder.gearbox.friction_torque / feeder.inertia
     sim.run(0.12 + speed / slowing)  # the request, and the tick, are some ticks late

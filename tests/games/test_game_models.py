@@ -88,6 +88,7 @@ def test_the_layouts_show_only_what_is_published_and_what_there_are_models_for(g
     kinds = {
         "Pose3d": s.poses,
         "Pose3d[]": s.pose_arrays,
+        "SwerveModuleState[]": s.state_arrays,
         "Boolean": s.booleans,
         "String": s.strings,
         "Number": {**s.doubles, **s.integers},

@@ -282,10 +282,23 @@ TEST = """
 import json
 from pathlib import Path
 
+from simcore import season
+
+
+def live(key):
+    instance = season.ntcore.NetworkTableInstance.get_default()
+    return instance.get_topic(f"/Sim/{key}").generic_subscribe().get().value()
+
 
 def test_scores_a_lot(sim):
     sim.alliance("red")
     sim.autonomous("depot", seconds=SECONDS)
+    sim.disable(seconds=1.0)
+    Path("live.json").write_text(json.dumps({
+        "blue": live("Score/Blue"), "red": live("Score/Red"), "shots": live("Shots"), "hits": live("Hits"),
+        "taken": live("TakenIn"), "driven": f"{live('Robot/DistanceDriven'):.1f}",
+        "volts": f"{live('Debug/BatteryVoltageLowest'):.2f}", "brownouts": live("Debug/Brownouts"),
+    }))
     record, own = sim.record, sim.record.robots[0]
     Path("told.json").write_text(json.dumps({
         "blue": sim.score.blue, "red": sim.score.red, "shots": len(record.shots), "hits": record.hits,
@@ -303,7 +316,7 @@ def needs_robot_packages() -> None:
 
 
 @pytest.mark.slow
-def test_the_page_of_a_failed_test_says_what_the_test_saw(tmp_path):
+def test_the_page_of_a_failed_test_says_what_the_test_saw_and_networktables_said(tmp_path):
     """It was recorded ten times a second; between two rows shots come and go, and the battery is lowest."""
     needs_robot_packages()
     project = tmp_path / "project"
@@ -318,7 +331,8 @@ def test_the_page_of_a_failed_test_says_what_the_test_saw(tmp_path):
     (log,) = project.rglob("test_output/**/*.wpilog")
     said = Figures(**json.loads(next(project.rglob("told.json")).read_text()))
     recording = recording_of(read_log(log))
-    told = {"test": said, "page": of_page(page), "log": of_log(log)}
+    live = Figures(**json.loads(next(project.rglob("live.json")).read_text()))
+    told = {"test": said, "live": live, "page": of_page(page), "log": of_log(log)}
     told |= {"chart": of_chart(recording, scene_of_log(recording), float(told["page"].volts), within=0.006)}
     require_same(told)
     assert said.shots > 5 and float(said.driven) < 8.0, run.stdout[-2000:]

@@ -81,13 +81,13 @@ def test_numbers_and_poses_as_arrays(path: Path, snapshots: list[Snapshot]) -> N
     assert times.tolist() == pytest.approx([s.time for s in snapshots])
     poses = log.column("Sim/Robot/Pose3d").poses()
     assert poses.shape == (len(snapshots), 7)
-    assert log.column("Sim/GamePieces/Fuel").pose_array(2).shape == (504, 7)
+    assert log.column("Sim/GamePieces/Fuel").struct_array(2).shape == (504, 7)
     with pytest.raises(LogError, match="'struct:Pose3d'"):
         log.series("Sim/Robot/Pose3d")
     with pytest.raises(LogError, match="not 'struct:Pose3d'"):
         log.column("Sim/Score/Total").poses()
-    with pytest.raises(LogError, match=r"not 'struct:Pose3d\[\]'"):
-        log.column("Sim/Score/Total").pose_array(0)
+    with pytest.raises(LogError, match=r"not one of \['struct:Pose3d\[\]'"):
+        log.column("Sim/Score/Total").struct_array(0)
     with pytest.raises(LogError, match=r"not 'int64\[\]'"):
         log.column("Sim/Score/Total").integer_array(0)
     with pytest.raises(LogError, match="not 'string'"):

@@ -56,6 +56,8 @@ def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapsh
         "NT:/.schema/struct:Quaternion": "structschema",
         "NT:/.schema/struct:Rotation3d": "structschema",
         "NT:/.schema/struct:Pose3d": "structschema",
+        "NT:/.schema/struct:Rotation2d": "structschema",
+        "NT:/.schema/struct:SwerveModuleState": "structschema",
         "NT:/Sim/Robot/Pose3d": "struct:Pose3d",
         "NT:/Sim/GamePieces/Fuel": "struct:Pose3d[]",
         "NT:/Sim/Robot/ComponentPoses": "struct:Pose3d[]",
@@ -71,14 +73,16 @@ def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapsh
 
 def test_schemas_are_those_of_wpimath(tmp_path: Path) -> None:
     geometry = pytest.importorskip("wpimath.geometry")
+    from wpimath.kinematics import SwerveModuleState
     from wpiutil import wpistruct
 
     _, values = read(written(tmp_path / "empty.wpilog", []))
     expected: dict[str, bytes] = {}
-    wpistruct.forEachNested(
-        geometry.Pose3d,
-        lambda name, schema: expected.__setitem__(name, schema if isinstance(schema, bytes) else schema.encode()),
-    )
+    for struct in (geometry.Pose3d, SwerveModuleState):
+        wpistruct.forEachNested(
+            struct,
+            lambda name, schema: expected.__setitem__(name, schema if isinstance(schema, bytes) else schema.encode()),
+        )
     assert {name.removeprefix("NT:/.schema/"): rows[0][1] for name, rows in values.items()} == expected
 
 
@@ -123,7 +127,70 @@ def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) ->
         rows.append(Snapshot(time=0.02 * k, tick=k, pose_arrays={"fuel": long.copy(), "parts": short.copy()}))
     _, values = read(written(tmp_path / "run.wpilog", rows, bulk_period=0.06))
     assert [stamp for stamp, _ in values["NT:/fuel"]] == [20_000, 60_000, 120_000, 180_000, 240_000]
+    assert values["NT:/fuel"][-1][1] == long.tobytes(), "also the last"
     assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
+
+
+def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_path: Path) -> None:
+    rows = [
+        Snapshot(
+            time=0.02 * k,
+            tick=k,
+            pose_arrays={
+                "Sim/Held/Fuel": np.full((3, 7), float(k)),
+                "Sim/GamePieces/Fuel": np.full((100, 7), float(k)),
+            },
+            integer_arrays={"Sim/ShotIds": np.arange(k), "Sim/HeldIds/Fuel": np.full(3, k)},
+        )
+        for k in range(1, 66)
+    ]
+    path = tmp_path / "run.wpilog"
+    with WpilogSink(path) as sink:
+        for row in rows:
+            sink.write(row)
+    _, values = read(path)
+    assert len(values["NT:/Sim/ShotIds"]) == 65, "a shot has the time of its row"
+    held = [stamp for stamp, _ in values["NT:/Sim/Held/Fuel"]]
+    assert held == [20_000, *range(40_000, 1_300_000, 40_000), 1_300_000]
+    assert held == [stamp for stamp, _ in values["NT:/Sim/HeldIds/Fuel"]]
+    lying = [stamp for stamp, _ in values["NT:/Sim/GamePieces/Fuel"]]
+    assert lying == [20_000, *range(100_000, 1_300_001, 100_000)]
+    end = read_log(path).snapshot_at(1.3)
+    assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/ShotIds"]) == 65
+
+
+def test_wpilib_unpacks_states_of_swerve_modules(tmp_path: Path) -> None:
+    pytest.importorskip("wpimath.geometry")
+    from wpimath.kinematics import SwerveModuleState
+    from wpiutil import wpistruct
+
+    states = np.array([(1.5, -0.25), (-2.0, 3.0)])
+    rows = [
+        Snapshot(
+            time=0.02, tick=0, state_arrays={"Sim/Robot/SwerveStates": states, "Sim/Robot/SwerveSetpoints": states[:0]}
+        )
+    ]
+    path = written(tmp_path / "run.wpilog", rows)
+    types, values = read(path)
+    assert types["NT:/Sim/Robot/SwerveStates"] == "struct:SwerveModuleState[]"
+    found = wpistruct.unpackArray(SwerveModuleState, values["NT:/Sim/Robot/SwerveStates"][0][1])
+    assert [(one.speed, one.angle.radians()) for one in found] == [(1.5, -0.25), (-2.0, 3.0)]
+    assert values["NT:/Sim/Robot/SwerveSetpoints"] == [(20_000, b"")]
+    again = read_log(path).snapshot_at(0.02).state_arrays
+    assert again["Sim/Robot/SwerveStates"].tolist() == states.tolist() and again["Sim/Robot/SwerveSetpoints"].shape == (
+        0,
+        2,
+    )
+
+
+def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> None:
+    """Four bytes of microseconds are 71.6 minutes."""
+    times = (4294.96, 4294.98, 5000.0)
+    rows = [Snapshot(time=time, tick=k, doubles={"x": time}) for k, time in enumerate(times)]
+    path = written(tmp_path / "run.wpilog", rows)
+    _, values = read(path)
+    assert [stamp for stamp, _ in values["NT:/x"]] == [4_294_960_000, 4_294_980_000, 5_000_000_000]
+    assert read_log(path).series("x")[0].tolist() == list(times)
 
 
 def test_wpilib_reads_texts_and_arrays_of_integers(tmp_path: Path, snapshots: list[Snapshot]) -> None:
@@ -286,7 +353,8 @@ def test_closed_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     ("change", "words"),
     [
         ({"poses": {"p": np.zeros(6)}}, r"p: a pose needs shape \(7,\)"),
-        ({"pose_arrays": {"p": np.zeros((3, 6))}}, r"p: poses need shape \(n, 7\)"),
+        ({"pose_arrays": {"p": np.zeros((3, 6))}}, r"p: struct:Pose3d\[\] needs shape \(n, 7\) as x, y, z"),
+        ({"state_arrays": {"s": np.zeros((4, 3))}}, r"s: struct:SwerveModuleState\[\] needs shape \(n, 2\) as speed"),
         ({"integer_arrays": {"i": np.zeros((3, 2), dtype=np.int64)}}, r"i: integers need shape \(n,\)"),
         ({"integer_arrays": {"i": np.zeros(3)}}, "an integer type"),
         ({"doubles": {"x": 1.0}, "integers": {"x": 1}}, "x: logged as double before, now as int64"),
