@@ -153,7 +153,6 @@ def _play(options: argparse.Namespace) -> int:
                 return 130
             while seed is not None:
                 played = _run(options, plan, seed, [*sinks, *watch.sinks()], watch, interrupted)
-                outputs.note_shortfalls(played)
                 played.match.close()  # the log is whole from here on
                 if not watch.wants_restart:
                     _report(options, played, outputs)

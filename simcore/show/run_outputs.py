@@ -111,15 +111,6 @@ class RunOutputs:
             sinks.append(self._guard)
         return sinks
 
-    def note_shortfalls(self, run: AutoRun) -> None:
-        """Let page and log say what fell short, before the match is closed."""
-        if run.report.shortfalls:
-            run.match.record.warnings.extend(run.report.shortfalls)
-            last = run.match.snapshot()
-            self.recording.note("Sim/Warnings", last.strings["Sim/Warnings"])
-            if self._guard is not None:
-                self._guard.write(last)
-
     def write(self, run: AutoRun) -> dict[str, str]:
         """Draw everything, after the run; returns what was written, by kind."""
         written: dict[str, str] = {}

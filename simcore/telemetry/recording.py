@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
-from typing import Generic, Literal, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -78,12 +78,14 @@ class Recording:
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Keep one snapshot."""
+        """Keep one snapshot; a second one of the same time takes the place of the first."""
         time = snapshot.time
         self._cadence.take(time)
         bulk = self._bulk_cadence.take(time)
         if self._times and time < self._times[-1]:
             self._forget(len(self._times))
+        elif self._times and time == self._times[-1]:
+            self._drop_last()
         rows = len(self._times)
         self._times.append(time)
         self._ticks.append(snapshot.tick)
@@ -120,10 +122,6 @@ class Recording:
             texts.append(snapshot.strings.get(key))
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
-
-    def note(self, key: str, text: str) -> None:
-        """Let the last snapshot have a text that was not known before."""
-        self._strings.setdefault(key, [None] * len(self))[-1] = text
 
     def close(self) -> None:
         """Take no more; what was kept stays."""
@@ -279,6 +277,21 @@ class Recording:
         if key not in self._arrays:
             raise UnknownNameError("recorded array of poses", key, self._arrays)
         return self._arrays[key]
+
+    def _drop_last(self) -> None:
+        """Drop the newest row."""
+        time = self._times.pop()
+        self._ticks.pop()
+        for column in self._numbers.values():
+            column.pop()
+        for columns in self._poses.values():
+            del columns[-7:]
+        for texts in self._strings.values():
+            texts.pop()
+        arrays: list[list[Any]] = [*self._arrays.values(), *self._integer_arrays.values()]
+        for kept in arrays:
+            if kept and kept[-1][0] == time:
+                kept.pop()
 
     def _forget(self, rows: int) -> None:
         """Drop the oldest so many rows."""

@@ -97,6 +97,17 @@ def test_a_jump_back_in_time_begins_a_new_run() -> None:
     assert centers(recording, 9.9) == pytest.approx(places(0.02), abs=1e-6)
 
 
+def test_a_second_snapshot_of_one_time_takes_the_place_of_the_first() -> None:
+    """As a match ends, what fell short is told once more with the last tick."""
+    recording, last = recorded(3), snapshot(2)
+    recording.write(replace(last, doubles={**last.doubles, "new": 1.0}, strings={"Sim/Warnings": "nothing held"}))
+    assert recording.times == pytest.approx([0.02, 0.04, 0.06])
+    assert recording.series("new")[0] == pytest.approx([0.06])
+    assert recording.strings("Sim/Warnings")[1] == ["nothing held"]
+    assert len(recording.series("Sim/Debug/BatteryVoltage")[1]) == len(recording.poses("Sim/Robot/Pose3d")[1]) == 3
+    assert len(list(recording.snapshots())) == 3
+
+
 def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
     recording = recorded(1000, seconds=2.0)
     times = recording.times
