@@ -12,12 +12,12 @@ import inspect
 import math
 import sys
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, Union, get_args, get_origin
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 
@@ -76,6 +76,8 @@ __all__ = [
     "VOLTAGE",
     "VOLTAGE_OR_NONE",
     "WHEEL_RADIUS",
+    "DeviceAddress",
+    "DeviceKey",
     "Quantity",
     "Row",
     "checked_number",
@@ -424,6 +426,65 @@ def _type_text(kind: Any) -> str:
     words = {NoneType: "None", bool: "True or False", str: "a text", int: "a whole number", float: "a number"}
     name = getattr(kind, "__name__", str(kind))
     return words.get(kind, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
+
+
+_OWN_BUSES = ("", "rio", "can_s2")
+"""Names of the bus that a device is on whose program names none: of a roboRIO and, since 2027, of a Systemcore.
+
+Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
+"""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class DeviceAddress:
+    """Where a device is.
+
+    >>> str(DeviceAddress(3, "canivore")), DeviceAddress(3, "rio") == DeviceAddress(3)
+    ('canivore:3', True)
+    >>> DeviceAddress.parse("canivore:3")
+    DeviceAddress(number=3, bus='canivore')
+    """
+
+    number: int
+    """CAN id, or channel of a port."""
+    bus: str = ""
+    """Name of its CAN bus; empty: the controller's own."""
+
+    FORM: ClassVar[str] = 'a whole number from 0 to 62, or as "canivore:3" on another bus'
+
+    def __post_init__(self) -> None:
+        if self.bus in _OWN_BUSES:
+            object.__setattr__(self, "bus", "")
+
+    def __str__(self) -> str:
+        return f"{self.bus}:{self.number}" if self.bus else str(self.number)
+
+    @property
+    def in_file(self) -> int | str:
+        """As simcore.toml has it."""
+        return str(self) if self.bus else self.number
+
+    @classmethod
+    def parse(cls, value: object) -> DeviceAddress | None:
+        """What simcore.toml has; None: it is no address."""
+        bus = ""
+        if isinstance(value, str):
+            bus, _, digits = value.rpartition(":")
+            value = int(digits) if bus and digits.isdecimal() else None
+        return cls(value, bus) if type(value) is int and 0 <= value <= 62 else None
+
+    def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
+        """The one of these that a file means: without a bus the only one of its number, wherever that is.
+
+        >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
+        DeviceAddress(number=3, bus='canivore')
+        """
+        same = {one for one in built if one.number == self.number}
+        return same.pop() if not self.bus and self not in same and len(same) == 1 else self
+
+
+DeviceKey: TypeAlias = tuple[str, DeviceAddress]
+"""A device or port: its model, as its maker writes it, and where it is."""
 
 
 def number_flag(quantity: Quantity) -> Callable[[str], float]:

@@ -17,6 +17,7 @@ from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encod
 from simcore.devices.simulation_questions import place_of_question
 from simcore.devices.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.drivetrain_table import ON_PORTS, DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
@@ -139,8 +140,8 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
     where = f"{FILE_NAME} [drivetrain]"
     steer_model = table.steer_controller or table.controller
     wheels = []
-    for k, numbers in enumerate(table.drive):
-        motors = tuple(find_device(where, table.controller, number) for number in numbers)
+    for k, places in enumerate(table.drive):
+        motors = tuple(find_device(where, table.controller, address) for address in places)
         steer = find_device(where, steer_model, table.steer[k]) if table.steer else None
         encoder = steer if table.encoder == "wired" else None
         if table.encoders:
@@ -150,7 +151,7 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
             motors = with_followers(motors)
         wheel = wired_encoder(motors[0])
         if k < len(table.wheel_encoders):
-            wheel = find_device(where, "Encoder", table.wheel_encoders[k])
+            wheel = find_device(where, "Encoder", DeviceAddress(table.wheel_encoders[k]))
         wheels.append(
             FoundWheel(
                 name=("left", "right")[k] if table.kind == "tank" else f"module {k}",

@@ -12,6 +12,7 @@ from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
 from simcore.devices.program_odometry import on_wheel_distance
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
@@ -91,7 +92,7 @@ class ConnectedDrivetrain:
     def __init__(self, found: FoundDrivetrain, ports: SwervePorts | ShaftPorts) -> None:
         self.found = found
         self.devices = found.keys
-        """Of all its devices, (model, id)."""
+        """Keys of all its devices."""
         self.run = ports.run
         self.read = ports.read
         self.write = ports.write
@@ -145,14 +146,11 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
 
 
 def _require_own(found: FoundDrivetrain) -> None:
-    owners: dict[tuple[str, int], str] = {}
+    owners: dict[DeviceKey, str] = {}
     for wheel in found.wheels:
         for device in wheel.devices:
             if device.key in owners:
-                raise ConfigError(
-                    f"drivetrain: {device} is in {owners[device.key]} and in {wheel.name}; simulated ids must differ "
-                    "across CAN buses too"
-                )
+                raise ConfigError(f"drivetrain: {device} is in {owners[device.key]} and in {wheel.name}")
             owners[device.key] = wheel.name
 
 

@@ -29,20 +29,20 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
     if found.kind == "tank":
         model = first.motors[0].model
         for wheel in wheels:  # the program says itself who follows, of whatever model
-            rows.append((wheel.name, [d.device_id for d in wheel.motors if d.model == model], "the leader first"))
+            rows.append((wheel.name, [d.address.in_file for d in wheel.motors if d.model == model], "the leader first"))
     else:
-        rows.append(("drive", [wheel.motors[0].device_id for wheel in wheels], _names(wheels)))
+        rows.append(("drive", [wheel.motors[0].address.in_file for wheel in wheels], _names(wheels)))
     if first.steer is not None:
         if first.steer.model != first.motors[0].model:
             rows.append(("steer_controller", first.steer.model, ""))
-        rows.append(("steer", [w.steer.device_id for w in wheels if w.steer is not None], ""))
+        rows.append(("steer", [w.steer.address.in_file for w in wheels if w.steer is not None], ""))
         rows += _encoders(wheels)
     if found.kind != "tank":
         rows += [("x", [_rounded(w.place[0]) for w in wheels], "forward of the center")]
         rows += [("y", [_rounded(w.place[1]) for w in wheels], "")]
     rows += _signs(wheels)
     if first.wheel_encoder is not None and first.wheel_encoder.model == "Encoder":
-        rows.append(("wheel_encoders", [w.wheel_encoder.device_id for w in wheels if w.wheel_encoder], "DIO"))
+        rows.append(("wheel_encoders", [w.wheel_encoder.address.in_file for w in wheels if w.wheel_encoder], "DIO"))
         if all(w.meters_per_encoder_turn for w in wheels):
             rows.append(
                 (
@@ -70,7 +70,7 @@ def _encoders(wheels: tuple[FoundWheel, ...]) -> list[Row]:
         return [("encoder", "wired", "absolute encoders at the steer motors' controllers")]
     return [
         ("encoder", first.encoder.model, ""),
-        ("encoders", [w.encoder.device_id for w in wheels if w.encoder is not None], ""),
+        ("encoders", [w.encoder.address.in_file for w in wheels if w.encoder is not None], ""),
     ]
 
 

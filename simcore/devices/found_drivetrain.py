@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceKey
 from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure"]
-
-Key = tuple[str, int]
 
 
 class DrivetrainNotFoundError(ConfigError):
@@ -96,8 +95,8 @@ class FoundDrivetrain:
     """Whether a library's own object drives it, which is found again without a table."""
 
     @property
-    def keys(self) -> tuple[Key, ...]:
-        """(model, id) of all its devices."""
+    def keys(self) -> tuple[DeviceKey, ...]:
+        """Of all its devices."""
         found = [d.key for wheel in self.wheels for d in wheel.devices]
         found += [] if self.gyro is None else [self.gyro.key]
         return tuple(dict.fromkeys(found))

@@ -24,6 +24,7 @@ from simcore.devices.found_drivetrain import FoundDrivetrain
 from simcore.devices.import_watch import after_import
 from simcore.devices.recorder import BuiltDevices, watch_program
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim
@@ -46,10 +47,9 @@ __all__ = [
     "known_device",
     "maker_of",
     "makers",
+    "require_distinct_devices",
     "watch_makers",
 ]
-
-Key = tuple[str, int]
 
 MAKER_MODULES: list[tuple[str, str]] = [
     ("phoenix6", "simcore.phoenix6.ctre_maker"),
@@ -77,7 +77,7 @@ class MotorFacts:
     """In neutral; else it coasts."""
     units_per_rotor_turn: float = 1.0
     """What robot code reads as position per turn of the rotor; 1 also where the controller has no encoder."""
-    sensor: Key | None = None
+    sensor: DeviceKey | None = None
     """Encoder beside the rotor that closes its position loop: of another device, or of its own (its own key)."""
     rotor_per_sensor: float | None = None
     """Rotor turns per turn of that encoder; None: it is configured nowhere [-]."""
@@ -170,24 +170,27 @@ class Maker:
     def watch(self) -> None:
         """Note from now on what a program builds; again is harmless."""
 
-    def watch_simulations(self, may_write: Callable[[Key], bool]) -> None:
+    def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
         """Ask before each write of a team's own simulation into a device; again is for anew.
 
         Args:
-            may_write: Gets model and id; False drops the write, as the device belongs to simcore.
+            may_write: Gets model and address; False drops the write, as the device belongs to simcore.
         """
 
     def built(self) -> list[BuiltDevice]:
-        """What the program has built, sensors and lights too, one per model and number."""
+        """What the program has built, sensors and lights too, one per model and address."""
         return self.devices.devices()
 
     def device_of(self, made: Any) -> BuiltDevice | None:
         """The device that an object of robot code is, of whatever class the program derived; None: another maker's."""
         return self.devices.find(made)
 
-    def clashes(self) -> list[str]:
-        """Devices that the simulation cannot tell apart, a sentence each."""
-        return []
+    def require_distinct(self) -> None:
+        """Make sure that the simulation tells all devices apart.
+
+        Raises:
+            ConfigError: It makes one of two.
+        """
 
     def lights(self) -> Mapping[str, LightsShown]:
         """What its lights show, by the names of the devices."""
@@ -289,7 +292,7 @@ def installed_makers() -> list[Maker]:
     return [_maker(module) for package, module in MAKER_MODULES if find_spec(package) is not None]
 
 
-def watch_makers(may_write: Callable[[Key], bool] | None = None) -> None:
+def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
     """Note from now on what a program builds, of every maker and of WPILib; before the program is imported.
 
     A maker's package is watched as soon as the program imports it: none is loaded for nothing.
@@ -302,11 +305,21 @@ def watch_makers(may_write: Callable[[Key], bool] | None = None) -> None:
         after_import(package, partial(_watch, module, may_write))
 
 
-def _watch(module: str, may_write: Callable[[Key], bool] | None, _: Any) -> None:
+def _watch(module: str, may_write: Callable[[DeviceKey], bool] | None, _: Any) -> None:
     maker = _maker(module)
     maker.watch()
     if may_write is not None:
         maker.watch_simulations(may_write)
+
+
+def require_distinct_devices() -> None:
+    """Make sure that simulations tell all devices apart that the program has built.
+
+    Raises:
+        ConfigError: One makes one of two.
+    """
+    for maker in makers():
+        maker.require_distinct()
 
 
 def maker_of(device: BuiltDevice) -> Maker:
@@ -345,13 +358,13 @@ def known_device(made: Any) -> BuiltDevice:
     return device
 
 
-def find_device(where: str, models: str | Sequence[str], number: int) -> BuiltDevice:
+def find_device(where: str, models: str | Sequence[str], address: DeviceAddress) -> BuiltDevice:
     """A device that the program has built.
 
     Args:
         where: In messages, what asks for it.
-        models: As their makers write them; the first that there is of this number.
-        number: CAN id or channel.
+        models: As their makers write them; the first that there is at this address.
+        address: Without a bus the only one of its number, on whichever bus, is meant as well.
 
     Raises:
         ConfigError: It has built no such device, or the library of its maker is not installed.
@@ -361,7 +374,8 @@ def find_device(where: str, models: str | Sequence[str], number: int) -> BuiltDe
         raise ConfigError(f"{where}: a {first} needs REVLib, which is not installed: pip install robotpy-rev")
     built = {device.key: device for maker in makers() for device in reversed(maker.built())}
     for model in (first, *more):
-        if (model, number) in built:
-            return built[model, number]
-    there = sorted(n for model, n in built if model == first)
-    raise ConfigError(f"{where}: the robot program builds no {first} {number}; it builds {first} {there}")
+        key = model, address.among(at for m, at in built if m == model)
+        if key in built:
+            return built[key]
+    there = ", ".join(str(at) for model, at in sorted(built) if model == first)
+    raise ConfigError(f"{where}: the robot program builds no {first} {address}; it builds {first} [{there}]")

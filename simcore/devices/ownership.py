@@ -8,14 +8,14 @@ and physics does not write that device.
 from __future__ import annotations
 
 import logging
+from collections.abc import Set
 
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceKey
 
 __all__ = ["DRIVETRAIN", "Ownership"]
 
 _log = logging.getLogger(__name__)
-
-Key = tuple[str, int]
 
 _MANY = 100  # dropped writes; fewer may come from a model that was at work in another thread when it was switched off
 
@@ -27,12 +27,12 @@ class Ownership:
     """Who writes which device; one per program, made before the robot is built."""
 
     def __init__(self) -> None:
-        self._claimed: dict[Key, str] = {}
+        self._claimed: dict[DeviceKey, str] = {}
         self._dropped: dict[str, int] = {}
-        self.foreign: set[Key] = set()
-        """Devices that another model has written, as (model, id)."""
+        self.foreign: set[DeviceKey] = set()
+        """Devices that another model has written."""
 
-    def claim(self, key: Key, owner: str) -> None:
+    def claim(self, key: DeviceKey, owner: str) -> None:
         """Let only physics write this device from now on; `owner` is its name in messages.
 
         Raises:
@@ -47,7 +47,12 @@ class Ownership:
             )
         self._claimed[key] = owner
 
-    def may_write(self, key: Key) -> bool:
+    @property
+    def claimed(self) -> Set[DeviceKey]:
+        """Devices that only physics writes."""
+        return self._claimed.keys()
+
+    def may_write(self, key: DeviceKey) -> bool:
         """Note a write from outside to a device; False if it is to be dropped, as physics has claimed the device."""
         owner = self._claimed.get(key)
         if owner is None:
@@ -56,7 +61,7 @@ class Ownership:
         self._dropped[owner] = count = self._dropped.get(owner, 0) + 1
         if count == _MANY:
             _log.warning(
-                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped",
+                "%s %s belongs to simcore's %s: what the project's own simulation writes into it is dropped",
                 *key,
                 owner,
             )

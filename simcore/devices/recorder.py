@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from simcore import season
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = [
@@ -86,8 +87,8 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
 def guard(
     owner: Any,
     method: str,
-    key_of: Callable[[Any], tuple[str, int] | None],
-    may_write: Callable[[tuple[str, int]], bool],
+    key_of: Callable[[Any], DeviceKey | None],
+    may_write: Callable[[DeviceKey], bool],
     *,
     drops: bool = True,
     dropped: object = None,
@@ -97,7 +98,7 @@ def guard(
     Args:
         owner: Class that has the method; a guard of before is replaced.
         method: Its name.
-        key_of: Model and id of the device, from the object; None: not known, so nobody asks.
+        key_of: Model and address of the device, from the object; None: not known, so nobody asks.
         may_write: Gets these.
         drops: Whether a call that may not be is left out; else it is only noted, as one that gives something to write.
         dropped: Answer to a call that is left out.
@@ -131,50 +132,43 @@ class BuiltDevices:
     ...     def __init__(self, number):
     ...         self.number = number
     >>> motors = BuiltDevices()
-    >>> motors.record(Motor, "motor", lambda made, args, settings: made.number)
+    >>> motors.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
     >>> made = Motor(3)
     >>> [str(device) for device in motors.devices()], str(motors.find(made))
     (['motor 3'], 'motor 3')
     """
 
     def __init__(self) -> None:
-        self._built: list[tuple[str, int, str, weakref.ref[Any]]] = []
-        self._keys: dict[int, tuple[weakref.ref[Any], tuple[str, int]]] = {}
+        self._built: list[tuple[str, DeviceAddress, weakref.ref[Any]]] = []
+        self._keys: dict[int, tuple[weakref.ref[Any], DeviceKey]] = {}
 
-    def record(
-        self,
-        cls: Any,
-        model: str,
-        number_of: Callable[[Any, Arguments, Settings], int],
-        bus_of: Callable[[Any], str] = lambda made: "rio",
-    ) -> None:
+    def record(self, cls: Any, model: str, address_of: Callable[[Any, Arguments, Settings], DeviceAddress]) -> None:
         """Note each object of a class from now on.
 
         Args:
             cls: Of the maker's library.
             model: As its maker writes it.
-            number_of: Id or channel of an object, from itself or from what it was built with; below zero: it is none.
-            bus_of: Name of its bus.
+            address_of: Of an object, from itself or from what it was built with; with a number below zero it is none.
         """
-        record_class(cls, lambda made, args, settings: self.add(model, number_of(made, args, settings), made, bus_of))
+        record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
-    def add(self, model: str, number: int, made: Any, bus_of: Callable[[Any], str] = lambda made: "rio") -> None:
+    def add(self, model: str, address: DeviceAddress, made: Any) -> None:
         """Note one object; once is enough."""
         known = self._keys.get(id(made))
-        if number >= 0 and (known is None or known[0]() is not made):
+        if address.number >= 0 and (known is None or known[0]() is not made):
             reference = weakref.ref(made)
-            self._built.append((model, int(number), bus_of(made), reference))
-            self._keys[id(made)] = reference, (model, int(number))
+            self._built.append((model, address, reference))
+            self._keys[id(made)] = reference, (model, address)
 
     @property
     def objects(self) -> list[BuiltDevice]:
         """One per object, in the order they were built."""
-        found = [(model, number, bus, reference()) for model, number, bus, reference in self._built]
-        return [BuiltDevice(*entry) for entry in found if entry[3] is not None]
+        found = [BuiltDevice(model, address, reference()) for model, address, reference in self._built]
+        return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """One per model and id; the first object where a program has built two."""
-        found: dict[tuple[str, int], BuiltDevice] = {}
+        """One per model and address; the first object where a program has built two."""
+        found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())

@@ -21,6 +21,7 @@ from wpimath.geometry import Quaternion, Rotation2d, Rotation3d
 from simcore.devices.answers import Answers
 from simcore.devices.makers import Maker
 from simcore.devices.recorder import after_call
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot.motor_ports import GyroPort
 
@@ -133,8 +134,8 @@ _navx3: dict[int, Navx3Port] = {}  # by CAN id
 
 def _note_reset(made: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
     device = MAKER.device_of(made)
-    if device is not None and device.device_id in _navx3:
-        _navx3[device.device_id].zero()
+    if device is not None and device.address.number in _navx3:
+        _navx3[device.address.number].zero()
 
 
 _answers = Answers[NavxPort]()
@@ -162,8 +163,8 @@ _COMMANDS: dict[str, Any] = {
 }
 
 
-def _number_of_navx3(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> int:
-    return int(settings.get("deviceId", args[0] if args else settings.get("port", 0)))
+def _address_of_navx3(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> DeviceAddress:
+    return DeviceAddress(int(settings.get("deviceId", args[0] if args else settings.get("port", 0))))
 
 
 def _create_spi() -> navx.AHRS:
@@ -178,15 +179,15 @@ class _Studica(Maker):
     sim_devices = ("navX-Sensor[", "NavX3[")
 
     def watch(self) -> None:
-        self.devices.record(navx.AHRS, "navX", lambda made, args, settings: made.getPort())
+        self.devices.record(navx.AHRS, "navX", lambda made, args, settings: DeviceAddress(int(made.getPort())))
         navx.AHRS.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
-        self.devices.record(navx.Navx, "navX3", _number_of_navx3)
+        self.devices.record(navx.Navx, "navX3", _address_of_navx3)
         after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)
         _answers.wrap(navx.AHRS, _COMMANDS, also_original=True)
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        return NavxPort(gyro.hardware) if gyro.model == "navX" else Navx3Port(gyro.device_id)
+        return NavxPort(gyro.hardware) if gyro.model == "navX" else Navx3Port(gyro.address.number)
 
 
 MAKER = _Studica()

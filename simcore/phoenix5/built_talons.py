@@ -17,6 +17,7 @@ from phoenix5 import ControlMode, DemandType, FeedbackDevice, NeutralMode, Talon
 from simcore.devices.recorder import BuiltDevices, guard, record_class
 from simcore.phoenix5.talon_loop import ControlMode as Mode
 from simcore.phoenix5.talon_loop import Demand, SlotGains, TalonConfiguration
+from simcore.quantities import DeviceAddress, DeviceKey
 
 __all__ = ["MODELS", "TALONS", "TalonRecord", "record_of", "watch_simulations", "watch_talons"]
 
@@ -244,7 +245,7 @@ def watch_talons() -> None:
     for model, classes in MODELS.items():
         for cls in classes:
             record_class(cls, _note_built)
-            TALONS.record(cls, model, lambda made, args, settings: made.getDeviceID())
+            TALONS.record(cls, model, lambda made, args, settings: DeviceAddress(made.getDeviceID()))
             for name in (*_FIELDS, *_SLOT_FIELDS, *_NOTES):
                 method = getattr(cls, name, None)
                 if method is not None and not hasattr(method, "_notes"):
@@ -275,7 +276,7 @@ def _noting(method: Any, name: str) -> Any:
     return noted
 
 
-def watch_simulations(may_write: Callable[[tuple[str, int]], bool]) -> None:
+def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
     """Ask whenever a team's own simulation takes a controller's simulated side; see `Maker.watch_simulations`."""
     for classes in MODELS.values():
         for cls in classes:
@@ -283,5 +284,5 @@ def watch_simulations(may_write: Callable[[tuple[str, int]], bool]) -> None:
                 guard(cls, "getSimCollection", _key_of, may_write, drops=False)
 
 
-def _key_of(talon: Any) -> tuple[str, int]:
-    return record_of(talon).model, int(talon.getDeviceID())
+def _key_of(talon: Any) -> DeviceKey:
+    return record_of(talon).model, DeviceAddress(talon.getDeviceID())

@@ -17,6 +17,7 @@ from simcore.phoenix5.built_talons import TALONS, record_of, watch_simulations, 
 from simcore.phoenix5.talon_loop import ControlMode
 from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim
 from simcore.phoenix5.talon_srx_port import TalonSRXPort, answer_for_talons
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
@@ -103,10 +104,10 @@ class _Ctre5(LoopMaker):
         watch_talons()
         answer_for_talons()
         for cls in (PigeonIMU, WPI_PigeonIMU):
-            self.devices.record(cls, "Pigeon IMU", lambda made, args, settings: made.getDeviceNumber())
+            self.devices.record(cls, "Pigeon IMU", lambda made, args, settings: DeviceAddress(made.getDeviceNumber()))
             _answers.wrap(cls, _ANSWERS)
 
-    def watch_simulations(self, may_write: Callable[[tuple[str, int]], bool]) -> None:
+    def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
         watch_simulations(may_write)
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:

@@ -5,6 +5,7 @@ Classes are watched as this module is imported: before the robot is built, as ph
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -13,18 +14,21 @@ from phoenix6 import configs, hardware
 from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
 from phoenix6.status_code import StatusCode
 
-from simcore.devices.recorder import BuiltDevices, guard
+from simcore.devices.recorder import BuiltDevices, after_call, guard
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = [
     "DEVICES",
     "MODELS",
     "PATIENCE",
     "Feedback",
-    "clashes",
+    "address_of",
     "feedback_of",
     "key_of",
     "read_configuration",
+    "require_distinct",
     "talon_configuration",
     "watch_simulations",
 ]
@@ -65,44 +69,50 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
 """What a team's own simulation calls to write the simulated state of a device."""
 
 
-def watch_simulations(may_write: Callable[[tuple[str, int]], bool]) -> None:
+_simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
+
+
+def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
     """Ask before a team's own simulation writes; see `Maker.watch_simulations`."""
-    for model, (cls, names) in _SETTERS.items():
+    for cls, names in _SETTERS.values():
+        after_call(cls, "__init__", _note_simulation)
         for name in names:
-            guard(cls, name, _key_by_state(model), may_write, dropped=StatusCode.OK)
+            guard(cls, name, _simulated.get, may_write, dropped=StatusCode.OK)
 
 
-def _key_by_state(model: str) -> Callable[[Any], tuple[str, int]]:
-    return lambda state: (model, state._id)
+def _note_simulation(state: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _simulated[state] = key_of(next(iter((*args, *settings.values()))))
 
 
-def _bus(made: Any) -> str:
-    """The bus's name; an empty one and `rio` are the same bus."""
-    network = getattr(made, "network", "")
-    name = str(getattr(network, "name", network))
-    return "rio" if name in ("", "rio") else name
+def key_of(made: Any) -> DeviceKey:
+    """Model and address of a device object, whatever class a program derived."""
+    return next(model for model, cls in MODELS.items() if isinstance(made, cls)), address_of(made)
+
+
+def address_of(made: Any) -> DeviceAddress:
+    """Id and bus of a device object."""
+    return DeviceAddress(int(made.device_id), made.network.name)
 
 
 for _model, _cls in MODELS.items():
-    DEVICES.record(_cls, _model, lambda made, args, settings: made.device_id, _bus)
+    DEVICES.record(_cls, _model, lambda made, args, settings: address_of(made))
 
 
-def clashes() -> list[str]:
-    """Devices that are two on the robot, on different buses, but one in the simulation; a sentence each."""
-    buses: dict[tuple[str, int], set[str]] = {}
-    for device in DEVICES.objects:
-        buses.setdefault(device.key, set()).add(device.bus)
-    return [
-        f"{model} {number} is on the buses {', '.join(sorted(names))}: the device simulation knows ids only and makes "
-        "them one"
-        for (model, number), names in buses.items()
-        if len(names) > 1
-    ]
+def require_distinct() -> None:
+    """Make sure that CTRE's own simulation tells all devices apart: it knows them by model and id alone.
 
-
-def key_of(made: Any) -> tuple[str, int]:
-    """Model and id of a device object, whatever class a program derived."""
-    return next(model for model, cls in MODELS.items() if isinstance(made, cls)), int(made.device_id)
+    Raises:
+        ConfigError: Two on different buses have one id.
+    """
+    known: dict[tuple[str, int], BuiltDevice] = {}
+    for device in DEVICES.devices():
+        other = known.setdefault((device.model, device.address.number), device)
+        if other is not device:
+            raise ConfigError(
+                f"{other} and {device}, on two CAN buses, are one device in CTRE's own simulation, which knows models "
+                "and ids alone: give one of them another id, or start with SIMCORE_PHOENIX=simulated in the "
+                "environment, simcore's emulator, which tells them apart"
+            )
 
 
 PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)

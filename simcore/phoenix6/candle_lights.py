@@ -12,6 +12,8 @@ import numpy as np
 from phoenix6.hardware import CANdle
 
 from simcore.devices.recorder import after_call
+from simcore.phoenix6.built_devices import address_of
+from simcore.quantities import DeviceAddress
 from simcore.typing import IntArray
 
 __all__ = ["candle_lights"]
@@ -89,18 +91,18 @@ def _rgb(color: Any) -> int:
     return r << 16 | g << 8 | b
 
 
-_lights: dict[int, CANdleLights] = {}
+_lights: dict[DeviceAddress, CANdleLights] = {}
 
 
-def candle_lights() -> dict[int, CANdleLights]:
-    """The lights of every CANdle that has been told anything yet, by CAN id."""
+def candle_lights() -> dict[DeviceAddress, CANdleLights]:
+    """The lights of every CANdle that has been told anything yet."""
     return _lights
 
 
 def _note_request(candle: Any, status: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
     if status.is_ok() and candle.device_id >= 0:  # below zero: CANdle.none(), which is no device
         request = next(iter((*args, *settings.values())))
-        _lights.setdefault(int(candle.device_id), CANdleLights()).note(request)
+        _lights.setdefault(address_of(candle), CANdleLights()).note(request)
 
 
 after_call(CANdle, "set_control", _note_request)  # from the import of this module on

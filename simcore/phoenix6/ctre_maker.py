@@ -22,15 +22,16 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import (
     DEVICES,
     Feedback,
-    clashes,
     feedback_of,
     key_of,
+    require_distinct,
     talon_configuration,
     watch_simulations,
 )
 from simcore.phoenix6.candle_lights import candle_lights
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
+from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort, is_configured_clockwise
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
@@ -107,8 +108,7 @@ class CtreDrivetrain:
 
 
 def _ctre_device(made: Any) -> BuiltDevice:
-    model, number = key_of(made)
-    return BuiltDevice(model, number, "", made)
+    return BuiltDevice(*key_of(made), made)
 
 
 def _wheel(k: int, module: Any, constants: Any) -> FoundWheel:
@@ -161,14 +161,15 @@ class _Ctre(Maker):
     def watch(self) -> None:
         watch_sets(hardware.Pigeon2, "set_yaw", "gyro's heading", StatusCode.OK)
 
-    def watch_simulations(self, may_write: Callable[[tuple[str, int]], bool]) -> None:
+    def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
         watch_simulations(may_write)
 
-    def clashes(self) -> list[str]:
-        return clashes()
+    def require_distinct(self) -> None:
+        if not is_emulated():
+            require_distinct()
 
     def lights(self) -> Mapping[str, LightsShown]:
-        return {f"CANdle{number}": lights for number, lights in candle_lights().items()}
+        return {f"CANdle{at.number}{f'_{at.bus}' * bool(at.bus)}": lights for at, lights in candle_lights().items()}
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
         return group_by_leader(motors, _leader)
@@ -176,7 +177,11 @@ class _Ctre(Maker):
     def facts(self, motor: BuiltDevice) -> MotorFacts:
         config = talon_configuration(motor.hardware, motor.model)
         feedback, limits = feedback_of(config), config.current_limits
-        sensor = ("CANcoder", feedback.remote_id) if "CANCODER" in feedback.source else None
+        sensor = (
+            ("CANcoder", DeviceAddress(feedback.remote_id, motor.address.bus))
+            if "CANCODER" in feedback.source
+            else None
+        )
         return MotorFacts(
             motor=_usual_motor(config),
             is_guess=_arrangement(config) not in ARRANGEMENTS,
@@ -211,10 +216,10 @@ class _Ctre(Maker):
             weight=weight,
             arm=_arm(device, config) if is_arm else None,
         )
-        source, number = feedback.source, feedback.remote_id
-        sensors: tuple[tuple[str, int], ...] = ()
+        source, remote = feedback.source, DeviceAddress(feedback.remote_id, device.address.bus)
+        sensors: tuple[DeviceKey, ...] = ()
         if "CANCODER" in source or ("CANDI" in source and "QUADRATURE" not in source):  # which is not simulated
-            sensors = (("CANcoder" if "CANCODER" in source else "CANdi", number),)
+            sensors = (("CANcoder" if "CANCODER" in source else "CANdi", remote),)
         is_clockwise = config.motor_output.inverted.name == "CLOCKWISE_POSITIVE"
         return Guess(
             mechanism=shaft,
@@ -277,16 +282,16 @@ class _Ctre(Maker):
         if emulator is None:
             time.sleep(_SHOWN)
             return
-        for device in 2 * [*emulator.devices.values()]:  # a motor controller shows what its encoder has sent before
+        for device in 2 * [*emulator]:  # a motor controller shows what its encoder has sent before
             device.send_frame()
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """By the `Follower` or `StrictFollower` request that it holds now; of its own model."""
+    """By the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
-    return (None if leader is None else (device.model, leader)), is_opposed
+    return (None if leader is None else (device.model, DeviceAddress(leader, device.address.bus))), is_opposed
 
 
 def _arrangement(config: Any) -> str:

@@ -51,8 +51,7 @@ def sim_state_of(device: Any) -> Any:
     emulator = _emulator()
     for kind in type(device).__mro__ if emulator is not None else ():
         if kind.__name__ in _EMULATED_STATES:
-            find, state = _EMULATED_STATES[kind.__name__]
-            return state(getattr(emulator, find)(device.device_id))
+            return _EMULATED_STATES[kind.__name__](emulator.by_hash[device._device_identifier.device_hash])
     return device.sim_state
 
 
@@ -167,10 +166,10 @@ class _EmulatedPigeonState(_Mounted):
         self._set("AngularVelocityZ", dps)
 
 
-_EMULATED_STATES: dict[str, tuple[str, Any]] = {
-    "TalonFX": ("talon", _EmulatedTalonState),
-    "CANcoder": ("cancoder", _EmulatedEncoderState),
-    "Pigeon2": ("pigeon", _EmulatedPigeonState),
+_EMULATED_STATES: dict[str, Any] = {
+    "TalonFX": _EmulatedTalonState,
+    "CANcoder": _EmulatedEncoderState,
+    "Pigeon2": _EmulatedPigeonState,
 }
 
 

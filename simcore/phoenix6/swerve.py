@@ -26,6 +26,7 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
 from simcore.phoenix6.talon_motor import Talon, TalonPort, is_configured_clockwise
+from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.motor_ports import AnglePort, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, swerve_config_from_ctre
@@ -119,7 +120,7 @@ def azimuth_port(m: SwerveModuleDevices) -> AnglePort | None:
 
 
 def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
-    owners: dict[tuple[str, int, int | None], str] = {}
+    owners: dict[tuple[DeviceKey, int | None], str] = {}
     for k, module in enumerate(modules):
         for role, kinds in (
             ("drive_motor", (TalonFX, TalonFXS)),
@@ -133,13 +134,10 @@ def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
             if not isinstance(device, kinds):
                 wanted = " and ".join(kind.__name__ for kind in kinds)
                 raise ConfigError(f"{where}: only {wanted} can be simulated, got {type(device).__name__}")
-            model, number = key_of(device)
-            key = (model, number, module.encoder_pin if model == "CANdi" else None)
+            model, address = key_of(device)
+            key = ((model, address), module.encoder_pin if model == "CANdi" else None)
             if key in owners:
-                raise ConfigError(
-                    f"{where}: {model} id {number} is already {owners[key]}; simulated ids must differ across CAN "
-                    "buses too"
-                )
+                raise ConfigError(f"{where}: {model} {address} is already {owners[key]}")
             owners[key] = where
 
 
@@ -285,7 +283,7 @@ def _of_same_devices(drivetrain: Any) -> list[Any]:
     return [other for other in known_drivetrains() if _motor_keys(other) == mine]
 
 
-def _motor_keys(drivetrain: Any) -> set[tuple[str, int]]:
+def _motor_keys(drivetrain: Any) -> set[DeviceKey]:
     return {key_of(motor) for module in drivetrain.modules for motor in (module.drive_motor, module.steer_motor)}
 
 

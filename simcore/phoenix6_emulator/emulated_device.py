@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress
 
 __all__ = [
     "COMPLIANCY",
@@ -393,13 +394,13 @@ class EmulatedDevice:
     """One emulated device; robot code reads its last status frame.
 
     Args:
-        device_id: CAN id.
+        address: CAN id and bus.
         clock: Simulated time.
         defaults: Its factory configuration, by number.
     """
 
     __slots__ = (
-        *("bus", "clock", "config", "defaults", "device_id", "due_ns", "fault_flags", "frame", "frame_ns"),
+        *("address", "clock", "config", "defaults", "due_ns", "fault_flags", "frame", "frame_ns"),
         *("_asked", "period_ms", "supply"),
     )
     model: ClassVar[str] = ""
@@ -409,10 +410,8 @@ class EmulatedDevice:
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
     """What each signal reads from a frame, by its number."""
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        self.device_id = device_id
-        self.bus: str | None = None
-        """Name of the bus on which robot code built it first."""
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        self.address = address
         self.clock = clock
         self.defaults = dict(defaults)
         self.config = dict(defaults)
@@ -426,7 +425,7 @@ class EmulatedDevice:
         self.set_rate(DEFAULT_HZ)
 
     def __repr__(self) -> str:
-        return f"{self.model} {self.device_id}"
+        return f"{self.model} {self.address}"
 
     # ---- configuration
 
@@ -542,4 +541,4 @@ class EmulatedDevice:
 
 
 Devices: TypeAlias = Mapping[tuple[int, int], EmulatedDevice]
-"""Devices by (`DeviceType` number, CAN id)."""
+"""Devices of one bus by (`DeviceType` number, CAN id)."""

@@ -22,6 +22,7 @@ from simcore.phoenix6_emulator.emulated_device import REQUESTS
 from simcore.phoenix6_emulator.emulated_peripherals import EmulatedPigeon2
 from simcore.phoenix6_emulator.emulator import Emulator
 from simcore.phoenix6_emulator.output_stage import KRAKEN_X60
+from simcore.quantities import DeviceAddress
 from simcore.units import plain_sum
 
 __all__ = [
@@ -384,11 +385,12 @@ class ModuleDevices:
     Args:
         emulator: All devices.
         constants: Ids and output types.
+        bus: Name of theirs.
     """
 
-    def __init__(self, emulator: Emulator, constants: ModuleConstants) -> None:
-        self._drive = emulator.talon(constants.drive_motor_id)
-        self._steer = emulator.talon(constants.steer_motor_id)
+    def __init__(self, emulator: Emulator, constants: ModuleConstants, bus: str) -> None:
+        self._drive = emulator.talon(constants.drive_motor_id, bus)
+        self._steer = emulator.talon(constants.steer_motor_id, bus)
         drives_torque = constants.drive_output == _TORQUE_CURRENT
         steers_torque = constants.steer_output == _TORQUE_CURRENT
         self._drive_torque = drives_torque
@@ -743,7 +745,7 @@ class EmulatedDrivetrain:
     """One swerve drive.
 
     Args:
-        pigeon_id: CAN id of its gyro.
+        gyro: Where that is; its bus is that of all devices.
         modules: Their constants.
         hz: How often odometry and control run; 0 for 250 Hz.
 
@@ -751,13 +753,13 @@ class EmulatedDrivetrain:
         ConfigError: No modules, or a frequency that is not within 1..1000 Hz.
     """
 
-    def __init__(self, pigeon_id: int, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
+    def __init__(self, gyro: DeviceAddress, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
         if not modules:
             raise ConfigError("SwerveDrivetrain: wants at least one module, got none")
         hz = hz or DEFAULT_HZ
         if not 1.0 <= hz <= 1000.0:
             raise ConfigError(f"SwerveDrivetrain: odometry_update_frequency must be 1..1000 Hz, got {hz}")
-        self.pigeon_id = pigeon_id
+        self.gyro = gyro
         self.module_constants = tuple(modules)
         self.hz = hz
         self.period = 1.0 / hz

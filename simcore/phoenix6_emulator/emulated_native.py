@@ -52,7 +52,8 @@ from simcore.phoenix6_emulator.emulated_drivetrain import (
     wrap,
 )
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
-from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
+from simcore.phoenix6_emulator.emulator import MODELS, Emulator
+from simcore.quantities import DeviceAddress
 
 __all__ = ["ADDED", "GONE", "IS_2027", "PREFIX", "RENAMED", "EmulatedNative", "SwerveNative"]
 
@@ -447,6 +448,7 @@ class EmulatedNative(NativeLibrary):
 
     # ---- devices
 
+    c_ctre_phoenix6_platform_sim_create = always(_OK)
     c_ctre_phoenix6_platform_sim_get_last_error = always(_OK)
     c_ctre_phoenix6_platform_canbus_is_network_fd = always(True)
 
@@ -457,18 +459,8 @@ class EmulatedNative(NativeLibrary):
             return _OK
         if name.lower() not in MODELS:
             raise NotImplementedError(f"device '{name}' (id {device_id}) is not modelled in simulated time")
-        device = self.emulator.create(MODELS[name.lower()], device_id)
-        bus = network.value.decode()
-        if device.bus is None:
-            device.bus = bus
-        elif device.bus != bus:
-            _log.warning("%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus)
-        target_of(out).value = hash_of(MODELS[name.lower()], device_id)
-        return _OK
-
-    def c_ctre_phoenix6_platform_sim_create(self, type_number: int, device_id: int) -> int:
-        if device_id != -1:
-            self.emulator.create(type_number, device_id)
+        device = self.emulator.create(MODELS[name.lower()], DeviceAddress(device_id, network.value.decode()))
+        target_of(out).value = self.emulator.hash_of(device)
         return _OK
 
     def c_ctre_phoenix6_platform_sim_set_physics_input(
@@ -478,13 +470,13 @@ class EmulatedNative(NativeLibrary):
         if value != value:
             raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
         if b":" not in text:  # with a colon it is the echo of a WPILib SimDevice, see `installation`
-            self.emulator.devices[type_number, device_id].set_input(text.decode(), float(value))
+            self.emulator.simulated(type_number, device_id).set_input(text.decode(), float(value))
         return _OK
 
     def c_ctre_phoenix6_platform_sim_get_physics_value(
         self, type_number: int, device_id: int, name: Any, out: Any
     ) -> int:
-        value = self.emulator.devices[type_number, device_id].get_value(name.value.decode())
+        value = self.emulator.simulated(type_number, device_id).get_value(name.value.decode())
         if value is None:
             return -1
         target_of(out).value = value
@@ -772,7 +764,7 @@ class SwerveNative(NativeLibrary):
 
     def create_drivetrain_constants(self, can_bus: Any, pigeon_id: int) -> int:
         handle = next(self._handles)
-        self._constants[handle] = pigeon_id
+        self._constants[handle] = DeviceAddress(pigeon_id, can_bus.value.decode())
         return handle
 
     def create_module_constants_arr(self, count: int) -> int:
@@ -810,8 +802,9 @@ class SwerveNative(NativeLibrary):
 
     def drivetrain_odom_start(self, number: int) -> None:
         drivetrain = self._drivetrains[number]
-        modules = [ModuleDevices(self._emulator, c) for c in drivetrain.module_constants]
-        drivetrain.start(modules, self._emulator.pigeon(drivetrain.pigeon_id))
+        number_of_gyro, bus = drivetrain.gyro.number, drivetrain.gyro.bus
+        modules = [ModuleDevices(self._emulator, c, bus) for c in drivetrain.module_constants]
+        drivetrain.start(modules, self._emulator.pigeon(number_of_gyro, bus))
         if number not in self._cancel:
             clock = self._emulator.clock
             self._cancel[number] = self._emulator.every(drivetrain.period, lambda: drivetrain.update(clock.now))

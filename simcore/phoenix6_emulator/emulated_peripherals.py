@@ -12,6 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.phoenix6_emulator.emulated_device import EmulatedDevice, Setting, SimulatedClock
+from simcore.quantities import DeviceAddress
 
 __all__ = [
     "LIGHT_REQUESTS",
@@ -56,8 +57,8 @@ class EmulatedCANcoder(EmulatedDevice):
     model = "cancoder"
     type_number = 5
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        super().__init__(device_id, clock, defaults)
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(address, clock, defaults)
         self.raw = 0.0
         """Angle that physics writes, counter-clockwise [rotations]."""
         self.raw_velocity = 0.0
@@ -154,8 +155,8 @@ class EmulatedCANdi(EmulatedDevice):
     model = "candi"
     type_number = 9
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        super().__init__(device_id, clock, defaults)
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(address, clock, defaults)
         self.states = [_FLOATING, _FLOATING]
         """`S1StateValue` of each pin."""
         self._positions = [0.0, 0.0]
@@ -323,8 +324,8 @@ class EmulatedPigeon2(EmulatedDevice):
     model = "pigeon 2"
     type_number = 6
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        super().__init__(device_id, clock, defaults)
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(address, clock, defaults)
         self.raw_yaw = 0.0
         """Yaw since switched on, continuous over turns [deg]."""
         self.pitch = self.roll = 0.0
@@ -420,8 +421,8 @@ class EmulatedCANrange(EmulatedDevice):
     model = "canrange"
     type_number = 8
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        super().__init__(device_id, clock, defaults)
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(address, clock, defaults)
         self.distance = 0.0
         """To what is in front of it [m]."""
         self.is_detected = True
@@ -502,8 +503,8 @@ class EmulatedCANdle(EmulatedDevice):
     model = "candle"
     type_number = 10
 
-    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
-        super().__init__(device_id, clock, defaults)
+    def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(address, clock, defaults)
         self.shows: list[tuple[str, tuple[Any, ...]]] = []
         """Requests since the device was built, with their numbers as the library sends them; the newest 100."""
         self.send_frame()

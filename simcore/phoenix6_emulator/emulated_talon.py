@@ -48,6 +48,7 @@ from simcore.phoenix6_emulator.output_stage import (
     MotorConstants,
     Stage,
 )
+from simcore.quantities import DeviceAddress
 
 __all__ = ["EmulatedTalon", "EmulatedTalonFXS"]
 
@@ -571,10 +572,10 @@ class EmulatedTalon(EmulatedDevice):
     """One TalonFX; numbers have robot code's signs unless said otherwise.
 
     Args:
-        device_id: CAN id.
+        address: CAN id and bus.
         clock: Simulated time.
         defaults: Factory configuration.
-        devices: All devices by type and id: remote sensors and leaders are found among them.
+        devices: Those on its bus by type and id: remote sensors and leaders are found among them.
     """
 
     # With an attribute dictionary, which Python 3.11 shares up to 30 names only, a step takes a tenth more.
@@ -593,9 +594,9 @@ class EmulatedTalon(EmulatedDevice):
     signals = SIGNALS
 
     def __init__(
-        self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting], devices: Devices
+        self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting], devices: Devices
     ) -> None:
-        super().__init__(device_id, clock, defaults)
+        super().__init__(address, clock, defaults)
         self.devices = devices
         self.bridge = Bridge(KRAKEN_X60)
         self.forward = TalonLimit(repr(self), forward=True)

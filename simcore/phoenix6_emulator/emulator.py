@@ -14,6 +14,7 @@ from phoenix6 import configs
 from simcore.errors import ConfigError
 from simcore.phoenix6_emulator.emulated_device import (
     LOOP_NS,
+    Devices,
     EmulatedDevice,
     EnableDelays,
     EnableState,
@@ -29,8 +30,9 @@ from simcore.phoenix6_emulator.emulated_peripherals import (
     EmulatedPigeon2,
 )
 from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
+from simcore.quantities import DeviceAddress
 
-__all__ = ["MODELS", "Emulator", "hash_of"]
+__all__ = ["MODELS", "Emulator"]
 
 _CLASSES: dict[int, type[EmulatedDevice]] = {
     cls.type_number: cls
@@ -42,6 +44,7 @@ _CLASSES: dict[int, type[EmulatedDevice]] = {
 MODELS: dict[str, int] = {cls.model.lower(): number for number, cls in _CLASSES.items()}
 """`DeviceType` number by the name under which the library makes a device, in small letters."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
+"""CTRE's number of a device on any bus, without its id; here each further bus has numbers of its own from 1 << 20."""
 _CONFIGS = {
     4: configs.TalonFXConfiguration,
     5: configs.CANcoderConfiguration,
@@ -51,11 +54,6 @@ _CONFIGS = {
     9: configs.CANdiConfiguration,
     10: configs.CANdleConfiguration,
 }
-
-
-def hash_of(type_number: int, device_id: int) -> int:
-    """Number by which the library names a device; the same for every bus."""
-    return _HASH_BASE[type_number] | device_id
 
 
 @cache
@@ -123,8 +121,8 @@ class Emulator:
         """Simulated time, common to all devices."""
         self.enable = EnableState(self.clock, delays or EnableDelays())
         """Whether actuators may drive."""
-        self.devices: dict[tuple[int, int], EmulatedDevice] = {}
-        """Every device by (`DeviceType` number, CAN id)."""
+        self._buses: dict[str, dict[tuple[int, int], EmulatedDevice]] = {"": {}}
+        """Devices of each bus by (`DeviceType` number, CAN id)."""
         self.by_hash: dict[int, EmulatedDevice] = {}
         """Every device by the number with which the library names it."""
         self._talons: list[EmulatedTalon] = []
@@ -134,62 +132,77 @@ class Emulator:
 
     # ---- devices
 
-    def create(self, type_number: int, device_id: int) -> EmulatedDevice:
-        """The device of this type and id; made at the first call. The bus is not part of its name.
+    def create(self, type_number: int, address: DeviceAddress) -> EmulatedDevice:
+        """The device of this type and address; made at the first call.
 
         Raises:
             NotImplementedError: Devices of this type are not modelled.
             ConfigError: The id is not 0..62.
         """
-        device = self.devices.get((type_number, device_id))
+        bus, number = self._buses.setdefault(address.bus, {}), address.number
+        device = bus.get((type_number, number))
         if device is None:
-            if not 0 <= device_id <= 62:
-                raise ConfigError(f"CAN id must be 0..62, got {device_id}")
-            device = self.devices[type_number, device_id] = self._build(type_number, device_id)
-            self.by_hash[hash_of(type_number, device_id)] = device
+            if not 0 <= number <= 62:
+                raise ConfigError(f"CAN id must be 0..62, got {number}")
+            device = bus[type_number, number] = self._build(type_number, address, bus)
+            self.by_hash[self.hash_of(device)] = device
             if isinstance(device, EmulatedTalon):
                 self._talons.append(device)
             for talon in self._talons:
                 talon.resolve()  # one that was configured before its remote sensor was built
         return device
 
-    def _build(self, type_number: int, device_id: int) -> EmulatedDevice:
+    def hash_of(self, device: EmulatedDevice) -> int:
+        """Number by which the library names a device."""
+        return [*self._buses].index(device.address.bus) << 20 | _HASH_BASE[device.type_number] | device.address.number
+
+    def simulated(self, type_number: int, number: int) -> EmulatedDevice:
+        """The device that `sim_state` means.
+
+        Args:
+            type_number: Of its `DeviceType`.
+            number: That of `hash_of`; or its CAN id, as SimDevices have it: then the first with this id.
+        """
+        device = self.by_hash.get(number)
+        return device or next(bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus)
+
+    def _build(self, type_number: int, address: DeviceAddress, bus: Devices) -> EmulatedDevice:
         cls = _CLASSES.get(type_number)
         if cls is None:
             raise NotImplementedError(
-                f"devices of type {type_number} (id {device_id}) are not modelled in simulated time"
+                f"devices of type {type_number} (id {address}) are not modelled in simulated time"
             )
         defaults = _defaults(type_number)
         if issubclass(cls, EmulatedTalon):
-            return cls(device_id, self.clock, defaults, self.devices)
-        return cls(device_id, self.clock, defaults)
+            return cls(address, self.clock, defaults, bus)
+        return cls(address, self.clock, defaults)
 
-    def talon(self, device_id: int) -> EmulatedTalon:
+    def talon(self, number: int, bus: str = "") -> EmulatedTalon:
         """The TalonFX with this id, made if need be."""
-        device = self.create(EmulatedTalon.type_number, device_id)
+        device = self.create(EmulatedTalon.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedTalon)
         return device
 
-    def cancoder(self, device_id: int) -> EmulatedCANcoder:
+    def cancoder(self, number: int, bus: str = "") -> EmulatedCANcoder:
         """The CANcoder with this id, made if need be."""
-        device = self.create(EmulatedCANcoder.type_number, device_id)
+        device = self.create(EmulatedCANcoder.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedCANcoder)
         return device
 
-    def pigeon(self, device_id: int) -> EmulatedPigeon2:
+    def pigeon(self, number: int, bus: str = "") -> EmulatedPigeon2:
         """The Pigeon 2 with this id, made if need be."""
-        device = self.create(EmulatedPigeon2.type_number, device_id)
+        device = self.create(EmulatedPigeon2.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedPigeon2)
         return device
 
     def __iter__(self) -> Iterator[EmulatedDevice]:
-        return iter(self.devices.values())
+        return iter(self.by_hash.values())
 
     def reset(self) -> None:
         """Remove all devices and tasks and begin at time zero, as for a fresh test."""
         self.clock.reset()
         self.enable = EnableState(self.clock, self.enable.delays)
-        self.devices.clear()
+        self._buses = {"": {}}
         self.by_hash.clear()
         self._talons.clear()
         self._tasks.clear()
@@ -250,5 +263,5 @@ class Emulator:
         if end < next_frame:
             return
         if next_frame == 0:
-            self._frames.sort(self.devices.values())
+            self._frames.sort(self)
         clock.next_frame_ns = self._frames.send(end)

@@ -1,18 +1,20 @@
 """Puts the emulator in place of Phoenix 6's native libraries, and checks first that it fits.
 
-Two things of the Python library are switched as well. The enable feed of device objects, a WPILib Notifier, is ended at
-install and uninstall. And each device object copies its state into WPILib SimDevices before every robot tick, 17-39 us
-a device, for the simulation GUI: tests have no use for that, and it would be most of the cost of a tick, so it is off
-in simulated time unless asked for.
+Three things of the Python library are switched as well. The enable feed of device objects, a WPILib Notifier, is ended
+at install and uninstall. Each device object copies its state into WPILib SimDevices before every robot tick, 17-39 us a
+device, for the simulation GUI: tests have no use for that, and it would be most of the cost of a tick, so it is off in
+simulated time unless asked for. And a `sim_state` names its device by type and id, which say nothing of the bus: in
+simulated time it names it as other functions do.
 """
 
 from __future__ import annotations
 
+import functools
 import inspect
 from importlib import metadata
 from typing import Any
 
-from phoenix6 import hardware
+from phoenix6 import hardware, sim
 from phoenix6.phoenix_native import Native, ReturnValues, SignalValues
 from phoenix6.wpiutils import auto_feed_enable
 
@@ -69,6 +71,24 @@ class _SimDeviceCopies:
 
 def _nothing(device: Any) -> None:
     return None
+
+
+def _number_states() -> None:
+    for name in _CLASSES:
+        cls = getattr(sim, f"{name}SimState")
+        if not hasattr(cls.__init__, "_numbers_states"):
+            cls.__init__ = _numbering(cls.__init__)
+
+
+def _numbering(build: Any) -> Any:
+    @functools.wraps(build)
+    def init(self: Any, device: Any, *args: Any, **settings: Any) -> None:
+        build(self, device, *args, **settings)
+        if installed() is not None:
+            self._id = device._device_identifier.device_hash
+
+    init._numbers_states = True  # type: ignore[attr-defined]
+    return init
 
 
 _copies = _SimDeviceCopies()
@@ -160,6 +180,7 @@ def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emul
     _current = (emulator, swerve)
     setattr(Native, _INSTANCE, EmulatedNative(emulator))
     setattr(Native, _API, swerve)
+    _number_states()
     if not mirror:
         _copies.off()
     return emulator

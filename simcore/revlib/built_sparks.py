@@ -11,12 +11,13 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.recorder import BuiltDevices, after_call, guard
+from simcore.quantities import DeviceAddress, DeviceKey
 
 rev = season.rev
 
-__all__ = ["MODELS", "SPARKS", "configuration_count", "is_zero_centered", "spark_of_controller", "watch_simulations"]
-
-Key = tuple[str, int]
+__all__ = [
+    "MODELS", "SPARKS", "configuration_count", "is_zero_centered", "key_of", "spark_of_controller", "watch_simulations",
+]  # fmt: skip
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
 """Classes of robot code by the name that REV prints on the box, which is also that of their SimDevices."""
@@ -24,18 +25,24 @@ MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex
 SPARKS = BuiltDevices()
 """Those that the program has built."""
 
-_configured: dict[Key, int] = {}
-_centered: dict[Key, bool] = {}
+_configured: dict[DeviceKey, int] = {}
+_centered: dict[DeviceKey, bool] = {}
 _CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # since 2027 it can be read
-_controllers: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
+_controllers: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
-def _key(spark: Any) -> Key:
-    return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), int(spark.get_device_id())
+def _address(spark: Any) -> DeviceAddress:
+    bus = spark.get_can_port().name.lower() if hasattr(spark, "get_can_port") else ""  # since 2027, as CTRE calls it
+    return DeviceAddress(int(spark.get_device_id()), bus)
+
+
+def key_of(spark: Any) -> DeviceKey:
+    """Model and address of an object of robot code."""
+    return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), _address(spark)
 
 
 def _note_configuration(spark: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    key = _key(spark)
+    key = key_of(spark)
     _configured[key] = _configured.get(key, 0) + 1
     config, reset = (*args, *settings.values())[:2]
     said = [line for line in config.flatten().splitlines() if line.startswith(_CENTERED)]
@@ -44,28 +51,28 @@ def _note_configuration(spark: Any, _: Any, args: tuple[Any, ...], settings: dic
 
 
 def _note_controller(spark: Any, controller: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    _controllers[controller] = _key(spark)
+    _controllers[controller] = key_of(spark)
 
 
 for _model, _cls in MODELS.items():
-    SPARKS.record(_cls, _model, lambda made, args, settings: made.get_device_id())
+    SPARKS.record(_cls, _model, lambda made, args, settings: _address(made))
     for _method in ("configure", "configure_async"):
         after_call(_cls, season.own_name(_cls, _method), _note_configuration)
     after_call(_cls, season.own_name(_cls, "get_closed_loop_controller"), _note_controller)
 
 
-def configuration_count(key: Key) -> int:
+def configuration_count(key: DeviceKey) -> int:
     """How often the program has configured a SPARK: when it rises, there is something to read again."""
     return _configured.get(key, 0)
 
 
-def is_zero_centered(key: Key) -> bool:
+def is_zero_centered(key: DeviceKey) -> bool:
     """Whether an absolute encoder counts from -1/2 to 1/2 turn; its configuration can be written, but not read."""
     return _centered.get(key, False)
 
 
-def spark_of_controller(controller: Any) -> Key | None:
-    """Model and id of the SPARK of a `SparkClosedLoopController`."""
+def spark_of_controller(controller: Any) -> DeviceKey | None:
+    """Model and address of the SPARK of a `SparkClosedLoopController`."""
     return _controllers.get(controller)
 
 
@@ -81,11 +88,11 @@ _GETTERS = [
 ]
 _WRITES = ("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage")
 _SENSOR_WRITES = ("iterate", "set_position", "set_velocity", "set_inverted", "set_zero_offset", "set_voltage")
-_simulated: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
+_simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
 def _note_simulation(sim: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    _simulated[sim] = _key(next(v for v in (*args, *settings.values()) if isinstance(v, rev.SparkBase)))
+    _simulated[sim] = key_of(next(v for v in (*args, *settings.values()) if isinstance(v, rev.SparkBase)))
 
 
 def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -93,7 +100,7 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
         _simulated[sensor] = _simulated[sim]
 
 
-def watch_simulations(may_write: Callable[[Key], bool]) -> None:
+def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
     """Ask before each write of a team's simulated SPARKs and of the sensors on them; see `Maker.watch_simulations`."""
     for classes, writes in ((_SIMS, _WRITES), (_SENSOR_SIMS, _SENSOR_WRITES)):
         for cls in classes:

@@ -9,6 +9,7 @@ from typing import Any
 from simcore import season
 from simcore.devices.loop_ports import LoopMaker
 from simcore.devices.makers import MotorFacts
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.revlib.built_sparks import SPARKS, watch_simulations
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Feedback, SparkConfiguration
@@ -34,7 +35,7 @@ class _Rev(LoopMaker):
     unserved = ("ColorSensorV3", "DetachedEncoder", "ServoChannel", "ServoHub", "SplineEncoder")
     sim_devices = ("SPARK MAX [", "SPARK Flex [")
 
-    def watch_simulations(self, may_write: Callable[[tuple[str, int]], bool]) -> None:
+    def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
         watch_simulations(may_write)
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
@@ -97,9 +98,9 @@ class _Rev(LoopMaker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Its id, as on the bus: a SPARK MAX may follow a SPARK Flex."""
-    accessor = device.hardware.config_accessor
-    leader = int(accessor.get_follower_mode_leader_id()) if device.hardware.is_follower() else None
+    """Its address: a SPARK MAX may follow a SPARK Flex."""
+    accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
+    leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())
 
 

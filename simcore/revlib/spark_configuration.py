@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from simcore import season
-from simcore.revlib.built_sparks import is_zero_centered
+from simcore.revlib.built_sparks import is_zero_centered, key_of
 from simcore.revlib.spark_loop import Feedback, MotionLimits, SlotGains, SparkConfiguration
 
 __all__ = ["read_spark_configuration"]
@@ -27,7 +27,6 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
         spark: The robot code's `SparkMax` or `SparkFlex`.
     """
     accessor = spark.config_accessor
-    key = ("SPARK MAX" if isinstance(spark, rev.SparkMax) else "SPARK Flex"), int(spark.get_device_id())
     loop, switches, soft = accessor.closed_loop, accessor.limit_switch, accessor.soft_limit
     external = accessor.alternate_encoder if isinstance(spark, rev.SparkMax) else accessor.external_encoder
     feedback = _FEEDBACK.get(loop.get_feedback_sensor(), Feedback.NONE)
@@ -50,7 +49,7 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
         absolute=season.spark_factors(accessor.absolute_encoder),
         external=season.spark_factors(external),
         analog=season.spark_factors(accessor.analog_sensor),
-        is_centered=season.centered_spark_encoder(accessor.absolute_encoder, is_zero_centered(key)),
+        is_centered=season.centered_spark_encoder(accessor.absolute_encoder, is_zero_centered(key_of(spark))),
         is_brushed=spark.get_motor_type() == rev.MotorType.BRUSHED,
         wrap=season.spark_wrap(loop),
         soft_forward=float(soft.get_forward_soft_limit()) if soft.get_forward_soft_limit_enabled() else None,

@@ -8,6 +8,7 @@ from typing import Any
 from simcore import season
 from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
+from simcore.quantities import DeviceKey
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
@@ -250,7 +251,7 @@ class SparkPort:
         self._current.set(abs(amps))
 
 
-_ports: dict[tuple[str, int], SparkPort] = {}
+_ports: dict[DeviceKey, SparkPort] = {}
 
 
 def _loop_of(controller: Any) -> SparkLoop | None:

@@ -25,6 +25,7 @@ from simcore.quantities import (
     ROBOT_LENGTH,
     ROBOT_PLACE,
     TURN_RATE,
+    DeviceKey,
     checked_number,
     require,
     require_fields,
@@ -684,8 +685,8 @@ class GuessedMechanism:
     motor: str
     arm_gain: str = "kG"
     """Gain whose volts hold an arm."""
-    sensors: tuple[tuple[str, int], ...] = ()
-    """Further devices that show where it is, as (model, id)."""
+    sensors: tuple[DeviceKey, ...] = ()
+    """Further devices that show where it is."""
 
     has_wired_sensor: bool = False
     """Whether an encoder that is wired to the controller shows where it is."""

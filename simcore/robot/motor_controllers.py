@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
+from simcore.quantities import DeviceAddress, DeviceKey
+
 __all__ = [
     "BuiltDevice", "ClosedLoop", "CurrentMeter", "FollowerGroup", "MotorDevices", "OwnLoops", "Setpoint",
     "group_by_leader",
@@ -18,18 +20,17 @@ class BuiltDevice:
 
     model: str
     """As its maker writes it: `TalonFX`, `SPARK MAX`."""
-    device_id: int
-    bus: str
+    address: DeviceAddress
     hardware: Any
     """The robot code's object."""
 
     @property
-    def key(self) -> tuple[str, int]:
-        """Model and id: buses make no difference in the device simulations."""
-        return self.model, self.device_id
+    def key(self) -> DeviceKey:
+        """Model and address."""
+        return self.model, self.address
 
     def __str__(self) -> str:
-        return f"{self.model} {self.device_id}"
+        return f"{self.model} {self.address}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class FollowerGroup:
         return (self.leader, *self.followers)
 
     def __str__(self) -> str:
-        return f"{self.leader}" + "".join(f" + {f.device_id}" for f in self.followers)
+        return f"{self.leader}" + "".join(f" + {f.address}" for f in self.followers)
 
 
 def group_by_leader(
@@ -56,17 +57,17 @@ def group_by_leader(
     """Groups by who follows whom; one alone is a group too, and a follower whose leader is not among the devices.
 
     Args:
-        devices: Motor controllers, one per model and id.
-        leader_of: Which device one follows, as its key, its id or its object (None: no other), and whether it opposes
-            that.
+        devices: Motor controllers, one per model and address.
+        leader_of: Which device one follows, as its key, its address or its object (None: no other), and whether it
+            opposes that.
     """
     leads = {device.key: leader_of(device) for device in devices}
-    followers: dict[tuple[str, int], list[BuiltDevice]] = {}
+    followers: dict[DeviceKey, list[BuiltDevice]] = {}
     leaders = []
     for device in devices:
         leader = leads[device.key][0]
         others = (d for d in devices if d is not device and leader is not None)
-        led = next((d for d in others if leader in (d.key, d.device_id) or leader is d.hardware), None)
+        led = next((d for d in others if leader in (d.key, d.address) or leader is d.hardware), None)
         if led is None:
             leaders.append(device)
         else:

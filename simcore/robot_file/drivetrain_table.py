@@ -20,6 +20,7 @@ from simcore.quantities import (
     RATIO,
     ROBOT_LENGTH,
     ROBOT_PLACE,
+    DeviceAddress,
     Quantity,
 )
 from simcore.robot.dc_motor import MOTOR_NAMES
@@ -34,7 +35,8 @@ ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "An
 """Classes of WPILib that read absolute encoders on ports of the roboRIO; several may be on one drivetrain."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
 """On azimuths: of their own, wired to the steer motors' controllers, or none."""
-_IDS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
+_IDS = Several(DeviceAddress, or_one=False)
+_ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
 
 MEASURES = (
@@ -72,10 +74,10 @@ DRIVETRAIN = KeyTable(
         Key("y", _PLACES, (), "to the left", [0.27, -0.27, 0.27, -0.27]),
         Key("zeros_deg", Several(DEGREES), (), "what your code reads as angle while the encoder reads 0",
             [0.0, 0.0, 0.0, 0.0]),
-        Key("reversed_drive", _IDS, (), "those of drive, by place from 0, that go backward with positive output", []),
-        Key("reversed_steer", _IDS, (), "those of steer that turn clockwise with positive output", []),
-        Key("reversed_encoders", _IDS, (), "those of encoders that count up clockwise", []),
-        Key("wheel_encoders", _IDS, (), "first DIO channels of encoders on wheels or sides", []),
+        Key("reversed_drive", _ROWS, (), "those of drive, by place from 0, that go backward with positive output", []),
+        Key("reversed_steer", _ROWS, (), "those of steer that turn clockwise with positive output", []),
+        Key("reversed_encoders", _ROWS, (), "those of encoders that count up clockwise", []),
+        Key("wheel_encoders", _ROWS, (), "first DIO channels of encoders on wheels or sides", []),
         Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "way that your code takes 2048 of their "
             "pulses for", []),
         Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
@@ -94,13 +96,13 @@ class DrivetrainSettings:
     """Of the drive motors, by model: `TalonFX`, `SPARK MAX`, `PWM`."""
     steer_controller: str = ""
     """Of the steer motors; that of the drive motors if empty."""
-    drive: tuple[tuple[int, ...], ...] = ()
+    drive: tuple[tuple[DeviceAddress, ...], ...] = ()
     """Ids or channels of each wheel's motors; of a tank those of the left and of the right side, the leader first."""
-    steer: tuple[int, ...] = ()
+    steer: tuple[DeviceAddress, ...] = ()
     """Of each module's steer motor."""
     encoder: str = ""
     """One of `ENCODERS`."""
-    encoders: tuple[int, ...] = ()
+    encoders: tuple[DeviceAddress, ...] = ()
     """Ids or channels of the azimuths' encoders."""
     wheel_encoders: tuple[int, ...] = ()
     """First DIO channels of encoders on wheels or sides."""
@@ -154,7 +156,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     t.finish()
     measures = {key.name: said.pop(key.name) for key in MEASURES}
     left, right, xs, ys = (said.pop(name) for name in ("left", "right", "x", "y"))
-    drive = tuple((number,) for number in said.pop("drive"))
+    drive = tuple((address,) for address in said.pop("drive"))
     if not (left or right or drive):
         for name in _OF_DEVICES:
             if name in t:

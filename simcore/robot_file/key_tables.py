@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, nearest
-from simcore.quantities import Quantity, Row, require, require_row, row_text, shown
+from simcore.quantities import DeviceAddress, Quantity, Row, require, require_row, row_text, shown
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -178,8 +178,8 @@ class Named:
 class Several:
     """A list."""
 
-    of: Quantity | tuple[str, ...] | type[str]
-    """Of numbers, of names out of a closed set, or of any texts."""
+    of: Quantity | tuple[str, ...] | type[str] | type[DeviceAddress]
+    """Of numbers, of names out of a closed set, of any texts, or of devices."""
     or_one: bool = True
     """Whether a single one may be written without brackets."""
 
@@ -188,8 +188,9 @@ class Several:
         return f"{one}, or a list of such" if self.or_one else f"a list, each {one}"
 
 
-Form: TypeAlias = "Quantity | Row | Named | Several | tuple[str, ...] | type[bool] | type[str]"
-"""What a value may be: a number, a row of numbers, a name, a list, one of several texts, true or false, a text."""
+Form: TypeAlias = "Quantity | Row | Named | Several | tuple[str, ...] | type[bool] | type[str] | type[DeviceAddress]"
+"""What a value may be: a number, a row of numbers, a name, a list, one of several texts, true or false, a text, a
+device."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,6 +346,11 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
         if not isinstance(value, bool):
             raise t.error(key, f"must be true or false, got {shown(value)}")
         return value
+    if form is DeviceAddress:
+        address = DeviceAddress.parse(value)
+        if address is None:
+            raise t.error(key, f"must be {DeviceAddress.FORM}, got {shown(value)}")
+        return address
     if not (isinstance(value, str) and value.strip() and value.isprintable()):
         raise t.error(key, f"must be a text in quotes, got {shown(value)}")
     if form is not str and value not in form:
@@ -363,6 +369,10 @@ def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
             wanted = _wanted(form) + (";" if form.or_one else ",")
             raise t.error(key, f"must be {wanted} got {shown(value)}")
         return tuple(values)
+    if of is DeviceAddress:
+        if not isinstance(value, list):
+            raise t.error(key, f"must be {_wanted(form)}, got {shown(value)}")
+        return tuple(_one(t, key, v, of) for v in values)
     if not values or not all(isinstance(v, str) and v.strip() for v in values):
         raise t.error(key, f"must be a text in quotes, or a list of such; got {shown(value)}")
     return tuple(values) if of is str else tuple(_one(t, key, v, of) for v in values)
@@ -386,6 +396,8 @@ def _form_text(form: Any) -> str:
         return "true or false"
     if form is str:
         return "a text in quotes"
+    if form is DeviceAddress:
+        return DeviceAddress.FORM
     if isinstance(form, tuple) and isinstance(form[0], str):
         return ", ".join(form)
     return row_text(form) if isinstance(form, tuple | list) else str(form)

@@ -24,6 +24,7 @@ from simcore.quantities import (
     TORQUE_OR_NONE,
     VOLTAGE_OR_NONE,
     WHEEL_RADIUS,
+    DeviceAddress,
     Quantity,
 )
 from simcore.robot.chassis_config import MovingMass
@@ -50,6 +51,7 @@ __all__ = [
 ]  # fmt: skip
 
 CAN_ID = Quantity("", 0, 62, is_whole=True)
+_DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
 """WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
@@ -68,9 +70,9 @@ _INERTIA = Key("inertia", INERTIA, None, "of all that turns, at the mechanism [k
 _REVERSED = Key("reversed", bool, False, "whether your code counts down while it goes up")
 
 MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
-    Key("leader", CAN_ID, about="CAN id", example=20),
-    Key("followers", Several(CAN_ID, or_one=False), (), "", [21, 22]),
-    Key("opposed", Several(CAN_ID, or_one=False), (), "followers that are mounted face to face with the leader", [22]),
+    Key("leader", DeviceAddress, about="CAN id", example=20),
+    Key("followers", _DEVICES, (), "on the same bus", [21, 22]),
+    Key("opposed", _DEVICES, (), "followers that are mounted face to face with the leader", [22]),
     Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels"),
     Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
     Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess, as your program has set "
@@ -80,7 +82,7 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     Key("friction_torque", TORQUE_OR_NONE, None, "instead, at the mechanism [N m]"),
     _REVERSED,
     Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
-    Key("cancoder", CAN_ID, None, "CAN id of an absolute encoder on it"),
+    Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
     Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism"),
     Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK or Talon SRX"),
 ))  # fmt: skip
@@ -175,7 +177,9 @@ def read_mechanism(t: Table) -> MechanismSettings:
     v = MOTORS.read(t)
     for device in v["opposed"]:
         if device not in v["followers"]:
-            raise t.error("opposed", f"must name followers, which are {list(v['followers'])}; got {device}")
+            raise t.error(
+                "opposed", f"must name followers, which are [{', '.join(map(str, v['followers']))}]; got {device}"
+            )
     v["motor"] = v["motor"] or usual_motor(v["controller"])
     motors = 1 + len(v["followers"])
     gearbox = GearboxConfig(motor=motor(v["motor"]), motors=motors, gearing=v.pop("gearing") or _GEARING)
@@ -242,7 +246,7 @@ def _servo(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
     speed = math.radians(v["deg_per_second"])
     config = ServoConfig(min_angle=low, max_angle=high, start_angle=start, speed=speed)
     return MechanismSettings(
-        name=name, config=config, motor="", controller="Servo", leader=v["pwm"], reversed=v["reversed"]
+        name=name, config=config, motor="", controller="Servo", leader=DeviceAddress(v["pwm"]), reversed=v["reversed"]
     )
 
 
@@ -264,8 +268,8 @@ def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
         config=config,
         motor="",
         controller="Solenoid",
-        leader=channels[0],
-        followers=channels[1:],
+        leader=DeviceAddress(channels[0]),
+        followers=tuple(map(DeviceAddress, channels[1:])),
         module=f"{module} {_MODULES[module] if number is None else number}",
         reversed=v["reversed"],
     )

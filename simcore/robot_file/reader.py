@@ -12,7 +12,7 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES
-from simcore.quantities import DEGREES, FACTOR, FIELD_PLACE, FRICTION, VOLTAGE_OR_NONE, Quantity
+from simcore.quantities import DEGREES, FACTOR, FIELD_PLACE, FRICTION, VOLTAGE_OR_NONE, DeviceKey, Quantity
 from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.drivetrain_table import read_drivetrain
@@ -198,7 +198,7 @@ def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
 
 
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:
-    owners: dict[tuple[str, int], str] = {}
+    owners: dict[DeviceKey, str] = {}
     for m in mechanisms:
         for device in m.keys if m.cancoder is None else [*m.keys, ("CANcoder", m.cancoder)]:
             if device in owners:

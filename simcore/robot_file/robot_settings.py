@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -18,6 +18,7 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import MotorModel
@@ -69,15 +70,15 @@ class MechanismSettings:
     """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
     """One of `CONTROLLERS`; of a servo `Servo`, of a piston `Solenoid`."""
-    leader: int
+    leader: DeviceAddress
     """CAN id, or PWM, relay or solenoid channel."""
-    followers: tuple[int, ...] = ()
+    followers: tuple[DeviceAddress, ...] = ()
     """CAN ids or channels; of a double solenoid the reverse one."""
-    opposed: tuple[int, ...] = ()
+    opposed: tuple[DeviceAddress, ...] = ()
     """Those of the followers that are mounted face to face with the leader."""
     reversed: bool = False
     """Whether positive in robot code is negative for the mechanism."""
-    cancoder: int | None = None
+    cancoder: DeviceAddress | None = None
     """CAN id of an absolute encoder on it."""
     cancoder_gearing: float = 1.0
     """Turns of the CANcoder per turn of the mechanism [-]."""
@@ -97,10 +98,16 @@ class MechanismSettings:
     """Center of that in the frame after its joint [m]."""
 
     @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its controllers or ports as (model, number), leader first."""
+    def keys(self) -> list[DeviceKey]:
+        """Its controllers or ports, leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
-        return [(model, number) for number in self.devices]
+        return [(model, address) for address in self.devices]
+
+    def among(self, built: Collection[DeviceAddress]) -> MechanismSettings:
+        """The same with the addresses at which the program has built its controllers; see `DeviceAddress.among`."""
+        leader, *followers = (address.among(built) for address in self.devices)
+        opposed = tuple(address.among(built) for address in self.opposed)
+        return replace(self, leader=leader, followers=tuple(followers), opposed=opposed)
 
     @property
     def guesses(self) -> str:
@@ -136,9 +143,14 @@ class MechanismSettings:
         return replace(self, config=replace(self.config, gearbox=gearbox))
 
     @property
-    def devices(self) -> tuple[int, ...]:
+    def devices(self) -> tuple[DeviceAddress, ...]:
         """Ids or channels of all its motor controllers, leader first."""
         return (self.leader, *self.followers)
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """The same of a mechanism on ports."""
+        return tuple(address.number for address in self.devices)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

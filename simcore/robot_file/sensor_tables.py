@@ -8,7 +8,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from simcore.errors import ConfigError
-from simcore.quantities import DEGREES, DELAY, DURATION, GEARING, RATIO, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
+from simcore.quantities import (
+    DEGREES,
+    DELAY,
+    DURATION,
+    GEARING,
+    RATIO,
+    ROBOT_HEIGHT,
+    ROBOT_PLACE,
+    DeviceAddress,
+    DeviceKey,
+    Quantity,
+)  # fmt: skip
 from simcore.robot.mechanisms import (
     ArmConfig,
     ElevatorConfig,
@@ -51,8 +62,8 @@ class SensorSettings:
     name: str
     kind: str
     """One of `SENSORS`."""
-    keys: tuple[tuple[str, int], ...]
-    """Its ports or its device, as (model, number); of a quadrature encoder channels A and B."""
+    keys: tuple[DeviceKey, ...]
+    """Its ports or its device; of a quadrature encoder channels A and B."""
     mechanism: str | None = None
     """On which it is, or at which it looks; None: it sees pieces."""
     sees: PieceView | None = None
@@ -80,7 +91,6 @@ class SensorSettings:
 # --- their keys -------------------------------------------------------------------------------------------------------
 
 _DIO, _ANALOG = Quantity("", 0, 30, is_whole=True), Quantity("", 0, 7, is_whole=True)
-_CAN_ID = Quantity("", 0, 62, is_whole=True)
 _VOLTS = Quantity("V", 0.0, 5.0)
 _KINDS = (
     *("encoder", "duty cycle encoder", "analog encoder", "potentiometer"),
@@ -99,7 +109,7 @@ SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing wer
 ))  # fmt: skip
 _INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
     Key("dio", _DIO, None, "channel", 2),
-    Key("candi", _CAN_ID, None, "instead: CAN id, with pin = 1 or 2"),
+    Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2"),
     Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi"),
     Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
 ))  # fmt: skip
@@ -137,7 +147,7 @@ SENSORS = {table.head: table for table in (
     )),
     KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
     KeyTable("canrange", "sees pieces by the same keys; or a mechanism that slides", (
-        Key("id", _CAN_ID, example=12),
+        Key("id", DeviceAddress, example=12),
         replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
         Key("distance", ROBOT_HEIGHT, None, "to a piece (left out: 0.05), or to the mechanism at its lower stop", 0.05),
         Key("empty", ROBOT_HEIGHT, 0.5, "where there is no piece"),
@@ -161,7 +171,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
     """
     sensors: list[SensorSettings] = []
     names: dict[str, str] = {}
-    owners: dict[tuple[str, int, int], str] = {}
+    owners: dict[tuple[DeviceKey, int], str] = {}
     for table in tables:
         sensor = _sensor(table, mechanisms)
         key = telemetry_name(sensor.name)
@@ -169,10 +179,11 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
             other = f"; {names[key]!r} has that already" if key else ""
             raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
         names[key] = sensor.name
-        for model, number in sensor.keys:
-            port = (model, number, sensor.pin)
+        for key_of_port in sensor.keys:
+            port = (key_of_port, sensor.pin)
             if port in owners:
-                raise ConfigError(f"{table.where}: {model} {number} already belongs to {owners[port]!r}")
+                model, address = key_of_port
+                raise ConfigError(f"{table.where}: {model} {address} already belongs to {owners[port]!r}")
             owners[port] = sensor.name
         sensors.append(sensor)
     return tuple(sensors)
@@ -196,7 +207,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
     if kind == "potentiometer":
         _stops(t, config)
         volts = (v["lower_volts"], v["upper_volts"])
-        return SensorSettings(**head, keys=(("Analog", v["analog"]),), volts=volts)
+        return SensorSettings(**head, keys=(("Analog", DeviceAddress(v["analog"])),), volts=volts)
     if isinstance(config, PistonConfig):
         raise t.error("mechanism", f"must turn, and {mechanism!r} is a piston: a limit switch sees where it is")
     model, channels = ("DIO", v["dio"]) if "dio" in v else ("Analog", v["analog"])
@@ -206,7 +217,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
         raise t.error("dio", f"must be the two channels of the encoder, e.g. [0, 1]; got {list(channels)}")
     return SensorSettings(
         **head,
-        keys=tuple((model, channel) for channel in channels),
+        keys=tuple((model, DeviceAddress(channel)) for channel in channels),
         gearing=-v["gearing"] if v["reversed"] else v["gearing"],
         **{name: v[name] for name in ("pulses_per_turn", "zero") if name in v},
     )
@@ -222,7 +233,7 @@ def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
     if v["candi"] is None:
         if v["pin"] is not None:
             raise t.error("pin", "goes with candi = <CAN id>, not with dio")
-        return {"keys": (("DIO", v["dio"]),), "normally_closed": closed}
+        return {"keys": (("DIO", DeviceAddress(v["dio"])),), "normally_closed": closed}
     if v["pin"] is None:
         raise t.error("pin", "is missing; it must be 1 or 2")
     return {"keys": (("CANdi", v["candi"]),), "pin": v["pin"], "normally_closed": closed}

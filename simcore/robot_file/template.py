@@ -25,9 +25,10 @@ class FoundMotor:
     """A motor of the robot program that no table describes yet, and what it is guessed to turn."""
 
     controller: str
-    leader: int
-    followers: tuple[int, ...] = ()
-    opposed: tuple[int, ...] = ()
+    leader: int | str
+    """As a file has it, for this and the others: `DeviceAddress.in_file`."""
+    followers: tuple[int | str, ...] = ()
+    opposed: tuple[int | str, ...] = ()
     gearing: float = 1.0
     inertia: float = 0.0
     """At the mechanism [kg m^2]."""
@@ -49,7 +50,7 @@ class FoundPort:
 
     model: str
     """`PWM`, `DIO`, `Analog`, `Relay`, `REVPH 1 Solenoid`, `CANrange` or `CANdi`."""
-    channels: tuple[int, ...]
+    channels: tuple[int | str, ...]
     """Channels, or the CAN id."""
     made_by: str
     """Its WPILib class; empty if it is not known."""
@@ -174,8 +175,9 @@ def _mechanisms(motors: Sequence[FoundMotor]) -> str:
 
 
 def _names(motors: Sequence[FoundMotor]) -> list[str]:
-    names = [m.name or f"motor{m.leader}" for m in motors]
-    return [name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)]
+    places = [str(m.leader).replace(":", "_") for m in motors]
+    names = [m.name or f"motor{place}" for m, place in zip(motors, places, strict=True)]
+    return [name if names.count(name) == 1 else f"{name}_{place}" for name, place in zip(names, places, strict=True)]
 
 
 def _motor(m: FoundMotor, name: str, kind: str) -> str:

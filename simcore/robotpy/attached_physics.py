@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.makers import maker_of
+from simcore.devices.makers import maker_of, require_distinct_devices
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.ownership import Ownership
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
@@ -67,6 +67,7 @@ class AttachedPhysics(RobotPhysics):
     """Made before the robot is built."""
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
+        require_distinct_devices()
         path = self.folder / FILE_NAME
         settings = with_configuration(read_settings(path))
         drivetrain = find_drivetrain(robot, self.folder, settings)

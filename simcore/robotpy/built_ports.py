@@ -13,6 +13,7 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.recorder import after_call, record_class
+from simcore.quantities import DeviceAddress, DeviceKey
 
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim
 CTREPCMSim = season.wpilib_simulation.CTREPCMSim
@@ -51,9 +52,9 @@ class BuiltPort:
     """The same, by keyword."""
 
     @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Its ports as (model, channel)."""
-        return [(self.model, channel) for channel in self.channels]
+    def keys(self) -> list[DeviceKey]:
+        """Its ports."""
+        return [(self.model, DeviceAddress(channel)) for channel in self.channels]
 
     def __str__(self) -> str:
         text = f"{self.model} {' '.join(map(str, self.channels))}"
@@ -84,7 +85,8 @@ def built_ports() -> list[BuiltPort]:
     ]
     known = {key for port in found for key in port.keys}
     for model, channels in used.items():
-        found += [BuiltPort(model, (channel,)) for channel in sorted(channels) if (model, channel) not in known]
+        unknown = [BuiltPort(model, (channel,)) for channel in sorted(channels)]
+        found += [port for port in unknown if known.isdisjoint(port.keys)]
     return found
 
 
@@ -97,7 +99,7 @@ def pneumatics_module(name: str) -> Any:
 def encoder_range(model: str, channel: int) -> float:
     """What a turn is in the unit of robot code: 1, unless its encoder on this port was built with something else."""
     for port in built_ports():
-        if (model, channel) in port.keys and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
+        if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
     return 1.0
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.linkage import Joint
 from simcore.match.registry import find_game, game_names
-from simcore.quantities import text_flag
+from simcore.quantities import DeviceAddress, text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, place_text
@@ -157,9 +157,10 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer is not None:
-        settings = _with_program(settings, answer["motors"])
-        codes = _codes(settings, answer["motors"])
-        problems += _of_program(settings, answer["motors"])
+        motors = [_with_addresses(m) for m in answer["motors"]]
+        settings = _with_program(settings, motors, answer["built"])
+        codes = _codes(settings, motors)
+        problems += _of_program(settings, motors)
     problems += [
         RobotFinding(f"{m.name}: guessed, until the file says it: {m.guesses}", is_wrong=False)
         for m in settings.mechanisms
@@ -210,12 +211,27 @@ def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumCo
     return TankConfig(**{**fields, "wheel_xs": tuple(fields["wheel_xs"])})
 
 
-def _with_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> RobotSettings:
-    """The same with gearings and inertias that the program's configuration tells, where the file says none."""
+def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
+    """A row of the survey whose ids are addresses."""
+    rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
+    return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
+
+
+def _with_program(
+    settings: RobotSettings, motors: Sequence[dict[str, Any]], built: Sequence[tuple[str, int | str]]
+) -> RobotSettings:
+    """The same with buses, and gearings and inertias that the program's configuration tells, where the file says none.
+
+    Args:
+        settings: The file's.
+        motors: Rows of the survey.
+        built: Model and address of all devices.
+    """
     told = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
+    addresses = [(model, DeviceAddress.parse(address)) for model, address in built]
+    found = [m.among([at for model, at in addresses if at and model == m.controller]) for m in settings.mechanisms]
     mechanisms = [
-        m.with_program(*told[m.controller, m.leader]) if (m.controller, m.leader) in told else m
-        for m in settings.mechanisms
+        m.with_program(*told[m.controller, m.leader]) if (m.controller, m.leader) in told else m for m in found
     ]
     return replace(settings, mechanisms=tuple(mechanisms))
 
@@ -240,8 +256,8 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
         for number in m.devices:
             described.add((m.controller, number))
             if (m.controller, number) not in built:
-                there = sorted(number for model, number in built if model == m.controller)
-                yield RobotFinding(f"{m.name}: the program builds no {m.controller} {number}; it builds {there}")
+                there = ", ".join(str(at) for model, at in sorted(built) if model == m.controller)
+                yield RobotFinding(f"{m.name}: the program builds no {m.controller} {number}; it builds [{there}]")
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue
@@ -253,10 +269,10 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
             if number in group["followers"] and is_opposed != (number in m.opposed):
                 said = f"{'opposes' if is_opposed else 'is aligned with'} its leader in the program"
                 yield RobotFinding(f"{m.name}: {m.controller} {number} {said}, but not in the file: look at opposed")
-        more = [number for number in group["followers"] if number not in m.followers]
+        more = [str(number) for number in group["followers"] if number not in m.followers]
         if more:
             yield RobotFinding(
-                f"{m.name}: {m.controller} {more} follow {m.leader} in the program: add them to followers"
+                f"{m.name}: {m.controller} [{', '.join(more)}] follow {m.leader} in the program: add them to followers"
             )
     rest: dict[str, list[str]] = {}
     for model, number in sorted(built):

@@ -10,6 +10,7 @@ from typing import Protocol
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
 from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
 from simcore.robot.robot import Robot
@@ -33,8 +34,8 @@ class _Guessed:
     guess: GuessedMechanism
 
     @property
-    def keys(self) -> list[tuple[str, int]]:
-        """Of the motor controllers, as (model, id)."""
+    def keys(self) -> list[DeviceKey]:
+        """Of the motor controllers."""
         return [device.key for device in self.group.devices]
 
 
@@ -62,7 +63,7 @@ class DeviceAssignment:
         robot: Steps the mechanisms.
         ownership: Who has written which device.
         settings: The file's.
-        drivetrain: Its devices, (model, id).
+        drivetrain: Its devices.
         ports: What is no motor on CAN; None: nobody has looked.
         on_assigned: Called once, when it is clear what moves what.
     """
@@ -73,7 +74,7 @@ class DeviceAssignment:
         robot: _EstimatedMechanisms,
         ownership: Ownership,
         settings: RobotSettings,
-        drivetrain: Sequence[tuple[str, int]],
+        drivetrain: Sequence[DeviceKey],
         ports: PortAssignment | None = None,
         *,
         on_assigned: Callable[[], None] | None = None,
@@ -127,29 +128,29 @@ class DeviceAssignment:
     def guessed(self) -> list[tuple[str, str]]:
         """Groups of devices, and what they probably turn, as text."""
         return [
-            (str(g.group) + "".join(f", {model} {number}" for model, number in g.guess.sensors), str(g.guess))
+            (str(g.group) + "".join(f", {model} {address}" for model, address in g.guess.sensors), str(g.guess))
             for g, _ in self._guessed
         ]
 
     @property
-    def foreign(self) -> list[tuple[str, int]]:
-        """Devices that the project's own physics moves, as (model, id)."""
+    def foreign(self) -> list[DeviceKey]:
+        """Devices that the project's own physics moves."""
         return [key for key in self._others() if key in self._ownership.foreign]
 
     @property
-    def idle(self) -> list[tuple[str, int]]:
-        """Devices that nobody moves, as (model, id)."""
+    def idle(self) -> list[DeviceKey]:
+        """Devices that nobody moves."""
         return [key for key in self._others() if key not in self._ownership.foreign]
 
-    def _others(self) -> Iterator[tuple[str, int]]:
+    def _others(self) -> Iterator[DeviceKey]:
         known = {key for guessed, _ in self._guessed for key in (*guessed.keys, *guessed.guess.sensors)}
-        known |= {*self._drivetrain, *self._file_keys()}
+        known |= self._ownership.claimed
         known |= set() if self._ports is None else self._ports.keys
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
         """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
-        taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
+        taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
             free = [d for d in maker.built() if d.model in maker.motors and d.key not in taken]
@@ -169,9 +170,6 @@ class DeviceAssignment:
                 self._robot.add_estimated_mechanism(guessed.guess.mechanism)
                 self._physics.add_motor(motor)
                 self._guessed.append((guessed, motor))
-        for maker in makers():
-            for sentence in maker.clashes():
-                _log.warning("%s", sentence)
         if self._on_assigned is not None:
             self._on_assigned()
 
@@ -181,32 +179,32 @@ class DeviceAssignment:
         self._robot.remove_estimated_mechanism(guessed.guess.mechanism)
         _log.info("%s is written by the project's own physics: simcore lets go of it", guessed.group)
 
-    def _file_keys(self) -> list[tuple[str, int]]:
-        keys = [key for m in self._settings.mechanisms for key in m.keys]
-        return keys + [("CANcoder", m.cancoder) for m in self._settings.mechanisms if m.cancoder is not None]
-
 
 def _all_devices() -> list[BuiltDevice]:
     """Those on CAN, and gyros."""
     return [d for maker in makers() for d in maker.built() if not maker.on_ports or d.model in maker.gyros]
 
 
-def short_names(keys: Sequence[tuple[str, int]]) -> str:
+def short_names(keys: Sequence[DeviceKey]) -> str:
     """Devices in few words.
 
-    >>> short_names([("TalonFX", 1), ("TalonFX", 2), ("TalonFX", 3), ("CANcoder", 9)])
-    'TalonFX 1-3, CANcoder 9'
+    >>> from simcore.quantities import DeviceAddress
+    >>> short_names([("TalonFX", DeviceAddress(number)) for number in (1, 2, 3)])
+    'TalonFX 1-3'
+    >>> short_names([("TalonFX", DeviceAddress(3)), ("TalonFX", DeviceAddress(3, "canivore"))])
+    'TalonFX 3, TalonFX canivore:3'
     """
     parts = []
-    for model in dict.fromkeys(model for model, _ in keys):
-        numbers = sorted(number for m, number in keys if m == model)
+    for model, bus in dict.fromkeys((model, address.bus) for model, address in keys):
+        numbers = sorted(address.number for m, address in keys if (m, address.bus) == (model, bus))
         runs: list[list[int]] = []
         for number in numbers:
             if runs and number == runs[-1][-1] + 1:
                 runs[-1].append(number)
             else:
                 runs.append([number])
-        parts.append(f"{model} " + " ".join(f"{r[0]}-{r[-1]}" if len(r) > 2 else " ".join(map(str, r)) for r in runs))
+        texts = " ".join(f"{r[0]}-{r[-1]}" if len(r) > 2 else " ".join(map(str, r)) for r in runs)
+        parts.append(f"{model} {f'{bus}:' * bool(bus)}{texts}")
     return ", ".join(parts)
 
 
@@ -220,9 +218,12 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
         ConfigError: The program has built no such device.
     """
     m, where = settings, _where(settings)
-    devices = [find_device(where, m.controller, number) for number in m.devices]
+    devices = [find_device(where, m.controller, address) for address in m.devices]
+    apart = next((d for d in devices if d.address.bus != devices[0].address.bus), None)
+    if apart is not None:
+        raise ConfigError(f"{where}: {apart} cannot follow {devices[0]}: it hears nothing of another CAN bus")
     group = FollowerGroup(
-        devices[0], tuple(devices[1:]), tuple(k for k, number in enumerate(m.followers) if number in m.opposed)
+        devices[0], tuple(devices[1:]), tuple(k for k, address in enumerate(m.followers) if address in m.opposed)
     )
     encoder = None
     if m.cancoder is not None:
@@ -263,7 +264,7 @@ def with_configuration(settings: RobotSettings) -> RobotSettings:
 def _with_guess(m: MechanismSettings) -> MechanismSettings:
     if m.controller in PORT_CONTROLLERS:
         return m
-    leader, *followers = (find_device(_where(m), m.controller, number) for number in m.devices)
+    leader, *followers = (find_device(_where(m), m.controller, address) for address in m.devices)
     try:
         guess = maker_of(leader).guess(FollowerGroup(leader, tuple(followers))).mechanism
     except ConfigError as error:

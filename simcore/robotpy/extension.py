@@ -62,7 +62,7 @@ def _load() -> None:
         import simcore.robotpy.robot_attachment  # noqa: F401
         from simcore.robotpy.program_watch import watch_program
 
-        watch_program()
+        watch_program(simulated=os.environ.get("SIMCORE_PHOENIX") == "simulated")
     except VendorError as error:
         _leave(error, Path())
     except ImportError as error:
@@ -210,8 +210,8 @@ def _watch_program() -> None:
     elif is_for_simcore(Path(), has_flag=False) if is_sim else _tests_here():
         from simcore.robotpy.program_watch import watch_program
 
-        is_real = is_sim or "--phoenix=real" in sys.argv or os.environ.get("SIMCORE_PHOENIX") == "real"
-        watch_program(simulated=not is_real)
+        mode = "real" if "--phoenix=real" in sys.argv else os.environ.get("SIMCORE_PHOENIX", "real" if is_sim else "")
+        watch_program(simulated=mode != "real")
 
 
 def _tests_here() -> bool:

@@ -16,6 +16,7 @@ from simcore.devices.makers import find_device, maker_of, makers
 from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
+from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import ElevatorSim, PistonSim, RackSim, ServoSim, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, MotorDevices
 from simcore.robot.motor_ports import AnglePort, MotorPort
@@ -53,37 +54,35 @@ def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership)
     where, mechanism = f"simcore.toml [[mechanism]] {m.name!r}", robot.mechanisms[m.name]
     _require_ports(where, m.keys)
     if isinstance(mechanism, PistonSim):
-        return PistonValve(pneumatics_module(m.module), m.devices, mechanism, reversed=m.reversed)
+        return PistonValve(pneumatics_module(m.module), m.channels, mechanism, reversed=m.reversed)
     if isinstance(mechanism, ServoSim):
-        return ServoSignal(m.leader, mechanism, reversed=m.reversed)
+        return ServoSignal(m.leader.number, mechanism, reversed=m.reversed)
     encoder = None
     if m.cancoder is not None:
         cancoder = find_device(where, "CANcoder", m.cancoder)
         encoder = maker_of(cancoder).encoder_port(cancoder)
-        ownership.claim(("CANcoder", m.cancoder), m.name)
+        ownership.claim(cancoder.key, m.name)
     if m.controller == "PWM":
-        leader = _controller(m.leader)
-        ports: list[MotorPort] = [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.devices]
+        leader = _controller(m.leader.number)
+        ports: list[MotorPort] = [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.channels]
     else:
-        ports = [RelayPort(number, coasts=m.coasts) for number in m.devices]
-    signs = [-1.0 if (number in m.opposed) != m.reversed else 1.0 for number in m.devices]
+        ports = [RelayPort(number, coasts=m.coasts) for number in m.channels]
+    signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
     return PortMotorSim(ports, mechanism, signs=signs, encoder=encoder, encoder_gearing=m.cancoder_gearing)
 
 
 def _controller(channel: int) -> Any:
     """Robot code's motor controller on a PWM channel; None if nobody has seen it built, or it is a bare `PWM`."""
-    found = [port.device for port in built_ports() if ("PWM", channel) in port.keys]
+    found = [port.device for port in built_ports() if port.model == "PWM" and channel in port.channels]
     return next((device for device in found if hasattr(device, "setInverted")), None)
 
 
-def _require_ports(where: str, keys: Sequence[tuple[str, int]]) -> None:
+def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
     there = {key for port in built_ports() for key in port.keys}
-    for model, channel in keys:
-        if (model, channel) not in there:
-            raise ConfigError(
-                f"{where}: the robot program builds nothing on {model} {channel}; of {model} it builds: "
-                f"{ports_text(model)}"
-            )
+    for model, channel in (key for key in keys if key not in there):
+        raise ConfigError(
+            f"{where}: the robot program builds nothing on {model} {channel}; of {model} it builds: {ports_text(model)}"
+        )
 
 
 class _MechanismInputs:
@@ -127,6 +126,7 @@ class PortAssignment:
         self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
+        self._found: set[DeviceKey] = set()
         self._limits: dict[str, LimitSwitchInput] = {}
         self._piece_sensors: dict[str, PieceSensor] = {}
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
@@ -138,10 +138,9 @@ class PortAssignment:
         self._look_at_sensors()
 
     @property
-    def keys(self) -> set[tuple[str, int]]:
-        """CAN devices, as (model, id), that are simulated here."""
-        found = {key for sensor in self._settings.sensors for key in sensor.keys}
-        return found | {device.key for device in _candles()}
+    def keys(self) -> set[DeviceKey]:
+        """CAN devices that are simulated here."""
+        return self._found | {device.key for device in _candles()}
 
     def after_tick(self) -> None:
         """Sensors see the pieces of this tick; telemetry gets them and the lights."""
@@ -174,7 +173,7 @@ class PortAssignment:
         if sensor.kind == "beam break":
             self._watch(sensor, self._switch(where, sensor).set_active)
         elif sensor.sees is not None:
-            device, distances = _range(where, sensor), (sensor.empty, sensor.distance)
+            device, distances = self._range(where, sensor), (sensor.empty, sensor.distance)
             self._watch(sensor, lambda is_seen: device.write(distances[is_seen]))
         else:
             assert sensor.mechanism is not None
@@ -184,14 +183,14 @@ class PortAssignment:
     def _input(self, where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
         """What shows where a mechanism is."""
         if sensor.kind == "canrange":
-            return _SlideRange(_range(where, sensor), mechanism, sensor.distance)
+            return _SlideRange(self._range(where, sensor), mechanism, sensor.distance)
         if sensor.kind == "limit switch":
             low, high = sensor.pressed
             limit = self._limits[sensor.name] = LimitSwitchInput(self._switch(where, sensor), low=low, high=high)
             return limit
         _require_ports(where, sensor.keys)
         if sensor.kind == "potentiometer":
-            return PotentiometerInput(sensor.keys[0][1], stops=mechanism.stops, volts=sensor.volts)
+            return PotentiometerInput(sensor.keys[0][1].number, stops=mechanism.stops, volts=sensor.volts)
         return _encoder(where, sensor, mechanism)
 
     def _watch(self, sensor: SensorSettings, show: Callable[[bool], object]) -> None:
@@ -199,14 +198,23 @@ class PortAssignment:
         self._piece_sensors[sensor.name] = PieceSensor(sensor.sees, self._robot, self._kind_of, show)
 
     def _switch(self, where: str, sensor: SensorSettings) -> Switch:
-        ((model, number),) = sensor.keys
-        if model == "CANdi":
-            candi = find_device(where, model, number).hardware
+        if sensor.keys[0][0] == "CANdi":
             from simcore.phoenix6.sensor_ports import CANdiSwitchSim
 
-            return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed)
+            return CANdiSwitchSim(self._device(where, sensor), sensor.pin, normally_closed=sensor.normally_closed)
         _require_ports(where, sensor.keys)
-        return DigitalSwitch(number, normally_closed=sensor.normally_closed)
+        return DigitalSwitch(sensor.keys[0][1].number, normally_closed=sensor.normally_closed)
+
+    def _range(self, where: str, sensor: SensorSettings) -> CANrangeSim:
+        from simcore.phoenix6.sensor_ports import CANrangeSim
+
+        return CANrangeSim(self._device(where, sensor))
+
+    def _device(self, where: str, sensor: SensorSettings) -> Any:
+        """Robot code's object of a sensor on CAN."""
+        device = find_device(where, *sensor.keys[0])
+        self._found.add(device.key)
+        return device.hardware
 
     def _kind_of(self, slot: int) -> str:
         number = int(self._match.pieces.state.kind[slot])
@@ -254,14 +262,8 @@ def _candles() -> list[BuiltDevice]:
     return [device for maker in makers() for device in maker.built() if device.model == "CANdle"]
 
 
-def _range(where: str, sensor: SensorSettings) -> CANrangeSim:
-    from simcore.phoenix6.sensor_ports import CANrangeSim
-
-    return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
-
-
 def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
-    model, channel = sensor.keys[0]
+    model, channel = sensor.keys[0][0], sensor.keys[0][1].number
     gearing, reversed = abs(sensor.gearing), sensor.gearing < 0.0
     try:
         if sensor.kind == "encoder":
@@ -294,7 +296,7 @@ def _strip_colors(strip: Any) -> IntArray:
 
 
 def _port_text(sensor: SensorSettings) -> str:
-    (model, _), numbers = sensor.keys[0], " ".join(str(number) for _, number in sensor.keys)
+    (model, _), numbers = sensor.keys[0], " ".join(str(address) for _, address in sensor.keys)
     return f"{model} {numbers}" + (f" pin {sensor.pin}" if sensor.pin else "")
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from simcore import season
 from simcore.devices import program_odometry
+from simcore.devices.makers import require_distinct_devices
 from simcore.errors import ConfigError
 from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
@@ -98,7 +99,8 @@ class RobotPhysics:
             auto that is not among them starts where it resets the drivetrain's pose to in its first loops.
 
     Raises:
-        ConfigError: A device is not one, `parts` is not a whole number from 1 to 20, or the match has no such robot.
+        ConfigError: Two devices are one in the simulation, one is none, `parts` is not a whole number from 1 to 20, or
+            the match has no such robot.
     """
 
     def __init__(
@@ -118,6 +120,7 @@ class RobotPhysics:
             raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
         if not (parts is None or (isinstance(parts, int) and 1 <= parts <= 20)):
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
+        require_distinct_devices()
         self.robot = robot
         """The robot object of the program."""
         self.match = match

@@ -24,6 +24,7 @@ from simcore.devices.drivetrain_discovery import find_drivetrain
 from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceKey
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.mechanism_tables import usual_motor
@@ -84,7 +85,7 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
 
 def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
     drivetrain: dict[str, Any] = {}
-    taken: set[tuple[str, int]] = set()
+    taken: set[DeviceKey] = set()
     on_ports: list[Any] = []
     try:
         settings = read_settings(folder / FILE_NAME) if is_described else RobotSettings()
@@ -101,6 +102,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
     return {
         "drivetrain": drivetrain,
         "motors": _motors(taken),
+        "built": [(d.model, d.address.in_file) for maker in makers() for d in maker.built()],
         "ports": _ports(on_ports),
         "cameras": surveyed_cameras(folder),
     }
@@ -114,10 +116,10 @@ def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
         if not any(p.device is device for device in taken)
     ]
     sensors = [d for maker in makers() for d in maker.built() if d.model in ("CANrange", "CANdi")]
-    return ports + [{"model": d.model, "channels": [d.device_id], "made_by": ""} for d in sensors]
+    return ports + [{"model": d.model, "channels": [d.address.in_file], "made_by": ""} for d in sensors]
 
 
-def _motors(drive: set[tuple[str, int]]) -> list[dict[str, Any]]:
+def _motors(drive: set[DeviceKey]) -> list[dict[str, Any]]:
     found = []
     for maker in makers():
         free = [d for d in maker.built() if d.model in maker.motors and d.key not in drive]
@@ -129,9 +131,9 @@ def _describe(maker: Maker, group: FollowerGroup) -> dict[str, Any]:
     known: dict[str, Any] = {
         "name": mechanism_name(*holder_of(group.leader.hardware)),
         "controller": group.leader.model,
-        "leader": group.leader.device_id,
-        "followers": [f.device_id for f in group.followers],
-        "opposed": [group.followers[k].device_id for k in group.opposed],
+        "leader": group.leader.address.in_file,
+        "followers": [f.address.in_file for f in group.followers],
+        "opposed": [group.followers[k].address.in_file for k in group.opposed],
         "code": None,
     }
     try:
@@ -140,7 +142,7 @@ def _describe(maker: Maker, group: FollowerGroup) -> dict[str, Any]:
     except (ConfigError, NotImplementedError) as error:  # one motor that does not answer is no reason to know none
         return {**known, "remark": str(error), "turns_freely": False}
     m, box = guess.mechanism, guess.mechanism.gearbox
-    reads = [f"{model} {number}" for model, number in guess.sensors]
+    reads = [f"{model} {address}" for model, address in guess.sensors]
     reads += ["an encoder that is wired to it"] if guess.has_wired_sensor else []
     remarks = ["it holds a weight"] * guess.has_weight + [f"it reads {one}" for one in reads]
     return {

@@ -8,6 +8,7 @@ from typing import Any
 from simcore import season
 from simcore.devices.makers import Maker, MotorFacts
 from simcore.devices.recorder import after_call
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot_file.drivetrain_table import ON_PORTS
@@ -49,7 +50,7 @@ class _WPILib(Maker):
     def watch(self) -> None:
         answer_for_adis()
         for name in _GYROS:
-            self.devices.record(season.class_before_2027("wpilib", name), name, _number_of_gyro)
+            self.devices.record(season.class_before_2027("wpilib", name), name, _port_of_gyro)
         after_call(
             wpilib.PWMMotorController, season.own_name(wpilib.PWMMotorController, "add_follower"), _note_follower
         )
@@ -60,7 +61,10 @@ class _WPILib(Maker):
 
     def built(self) -> list[BuiltDevice]:
         ports = (port for port in built_ports() if port.device is not None and _model(port))
-        return [*(BuiltDevice(_model(p), p.channels[0], "rio", p.device) for p in ports), *self.devices.devices()]
+        return [
+            *(BuiltDevice(_model(p), DeviceAddress(p.channels[0]), p.device) for p in ports),
+            *self.devices.devices(),
+        ]
 
     def device_of(self, made: Any) -> BuiltDevice | None:
         if not type(made).__module__.startswith("wpilib") and not isinstance(made, wpilib.PWMMotorController):
@@ -77,7 +81,7 @@ class _WPILib(Maker):
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
         if encoder.model == "Encoder":
             return EncoderPort(encoder.hardware, pulses_per_turn=_PULSES)
-        port_of = ("DIO" if encoder.model.startswith("DutyCycle") else "Analog"), encoder.device_id
+        port_of = ("DIO" if encoder.model.startswith("DutyCycle") else "Analog"), encoder.address.number
         return AbsoluteEncoderPort(port_of, full_range=encoder_range(*port_of))
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
@@ -94,8 +98,8 @@ def _note_follower(leader: Any, _: Any, args: tuple[Any, ...], settings: dict[st
     _followers.append((leader, next(iter((*args, *settings.values())))))
 
 
-def _number_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> int:
-    return next((int(value) for value in (*args, *settings.values()) if isinstance(value, int)), 0)
+def _port_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> DeviceAddress:
+    return DeviceAddress(next((int(value) for value in (*args, *settings.values()) if isinstance(value, int)), 0))
 
 
 MAKER = _WPILib()

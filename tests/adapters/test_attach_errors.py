@@ -34,9 +34,10 @@ def test_a_mistake_is_one_clear_error(said, mistake, words):
 
 
 def test_one_id_on_two_buses_is_said_aloud(said):
-    assert said["clashes"] == [
-        "TalonFX 31 is on the buses canivore, rio: the device simulation knows ids only and makes them one"
-    ]
+    assert said["two buses"].startswith(
+        "ConfigError: TalonFX 31 and TalonFX canivore:31, on two CAN buses, are one device in CTRE's own simulation"
+    )
+    assert said["one device"] == [True]
 
 
 def test_another_years_phoenix_is_refused_in_one_sentence(said):

@@ -35,6 +35,10 @@ def test_mechanisms_move_as_closed_forms_say_and_read_in_turns(library, scenario
     assert row["arrived"] == [pytest.approx(20.0, abs=0.05), True]
     assert row["group"] == [1, [0]]
     assert row["followed"][0] > 500.0 and row["followed"][1] == pytest.approx(-row["followed"][0], rel=1e-6)
+    assert row["two buses"][0] > 4.0 and row["two buses"][1] == pytest.approx(-0.5 * row["two buses"][0], rel=1e-6)
+    assert row["devices"] == ["SPARK MAX can_s1:60", "SPARK MAX 60"]  # port S2 is the bus that needs no name
+    # a SPARK follows an id on its own bus
+    assert row["groups"] == ["SPARK MAX can_s1:60 + can_s1:59", "SPARK MAX 60 + 59"]
 
 
 @pytest.mark.slow

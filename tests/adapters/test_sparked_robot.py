@@ -62,7 +62,7 @@ def test_it_shoots_while_the_trigger_is_held(sim):
     print("TABLE", described, guessed, assignment.foreign, "DIGEST", sim.digest)
     assert described["SPARK MAX 41 42"] == "'intake'" and described["SPARK Flex 43"] == "'shooter'"
     assert guessed["SPARK MAX 44"].startswith("1 x NEO, 40:1")
-    assert ("SPARK MAX", 46) in assignment.foreign
+    assert ("SPARK MAX", DeviceAddress(46)) in assignment.foreign
 
 
 def test_again(sim):

@@ -74,4 +74,4 @@ def test_mistakes_are_named(scenario):
     said = scenario("swerve_errors")
     assert "import simcore.phoenix6.swerve at the top of physics.py" in said["early"]
     assert "4 modules in the drivetrain" in said["fewer"] and "3 in the model" in said["fewer"]
-    assert "module 3 drive_motor: TalonFX id 1 is already module 0 drive_motor" in said["twice"]
+    assert "module 3 drive_motor: TalonFX 1 is already module 0 drive_motor" in said["twice"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress
 
 
 class Busy:
@@ -34,7 +35,7 @@ class Device:
 def group_of(device):
     from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 
-    return FollowerGroup(BuiltDevice("TalonFX", device.device_id, "rio", device))
+    return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 
 
 def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):

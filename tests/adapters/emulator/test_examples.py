@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from simcore.quantities import DeviceAddress
+
 pytestmark = pytest.mark.usefixtures("bench")
 
 
@@ -390,7 +392,7 @@ def test_candle_lights_are_kept_to_look_at(bench):
     lights = bench.device("CANdle", 1)
     assert lights.set_control(controls.SolidColor(0, 7, color=signals.RGBWColor(217, 30, 0))).is_ok()
     assert lights.set_control(controls.RainbowAnimation(8, 37, slot=0)).is_ok()
-    shown = bench.emulator.create(10, 1).shows
+    shown = bench.emulator.create(10, DeviceAddress(1)).shows
     assert [name for name, _ in shown] == ["SolidColor", "RainbowAnimation"]
     assert shown[0][1][:6] == (0, 0, 7, 217, 30, 0)
 

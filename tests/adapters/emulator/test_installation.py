@@ -209,16 +209,6 @@ def test_what_is_not_a_number_is_refused_where_it_enters(bench):
         talon.sim_state.set_rotor_velocity(math.nan)
 
 
-def test_one_id_on_two_buses_is_one_device_and_says_so(bench, caplog):
-    from phoenix6 import CANBus, hardware
-
-    bench.talon(1)
-    assert not caplog.records
-    other = hardware.TalonFX(1, CANBus("canivore"))
-    assert "one device" in caplog.text
-    other.close()
-
-
 def test_versions_and_licences_are_those_of_the_library(bench):
     from phoenix6 import unmanaged
 

@@ -18,7 +18,7 @@ import simcore.phoenix6.swerve as adapter
 from simcore.devices.ownership import Ownership
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
-from simcore.phoenix6.built_devices import clashes
+from simcore.phoenix6.built_devices import require_distinct
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.robot_attachment import is_port_taken
 
@@ -89,7 +89,10 @@ def main() -> None:
     file.unlink()
 
     other_bus = hardware.TalonFX(31, "canivore")
-    said["clashes"] = clashes()
+    said["two buses"] = message(attach)
+    said["one device"] = [other_bus._device_identifier.device_hash == roller._device_identifier.device_hash]
+    assert message(require_distinct) == said["two buses"]
+    other_bus.close()
     said["versions"] = [message(lambda v=v: require_phoenix6(v)) for v in ("25.4.0", "27.0.0", None, "26.1.0")]
 
     with socket.socket() as listener:

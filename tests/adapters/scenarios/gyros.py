@@ -90,7 +90,7 @@ def main() -> None:
     next(getattr(gyro, reset) for reset in ("zeroYaw", "resetYaw", "reset") if hasattr(gyro, reset))()
     rows["reset"] = read(gyro)
     rows["1 s later"] = turn(1.0)
-    print(json.dumps({"lateness_ms": 0.0, "model": device.model, "number": device.device_id, "rows": rows}))
+    print(json.dumps({"lateness_ms": 0.0, "model": device.model, "number": device.address.number, "rows": rows}))
 
 
 if __name__ == "__main__":

@@ -15,9 +15,10 @@ from phoenix6 import configs, controls, hardware, signals, unmanaged
 from simcore.devices.ownership import Ownership
 from simcore.phoenix6.ctre_maker import MAKER
 from simcore.phoenix6.sensor_ports import own_writer
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robotpy.device_assignment import DeviceAssignment
+from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 
 
 def reads(device: hardware.TalonFX, rotations: float) -> bool:
@@ -37,7 +38,7 @@ def main() -> None:
     ownership = Ownership()
     MAKER.watch_simulations(ownership.may_write)
     ours, theirs = hardware.TalonFX(1), hardware.TalonFX(2)
-    ownership.claim(("TalonFX", 1), "drivetrain")
+    ownership.claim(("TalonFX", DeviceAddress(1)), "drivetrain")
     own_writer(ours.sim_state, "set_raw_rotor_position")(5.0)
     for _ in range(200):
         ours.sim_state.set_raw_rotor_position(9.0)
@@ -46,7 +47,7 @@ def main() -> None:
         "lateness_ms": 0.0,
         "ours": reads(ours, 5.0),
         "theirs": reads(theirs, 9.0),
-        "foreign": sorted(ownership.foreign),
+        "foreign": short_names(sorted(ownership.foreign)),
     }
 
     lead, follower, lone = hardware.TalonFX(10), hardware.TalonFX(11), hardware.TalonFX(12)
@@ -57,7 +58,7 @@ def main() -> None:
     config.slot0.k_v, config.slot0.k_a, config.slot0.k_s = 0.5, 0.1, 0.2
     lead.configurator.apply(config)
     lone.set_control(controls.Follower(99, opposed))  # its leader does not exist
-    devices = [d for d in MAKER.built() if d.device_id >= 10]
+    devices = [d for d in MAKER.built() if d.address.number >= 10]
     groups = MAKER.groups(devices)
     said["groups"] = [str(g) for g in groups]
     said["opposed"] = list(groups[0].opposed)
@@ -74,11 +75,11 @@ def main() -> None:
     steps: list[str] = []
     physics = SimpleNamespace(add_motor=lambda m: steps.append("add"), remove_motor=lambda m: steps.append("remove"))
     robot = SimpleNamespace(add_estimated_mechanism=lambda m: None, remove_estimated_mechanism=lambda m: None)
-    assignment = DeviceAssignment(physics, robot, ownership, RobotSettings(), [("TalonFX", 1)])
+    assignment = DeviceAssignment(physics, robot, ownership, RobotSettings(), [("TalonFX", DeviceAddress(1))])
     for _ in range(6):
         assignment.after_tick()
     said["taken"] = list(steps)
-    said["owners"] = [assignment.drivetrain, assignment.foreign, assignment.guessed]
+    said["owners"] = [assignment.drivetrain, short_names(assignment.foreign), assignment.guessed]
     follower.sim_state.set_rotor_velocity(3.0)
     assignment.after_tick()
     said["given_back"] = steps[len(said["taken"]) :]

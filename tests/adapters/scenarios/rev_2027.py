@@ -23,8 +23,8 @@ PORT = wpilib.CANPort.CAN_S1
 numbers = iter(range(1, 60))
 
 
-def spark(setup=lambda c: None, cls=rev.SparkMax):
-    made = cls(PORT, next(numbers), rev.SparkLowLevel.MotorType.BRUSHLESS)
+def spark(setup=lambda c: None, cls=rev.SparkMax, port=PORT, number=None):
+    made = cls(port, number or next(numbers), rev.SparkLowLevel.MotorType.BRUSHLESS)
     config = rev.SparkMaxConfig() if cls is rev.SparkMax else rev.SparkFlexConfig()
     setup(config)
     made.configure(config, rev.ResetMode.RESET_SAFE_PARAMETERS, rev.PersistMode.PERSIST_PARAMETERS)
@@ -99,6 +99,18 @@ def main():
     lead.set_throttle(0.25)
     run(sim, 1.0)
     facts["followed"] = [made.get_encoder().get_velocity().get() for made in (lead, opposed)]
+
+    one, other = (spark(port=port, number=60) for port in (PORT, wpilib.CANPort.CAN_S2))
+    stray = spark(lambda c: c.follow(one, False), port=wpilib.CANPort.CAN_S2, number=59)
+    near = spark(lambda c: c.follow(one, False), number=59)
+    sims = [SparkMotorSim(made, shaft(1.0, 0.005)) for made in (one, other)]
+    one.set_throttle(0.5)
+    other.set_throttle(-0.25)
+    for sim in sims:
+        run(sim, 0.5)
+    facts["two buses"] = [made.get_encoder().get_position().get() for made in (one, other)]
+    facts["devices"] = [str(MAKER.device_of(made)) for made in (one, other)]
+    facts["groups"] = [str(g) for g in MAKER.groups([MAKER.device_of(made) for made in (one, other, stray, near)])]
     print(json.dumps(facts), flush=True)
     os._exit(0)  # whatever threads REVLib has started
 

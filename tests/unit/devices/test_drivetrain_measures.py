@@ -12,12 +12,13 @@ from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.project_settings import project_measures
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
 
 PLACES = ((0.3, 0.3), (0.3, -0.3), (-0.3, 0.3), (-0.3, -0.3))
-SPARK = BuiltDevice("SPARK MAX", 1, "rio", None)
+SPARK = BuiltDevice("SPARK MAX", DeviceAddress(1), None)
 MOTORS = {"drive_motor": Measure("NEO", "usual", is_guess=True), "steer_motor": Measure("NEO", "usual", is_guess=True)}
 PATHPLANNER = {
     "robotMass": 61.0,

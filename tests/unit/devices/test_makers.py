@@ -12,6 +12,7 @@ pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 from simcore.devices.makers import MAKER_MODULES, installed_makers
 from simcore.devices.recorder import BuiltDevices
 from simcore.devices.unserved import unknown_sim_devices
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice, group_by_leader
 from simcore.robot_file.robot_settings import CONTROLLERS, PORT_CONTROLLERS
 
@@ -57,8 +58,8 @@ class OwnMotor(Motor):
 
 def test_devices_are_known_by_object_and_forgotten_with_it():
     devices = BuiltDevices()
-    devices.record(Motor, "motor", lambda made, args, settings: made.number)
-    devices.record(Motor, "motor", lambda made, args, settings: made.number)
+    devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
+    devices.record(Motor, "motor", lambda made, args, settings: DeviceAddress(made.number))
     first, twin, own, none = Motor(1), Motor(1), OwnMotor(2), Motor(-1)
     assert [str(d) for d in devices.devices()] == ["motor 1", "motor 2"]
     assert len(devices.objects) == 3 and devices.find(none) is None
@@ -72,8 +73,10 @@ def test_devices_are_known_by_object_and_forgotten_with_it():
 
 
 def test_followers_are_grouped_by_key_id_or_object_and_strays_stand_alone():
-    devices = [BuiltDevice("motor", k, "rio", Motor(k)) for k in range(6)]
-    leaders = {1: (("motor", 0), True), 2: (0, False), 3: (devices[0].hardware, True), 4: (9, True), 5: (5, False)}
-    groups = group_by_leader(devices, lambda d: leaders.get(d.device_id, (None, False)))
+    devices = [BuiltDevice("motor", DeviceAddress(k), Motor(k)) for k in range(6)]
+    first = DeviceAddress(0)
+    leaders = {1: (("motor", first), True), 2: (first, False), 3: (devices[0].hardware, True)}
+    leaders |= {4: (DeviceAddress(9), True), 5: (DeviceAddress(5), False)}
+    groups = group_by_leader(devices, lambda d: leaders.get(d.address.number, (None, False)))
     assert [str(g) for g in groups] == ["motor 0 + 1 + 2 + 3", "motor 4", "motor 5"]
     assert groups[0].opposed == (0, 2)

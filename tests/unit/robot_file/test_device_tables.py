@@ -8,6 +8,7 @@ import re
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import DeviceAddress
 from simcore.robot.mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot_file.sensor_tables import PieceView
@@ -70,8 +71,8 @@ def test_a_piston_and_a_servo(read):
     piston, servo = (build_mechanism(m.config) for m in robot.mechanisms)
     assert isinstance(piston, PistonSim) and piston.stops == (0.0, 0.2) and piston.extension == 0.2
     assert isinstance(servo, ServoSim) and servo.position == pytest.approx(math.pi / 4)
-    assert robot.mechanism("deploy").keys == [("CTREPCM 0 Solenoid", 4), ("CTREPCM 0 Solenoid", 5)]
-    assert robot.mechanism("latch").keys == [("PWM", 3)]
+    assert robot.mechanism("deploy").keys == [("CTREPCM 0 Solenoid", DeviceAddress(n)) for n in (4, 5)]
+    assert robot.mechanism("latch").keys == [("PWM", DeviceAddress(3))]
 
 
 def test_a_reversed_single_solenoid_springs_out(read):
@@ -95,12 +96,12 @@ def test_sensors(read):
         + '[[sensor]]\nname = "r"\nkind = "canrange"\nid = 9\nmechanism = "lift"\ndistance = 0.1\n'
     )
     encoder, switch, beam, ranging = robot.sensors
-    assert encoder.kind == "encoder" and encoder.keys == (("DIO", 0), ("DIO", 1))
+    assert encoder.kind == "encoder" and encoder.keys == (("DIO", DeviceAddress(0)), ("DIO", DeviceAddress(1)))
     assert (encoder.gearing, encoder.pulses_per_turn) == (-4.0, 2048.0)
     assert switch.kind == "limit switch" and switch.normally_closed
     assert switch.pressed == pytest.approx((0.48 / 0.02, 0.52 / 0.02))
     assert beam.sees == PieceView(place="storage", at_least=3, delay=0.2, kinds=("Cube",))
-    assert beam.keys == (("CANdi", 30),) and beam.pin == 2
+    assert beam.keys == (("CANdi", DeviceAddress(30)),) and beam.pin == 2
     assert ranging.mechanism == "lift" and ranging.sees is None and ranging.distance == 0.1
     with pytest.raises(UnknownNameError, match="no kind of piece named 'Cube'"):
         robot.require_pieces(["Cone"])

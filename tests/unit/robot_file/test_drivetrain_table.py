@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simcore.errors import ConfigError
+from simcore.quantities import DeviceAddress
 from simcore.robot_file.drivetrain_table import read_drivetrain
 from simcore.robot_file.key_tables import Table, table_text, tomllib
 
@@ -21,14 +22,14 @@ def read(data):
 
 def test_a_whole_swerve():
     settings = read(SWERVE)
-    assert settings.drive == ((1,), (3,), (5,), (7,)) and settings.has_devices
+    assert settings.drive == tuple((DeviceAddress(number),) for number in (1, 3, 5, 7)) and settings.has_devices
     assert settings.places[1] == (0.3, -0.3) and settings.zeros[0] == pytest.approx(1.5708, abs=1e-4)
     assert settings.measures == {"wheel_diameter": 0.1}
 
 
 def test_the_sides_of_a_tank():
     settings = read({"kind": "tank", "controller": "PWM", "left": [0, 2], "right": [1, 3]})
-    assert settings.drive == ((0, 2), (1, 3))
+    assert settings.drive == tuple(tuple(map(DeviceAddress, side)) for side in ((0, 2), (1, 3)))
 
 
 def test_measures_alone_describe_no_devices():

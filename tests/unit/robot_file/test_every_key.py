@@ -10,7 +10,7 @@ import pytest
 
 import simcore
 from simcore.errors import ConfigError
-from simcore.quantities import Quantity
+from simcore.quantities import DeviceAddress, Quantity
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -122,6 +122,8 @@ def values(form, now):
         found = [[name] if form.many else name for name in ("roller", "rack", "elevator", "front")]
     elif form is bool:
         found = [True, False]
+    elif form is DeviceAddress:
+        found = [9, 21, 60, "canivore:3"]
     elif form is str:
         found = ["other", "rebuilt", "elevator", "practice-2v2", "SPARK MAX", "defender:3", "module:function"]
     elif isinstance(form, list):

@@ -75,7 +75,9 @@ def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
     text = template(MOTORS)
     path.write_text(text)
     motor = read_settings(path).mechanism("motor20_20")
-    assert motor.devices == (20, 21, 22) and motor.opposed == (22,) and motor.config.gearbox.gearing == 0.75
+    assert (
+        motor.channels == (20, 21, 22) and motor.opposed == motor.followers[1:] and motor.config.gearbox.gearing == 0.75
+    )
     assert motor.config.inertia == 0.0015 and "inertia = 0.0015 " in text and not motor.guessed
     assert "# 'motor20_20', TalonFXS 20, stays a guess: it holds a weight" in text
 

@@ -92,7 +92,7 @@ def test_a_whole_robot(read):
     assert (robot.mass, robot.capacity, robot.preload) == (48.0, 20, 3)
     assert robot.start == pytest.approx((3.0, 2.0, math.pi / 2))
     wheels = robot.mechanism("wheels")
-    assert wheels.devices == (20, 21, 22) and wheels.opposed == (22,)
+    assert wheels.channels == (20, 21, 22) and wheels.opposed == wheels.followers[1:]
     assert isinstance(wheels.config, FlywheelConfig)
     assert wheels.config.gearbox.motors == 3 and wheels.config.inertia == 0.004
     pivot = build_mechanism(robot.mechanism("pivot").config)
@@ -244,8 +244,14 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
             "kind must be one of flywheel, roller, arm, turret, elevator, rack, servo, piston, got",
         ),
         (WHEELS.replace("[22]", "[23]"), "opposed must name followers, which are [21, 22]; got 23"),
-        (WHEELS.replace("leader = 20", "leader = 63"), "leader must be a whole number from 0 to 62, got 63"),
-        (WHEELS.replace("leader = 20", "leader = 20.0"), "leader must be a whole number from 0 to 62, got 20.0"),
+        (
+            WHEELS.replace("leader = 20", "leader = 63"),
+            'leader must be a whole number from 0 to 62, or as "canivore:3" on another bus, got 63',
+        ),
+        (
+            WHEELS.replace("leader = 20", "leader = 20.0"),
+            'leader must be a whole number from 0 to 62, or as "canivore:3" on another bus, got 20.0',
+        ),
         (WHEELS + WHEELS, "[[mechanism]] 'wheels': name is used twice"),
         (WHEELS + ROLLER.replace("30", "21"), "'roller': TalonFX 21 already belongs to 'wheels'"),
         (WHEELS.replace("[21, 22]", "[20, 22]"), "'wheels': TalonFX 20 already belongs to 'wheels'"),
