@@ -312,7 +312,8 @@ class RunRecord:
         shot = self._followed.pop(slot, None)
         if shot is not None:
             shot.scored = True
-            shot.points.append(tuple(self._pieces.state.pos[slot].tolist()))
+            if (place := tuple(self._pieces.state.pos[slot].tolist())) != tuple(shot.points[-1]):
+                shot.points.append(place)  # it has flown on unnoted
             self._columns = None
 
     def note_taken_in(self, slots: IntArray, robot: int) -> None:

@@ -36,6 +36,7 @@ def test_the_page_names_every_file_in_the_order_in_which_they_are_written(folder
 
 def test_the_game_that_was_written_plays_and_scores(folder):
     write_game("discs", year=2030, folder=folder)
+    importlib.invalidate_caches()  # the folder is younger than what Python remembers of it
     game = importlib.import_module("discs").DISCS
     assert sum(supply.count for supply in game.pieces) == 42  # as the page says
     run = play_auto(game, seconds=4.0)

@@ -206,6 +206,7 @@ def published():
         kinds = {
             "Pose3d": snapshot.poses,
             "Pose3d[]": snapshot.pose_arrays,
+            "SwerveModuleState[]": snapshot.state_arrays,
             "double": snapshot.doubles,
             "int": snapshot.integers,
             "boolean": snapshot.booleans,

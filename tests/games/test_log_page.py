@@ -39,7 +39,7 @@ def test_numbers_poses_and_pieces_come_back(depot):
     for key in ("Sim/Debug/BatteryVoltage", "Sim/Score/Red", "Sim/Performance/AwakePieces"):
         assert back.series(key)[1] == pytest.approx(live.series(key)[1]), key
     assert back.poses("Sim/Robot/Pose3d")[1] == pytest.approx(live.poses("Sim/Robot/Pose3d")[1])
-    for time in (0.48, 4.8, 9.12):  # logs keep long arrays every 0.08 s, recordings every 0.04
+    for time in (0.4, 4.8, 9.2):  # logs keep long arrays every 0.1 s, recordings every 0.04
         assert back.pieces_at(time)["Fuel"] == pytest.approx(live.pieces_at(time)["Fuel"], abs=1e-5)
 
 

@@ -7,6 +7,7 @@ import pytest
 from simcore.devices import sides_discovery
 from simcore.devices.makers import Maker
 from simcore.devices.sides_discovery import says_place
+from simcore.quantities import DeviceAddress
 from simcore.robot.motor_controllers import BuiltDevice
 
 SIDES = ("left", "right")
@@ -42,7 +43,7 @@ def test_the_corner_that_a_name_says(name, corner):
 
 def test_where_no_motor_says_its_side_what_holds_it_does(monkeypatch):
     monkeypatch.setattr(sides_discovery, "maker_of", lambda device: Maker())
-    motors = [BuiltDevice("SPARK MAX", k, "", object()) for k in range(2)]
+    motors = [BuiltDevice("SPARK MAX", DeviceAddress(k), object()) for k in range(2)]
     held = {"drive.left.leader": motors[0], "drive.right.leader": motors[1]}
     assert sides_discovery._by_name(held, SIDES) == [[motors[0]], [motors[1]]]
     named = {"right.left_spark": motors[0], "left.right_spark": motors[1]}

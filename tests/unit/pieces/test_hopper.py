@@ -244,7 +244,7 @@ def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
     storage.pieces.remove(4)
     storage.pieces.append(200)
     storage.pieces.append(200)
-    assert len(storage.place(90, R)) == 3
+    assert storage.places(np.full(201, R)).shape == (91, 3)
     for speed, pull in (
         (math.nan, DOWN),
         (math.inf, DOWN),
