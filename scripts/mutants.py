@@ -241,7 +241,7 @@ MUTANTS = (
            '            self._problem = ""\n            self', '            self._problem = ""\n        self',
            "tests/unit/sweep/test_sweep.py::test_rows_that_could_not_be_written_are_tried_again"),
     Mutant("a late hit lands where it was after 2 s", "simcore/match/run_record.py",
-           "            shot.points.append(tuple(self._pieces.state.pos[slot].tolist()))\n", "",
+           "shot.points.append(place)", "pass",
            "tests/unit/sweep/test_run_metrics.py"),
     Mutant("the first in leaves a hopper first", "simcore/pieces/hopper.py", "np.argsort(-ahead, kind",
            "np.argsort(0.0 * ahead, kind",

@@ -190,6 +190,10 @@ class StagedPieces:
 
     def __post_init__(self) -> None:
         owner = f"StagedPieces of {self.kind}"
+        if isinstance(self.off_field, int) and self.off_field < 0:
+            raise ConfigError(
+                f"{owner}: {-self.off_field} more stand on the field than there are (off_field is below 0)"
+            )
         require_fields(self, owner, off_field=COUNT, lodged=FORCE)
         require_points(owner, "positions", self.positions, FIELD_PLACE)
         if self.attitudes is not None:

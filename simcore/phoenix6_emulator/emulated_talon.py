@@ -738,7 +738,8 @@ class EmulatedTalon(EmulatedDevice):
         """
         total = sum(args)
         if total != total:
-            raise NonFiniteError(f"{self!r}: {kind.name} with a field that is not a number: {args}")
+            wrong = ", ".join(name for name, at in kind.slots.items() if args[at] != args[at])
+            raise NonFiniteError(f"{self!r}: {kind.name}: {wrong or 'a field'} must be a number, got nan")
         pending = self._pending
         hz = args[0]
         if pending is None:

@@ -257,7 +257,8 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
             described.add((m.controller, number))
             if (m.controller, number) not in built:
                 there = ", ".join(str(at) for model, at in sorted(built) if model == m.controller)
-                yield RobotFinding(f"{m.name}: the program builds no {m.controller} {number}; it builds [{there}]")
+                none = f"beside its drivetrain the program builds no {m.controller} {number}"
+                yield RobotFinding(f"{m.name}: {none}; it builds [{there}]")
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue

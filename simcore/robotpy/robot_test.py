@@ -6,6 +6,7 @@ import faulthandler
 import gc
 import logging
 import math
+import operator
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -38,6 +39,9 @@ Pose2d = season.wpimath.Pose2d
 hal = season.hal
 
 __all__ = ["ConditionError", "RobotTest", "run_report"]
+
+__tracebackhide__ = operator.methodcaller("errisinstance", SimcoreError)
+"""pytest shows a call that is refused at the test's own line."""
 
 _log = logging.getLogger(__name__)
 

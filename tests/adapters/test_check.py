@@ -57,7 +57,7 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tm
     wrong = re.findall("^wrong: (.*)$", said, re.MULTILINE)
     assert wrong[:-1] == [
         "wheels: TalonFX 32 opposes its leader in the program, but not in the file: look at opposed",
-        "feeder: the program builds no TalonFX 43; it builds [31, 32, 33, 34, 35]",
+        "feeder: beside its drivetrain the program builds no TalonFX 43; it builds [31, 32, 33, 34, 35]",
         wrong[2],
     ], said
     assert wrong[2].startswith("simcore.toml [start]: the robot starts inside of a field element, at (4.60, 4.00) m; (")

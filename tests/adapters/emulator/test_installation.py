@@ -203,7 +203,7 @@ def test_what_is_not_a_number_is_refused_where_it_enters(bench):
     from simcore.errors import NonFiniteError
 
     talon = bench.talon()
-    with pytest.raises(NonFiniteError, match="talon fx 1: VelocityVoltage"):
+    with pytest.raises(NonFiniteError, match="talon fx 1: VelocityVoltage: velocity must be a number, got nan"):
         talon.set_control(controls.VelocityVoltage(math.nan))
     with pytest.raises(NonFiniteError, match="RotorVelocity"):
         talon.sim_state.set_rotor_velocity(math.nan)

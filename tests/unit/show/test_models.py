@@ -175,9 +175,12 @@ def test_missing_renamed_left_over_and_huge_files(robot: Path) -> None:
 
 def test_a_file_of_a_hundred_megabytes_is_a_warning(robot: Path) -> None:
     with (robot / "model.glb").open("r+b") as file:
+        file.seek(12)
+        binary = 20 + struct.unpack("<I", file.read(4))[0]  # where the second chunk begins, which is made longer
+        for place, length in ((8, 100_000_000), (binary, 100_000_000 - binary - 8)):
+            file.seek(place)
+            file.write(struct.pack("<I", length))
         file.truncate(100_000_000)
-        file.seek(8)
-        file.write(struct.pack("<I", 100_000_000))
     assert any(line.startswith("warning") and "is 100 MB" in line for line in texts(robot))
 
 
