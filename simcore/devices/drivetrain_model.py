@@ -205,12 +205,12 @@ class _Way:
         self._sensor, self._meters = sensor, meters
         self._begin = (0.0, 0.0, 0.0)
         self._next = -1.0
-        self._last = 0.0
+        self._last = 0.0, 0.0  # what was told a loop before, and what the sensor showed
 
     def note(self, told: float) -> None:
         """The program has told its odometry how far the wheel has rolled [m]."""
-        sensor, jump = self._sensor, abs(told - self._last)
-        self._last = told
+        sensor, (told_before, shown_before) = self._sensor, self._last
+        self._last, jump = (told, sensor.shown), abs(told - told_before)
         if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
             self._begin = told, sensor.turned, sensor.shown
             self._next = max(self._next, _FIRST_WAY)
@@ -218,9 +218,12 @@ class _Way:
         rolled = abs(sensor.turned - self._begin[1]) * self._meters
         if rolled < self._next or told == self._begin[0]:
             return
-        self._next *= 2.0  # nearer the truth the farther it has rolled, as what is read is some milliseconds old
-        factor = abs((sensor.shown - self._begin[2]) * self._meters / (told - self._begin[0]))
-        if abs(factor / self.factor - 1.0) > 0.01 and 1.0 / _MOST < factor < _MOST:
+        self._next *= 2.0
+        # What was told has been read since the loop before: between these two the way is, nearer the farther it rolls.
+        told_way = (told - self._begin[0]) / self._meters
+        least, most = sorted(abs((shown - self._begin[2]) / told_way) for shown in (shown_before, sensor.shown))
+        factor = 0.5 * (least + most)
+        if not 0.99 * least < self.factor < 1.01 * most and 1.0 / _MOST < factor < _MOST:
             _log.info("drivetrain: the program's odometry takes %.3g m for a meter that is guessed", 1.0 / factor)
             self.factor = factor
 

@@ -28,6 +28,8 @@ pytestmark = [
 TEST = """
 import pytest
 
+from simcore.quantities import DeviceAddress
+
 
 def test_it_shoots_while_the_trigger_is_held(sim):
     stick = sim.joystick(0)
