@@ -181,14 +181,13 @@ class _Counter:
     turned = shown = 0.0
     """As the model has it, and as the sensor counts: of a rotor [rotations], of an encoder [rad]."""
 
-    factor = 1.0
-    """Of what it counts now, beside what the model turns [-]."""
-    _base = _at = 0.0
+    @property
+    def factor(self) -> float:
+        """Of what it counts, beside what the model turns [-]."""
+        return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:
-        if self.way is not None and self.way.factor != self.factor:
-            self._base, self._at, self.factor = self.shown, self.turned, self.way.factor
-        self.turned, self.shown = turned, self._base + self.factor * (turned - self._at)
+        self.turned, self.shown = turned, self.factor * turned
         return self.shown
 
 
@@ -222,8 +221,8 @@ class _Way:
         # What was told has been read since the loop before: between these two the way is, nearer the farther it rolls.
         told_way = (told - self._begin[0]) / self._meters
         least, most = sorted(abs((shown - self._begin[2]) / told_way) for shown in (shown_before, sensor.shown))
-        factor = 0.5 * (least + most)
-        if not 0.99 * least < self.factor < 1.01 * most and 1.0 / _MOST < factor < _MOST:
+        factor = 1.0 if 0.99 * least < 1.0 < 1.01 * most else 0.5 * (least + most)
+        if abs(factor / self.factor - 1.0) > 0.01 and 1.0 / _MOST < factor < _MOST:
             _log.info("drivetrain: the program's odometry takes %.3g m for a meter that is guessed", 1.0 / factor)
             self.factor = factor
 
