@@ -86,6 +86,7 @@ class Recording:
             self._forget(len(self._times))
         elif self._times and time == self._times[-1]:
             self._drop_last()
+            bulk = True
         rows = len(self._times)
         self._times.append(time)
         self._ticks.append(snapshot.tick)

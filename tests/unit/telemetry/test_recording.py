@@ -104,6 +104,7 @@ def test_a_second_snapshot_of_one_time_takes_the_place_of_the_first() -> None:
     assert recording.times == pytest.approx([0.02, 0.04, 0.06])
     assert recording.series("new")[0] == pytest.approx([0.06])
     assert recording.strings("Sim/Warnings")[1] == ["nothing held"]
+    assert recording.array_times("Sim/GamePieces/Fuel")[-1] == pytest.approx(0.06), "long arrays, too"
     assert len(recording.series("Sim/Debug/BatteryVoltage")[1]) == len(recording.poses("Sim/Robot/Pose3d")[1]) == 3
     assert len(list(recording.snapshots())) == 3
 
