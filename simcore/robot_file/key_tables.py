@@ -316,7 +316,7 @@ def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
     left = [1, 2]                   # found
     """
     return f"{head}\n" + "".join(
-        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", ())
+        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", (), [])
     )
 
 
