@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         print(path)
     print(
         f"\nPlay it, test it:\n\n    cd {folder}\n    python -m pip install -e .\n    simcore play {args.name}\n"
-        f"    python -m pytest\n\nIts year is {year}, in game.py: the newest installed game is played where none is named.\n"
+        f"    python -m pytest\n\nIts year is {year}, in game.py: the newest game is played where none is named.\n"
         f"README.md there says what to change, in which order."
     )
     return 0
