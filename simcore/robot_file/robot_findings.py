@@ -32,7 +32,7 @@ from simcore.robot.mechanisms import (
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
-from simcore.robot_file.known_shot import elevations
+from simcore.robot_file.known_shot import elevations, goals_of
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
 
@@ -362,12 +362,8 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return
-    reach, zones = shot_reach(shooter, config), () if game is None else game.zones
-    goals = {
-        zone.name: _entry(zone.zone, downward=zone.downward)
-        for zone in zones
-        if not zone.kinds or not shooter.kinds or set(zone.kinds) & set(shooter.kinds)
-    }
+    reach, zones = shot_reach(shooter, config), [] if game is None else goals_of(shooter, game)
+    goals = {zone.name: _entry(zone.zone, downward=zone.downward) for zone in zones}
     if goals and min(goals.values()) > reach.rise:
         goal = min(goals, key=goals.__getitem__)
         yield RobotFinding(
