@@ -10,14 +10,14 @@ from simcore import season
 from simcore.devices.drivetrain_measures import MODULE_MEASURES
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
+from simcore.devices.motor_controllers import BuiltDevice
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort, Setpoint, ShaftPorts, SwervePorts
 from simcore.devices.program_odometry import on_wheel_distance
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import BuiltDevice, ClosedLoop, CurrentMeter, DutyHolder, OwnLoops, Setpoint
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort, ShaftPorts, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_config import plate_inertia
@@ -232,7 +232,7 @@ _JUMP = 0.5  # [m] between two loops: the program has reset its encoder
 _MOST = 50.0  # times a guess; inches are 39
 
 
-class _Mounted(_Counter):
+class _Mounted(_Counter, MotorPort):
     """A motor that turns the other way round than the model's, or counts from another zero.
 
     Args:
@@ -245,27 +245,23 @@ class _Mounted(_Counter):
         self._port = port
         self._sign = sign
         self._ahead = ahead
-        self._held = port.duty_cycle if isinstance(port, DutyHolder) else None
-        self._wanted = port.setpoint if isinstance(port, ClosedLoop) else None
-        self.set_supply = port.set_supply
-        self.is_open = port.is_open
-        if isinstance(port, CurrentMeter):
-            self.show_current = port.show_current
-        if isinstance(port, OwnLoops):
-            self.run = port.run
+        self.set_supply = port.set_supply  # type: ignore[method-assign]
+        self.is_open = port.is_open  # type: ignore[method-assign]
+        self.show_current = port.show_current  # type: ignore[method-assign]
+        self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
         """On the motor, as the model has it [V]."""
         return self._sign * self._port.volts()
 
     def duty_cycle(self) -> float | None:
-        """See `DutyHolder`."""
-        share = None if self._held is None else self._held()
+        """See `MotorPort`."""
+        share = self._port.duty_cycle()
         return None if share is None else self._sign * share
 
     def setpoint(self) -> Setpoint | None:
-        """See `ClosedLoop`."""
-        goal = None if self._wanted is None else self._wanted()
+        """See `MotorPort`."""
+        goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
     def write(self, rotations: float, rps: float) -> None:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure"]
 

@@ -10,16 +10,16 @@ import math
 from typing import ClassVar
 
 from simcore.devices.makers import Maker, Mounting
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.motor_ports import AnglePort, MotorPort, Setpoint
 from simcore.devices.motor_sim import LoopMotorSim, LoopPace, LoopPort
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, ClosedLoop, FollowerGroup, Setpoint
-from simcore.robot.motor_ports import AnglePort, MotorPort
 
 __all__ = ["LoopDrivePort", "LoopMaker", "WiredEncoder"]
 
 
-class LoopDrivePort:
-    """A controller that drives a wheel or an azimuth: `simcore.robot.motor_ports.MotorPort`, `OwnLoops`.
+class LoopDrivePort(MotorPort):
+    """A controller that drives a wheel or an azimuth: its own loops run.
 
     Its current limits act in the model of the motor.
 
@@ -46,12 +46,12 @@ class LoopDrivePort:
         return not self._port.brakes
 
     def duty_cycle(self) -> float | None:
-        """See `simcore.robot.motor_controllers.DutyHolder`."""
+        """See `MotorPort`."""
         return self._port.duty_cycle
 
     def setpoint(self) -> Setpoint | None:
-        """See `simcore.robot.motor_controllers.ClosedLoop`."""
-        return self._port.setpoint() if isinstance(self._port, ClosedLoop) else None
+        """See `MotorPort`."""
+        return getattr(self._port, "setpoint", lambda: None)()
 
     def run(self, dt: float) -> None:
         """Let its loops run for dt [s]."""
@@ -78,7 +78,7 @@ class LoopDrivePort:
 
 
 class WiredEncoder:
-    """The encoder wired to a controller of the drivetrain: `simcore.robot.motor_ports.AnglePort`."""
+    """The encoder wired to a controller of the drivetrain: `simcore.devices.motor_ports.AnglePort`."""
 
     def __init__(self, port: LoopDrivePort) -> None:
         self._port = port

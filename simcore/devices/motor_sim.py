@@ -11,7 +11,6 @@ from simcore.devices.makers import known_device
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import ClosedLoop
 
 RobotController = season.wpilib.RobotController
 
@@ -70,7 +69,7 @@ class MotorSim:
         Returns:
             `VelocityRPS` and turns/s, or `PositionRot` and turns.
         """
-        goal = self._leader.setpoint() if isinstance(self._leader, ClosedLoop) else None
+        goal = getattr(self._leader, "setpoint", lambda: None)()
         if goal is None:
             return None
         turns = goal.turns / (self.mechanism.gearing if goal.is_rotor else self._encoder_gearing)

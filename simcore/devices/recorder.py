@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from simcore import season
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.quantities import DeviceAddress, DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = [
     "Built", "BuiltDevices", "after_call", "built", "guard", "odometry_classes", "record_class", "watch_program",

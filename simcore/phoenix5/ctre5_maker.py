@@ -13,6 +13,8 @@ from wpimath.geometry import Rotation2d
 from simcore.devices.answers import Answers
 from simcore.devices.loop_ports import LoopMaker
 from simcore.devices.makers import MotorFacts
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import GyroPort
 from simcore.phoenix5.built_talons import TALONS, record_of, watch_simulations, watch_talons
 from simcore.phoenix5.talon_loop import ControlMode
 from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim
@@ -21,8 +23,6 @@ from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.robot.motor_ports import GyroPort
 
 __all__ = ["MAKER", "PigeonIMUPort"]
 
@@ -45,7 +45,7 @@ class PigeonIMUPort:
         _answers.attach(pigeon, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`."""
+        """See `simcore.devices.motor_ports.GyroPort`."""
         self._turned, self.pitch, self.roll = math.degrees(yaw), -math.degrees(pitch), math.degrees(roll)
         self.rates = [-math.degrees(rates[1]), math.degrees(rates[0]), math.degrees(rates[2])]
 

@@ -17,6 +17,8 @@ import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; 
 from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import (
@@ -35,9 +37,6 @@ from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.robot.swerve_config import arranged_motor
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
 __all__ = ["MAKER", "CtreDrivetrain"]
@@ -133,7 +132,7 @@ def _measures(constants: Any) -> dict[str, Measure]:
         )
     }
     for role in ("drive", "steer"):
-        found[f"{role}_motor"] = Measure(arranged_motor(constants, f"{role}_motor_type").name, source)
+        found[f"{role}_motor"] = Measure(swerve.arranged_motor(constants, f"{role}_motor_type").name, source)
         found[f"{role}_loop"] = Measure("controller", source)
     return found
 

@@ -12,13 +12,12 @@ from phoenix6.hardware import TalonFX, TalonFXS
 from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference, TalonFXSimState
 
+from simcore.devices.motor_ports import AnglePort, MotorPort, Setpoint
 from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.built_devices import read_configuration
 from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import Setpoint
-from simcore.robot.motor_ports import AnglePort
 
 __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
 
@@ -49,7 +48,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
     return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
 
 
-class TalonPort:
+class TalonPort(MotorPort):
     """The simulated side of one motor controller.
 
     The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
@@ -109,7 +108,7 @@ class TalonPort:
         return getattr(self._state, "duty_cycle", None)
 
     def setpoint(self) -> Setpoint | None:
-        """See `ClosedLoop`; CTRE's own simulation does not say it."""
+        """See `MotorPort`; CTRE's own simulation does not say it."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 

@@ -9,6 +9,7 @@ from typing import Any
 from simcore import season
 from simcore.devices.loop_ports import LoopMaker
 from simcore.devices.makers import MotorFacts
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.revlib.built_sparks import SPARKS, watch_simulations
 from simcore.revlib.spark_configuration import read_spark_configuration
@@ -18,7 +19,6 @@ from simcore.revlib.spark_port import ANALOG_SPAN, SparkPort
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 
 rev = season.rev
 

@@ -7,12 +7,12 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.makers import known_device
+from simcore.devices.motor_ports import Setpoint
 from simcore.errors import NonFiniteError
 from simcore.quantities import DeviceKey
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
-from simcore.robot.motor_controllers import Setpoint
 
 rev = season.rev
 RobotState = season.wpilib.RobotState
@@ -170,7 +170,7 @@ class SparkPort:
         return None if self._holds_volts else self._output.get() * self._sign
 
     def setpoint(self) -> Setpoint | None:
-        """See `simcore.robot.motor_controllers.ClosedLoop`."""
+        """See `MotorPort`."""
         mode, goal, config = self._mode.get(), self._setpoint.get(), self.config
         span = ANALOG_SPAN if config.feedback is Feedback.ANALOG else 1.0
         per_turn, per_rpm = (span * factor for factor in config.factors)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from simcore.devices.motor_ports import MotorDevices
 from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError
-from simcore.robot.motor_controllers import MotorDevices, OwnLoops
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import NO_STATES
@@ -67,8 +67,6 @@ class ConnectedDevices:
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
         self._owed = 0.0  # for how long mechanisms and drivetrain have moved since the controllers ran [s]
         self._motors = list(motors)
-        devices: list[object] = [drivetrain, *motors]
-        self._own_loops = [device for device in devices if isinstance(device, OwnLoops)]
         self._robot = robot
         self._drivetrain = drivetrain
         self._clock = clock
@@ -77,14 +75,10 @@ class ConnectedDevices:
     def add(self, motor: MotorDevices) -> None:
         """Connect one more motor."""
         self._motors.append(motor)
-        if isinstance(motor, OwnLoops):
-            self._own_loops.append(motor)
 
     def remove(self, motor: MotorDevices) -> None:
         """Disconnect a motor."""
         self._motors.remove(motor)
-        if isinstance(motor, OwnLoops):
-            self._own_loops.remove(motor)
 
     def step(self, h: float, yaw_rate: float) -> None:
         """Before mechanisms and drivetrain move for h [s]: sensors show the present, controllers answer.
@@ -131,8 +125,10 @@ class ConnectedDevices:
         h, self._owed = self._owed, 0.0
         if self._clock is not None:
             self._clock.step(h)
-        for loops in self._own_loops:
-            loops.run(h)
+        for device in (self._drivetrain, *self._motors):
+            run = getattr(device, "run", None)
+            if run is not None:
+                run(h)
 
     def _read_volts(self) -> None:
         battery = self._robot.battery

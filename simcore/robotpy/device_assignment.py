@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.motor_ports import MotorDevices
 from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig, ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robotpy.port_assignment import PortAssignment

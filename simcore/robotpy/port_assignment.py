@@ -13,13 +13,13 @@ import numpy as np
 
 from simcore import season
 from simcore.devices.makers import find_device, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice
+from simcore.devices.motor_ports import AnglePort, MotorDevices, MotorPort
 from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
 from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import ElevatorSim, PistonSim, RackSim, ServoSim, ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, MotorDevices
-from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import SensorSettings

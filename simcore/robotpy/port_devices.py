@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from simcore import season
+from simcore.devices.motor_ports import AnglePort, MotorPort
 from simcore.robot.mechanisms import PistonSim, ServoSim, ShaftSim
-from simcore.robot.motor_ports import AnglePort, MotorPort
 
 RobotState = season.wpilib.RobotState
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim

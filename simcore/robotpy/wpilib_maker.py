@@ -7,10 +7,10 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.makers import Maker, MotorFacts
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.devices.recorder import after_call
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot_file.drivetrain_table import ON_PORTS
 from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range
 from simcore.robotpy.wpilib_ports import (

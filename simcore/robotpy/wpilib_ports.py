@@ -13,6 +13,7 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.answers import Answers
+from simcore.devices.motor_ports import MotorPort
 from simcore.devices.recorder import after_call
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.quantities import GEARING, POSITIVE, require
@@ -47,7 +48,7 @@ __all__ = [
 _RAIL = 5.0  # [V] at the roboRIO's analog inputs
 
 
-class _ChannelPort:
+class _ChannelPort(MotorPort):
     """What ports without a sensor or a configuration have in common.
 
     Args:
@@ -69,10 +70,6 @@ class _ChannelPort:
     def duty_cycle(self) -> float:
         """A share of its supply is all that it knows [-]."""
         return self.volts() / self._supply
-
-    def volts(self) -> float:
-        """What it puts on the motor [V]."""
-        raise NotImplementedError
 
     def write(self, rotations: float, rps: float) -> None:
         """Nobody reads it."""
@@ -251,7 +248,7 @@ class WPILibGyroPort:
             after_call(cls, "reset", _note_reset)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
+        """See `simcore.devices.motor_ports.GyroPort`; only yaw is measured."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
@@ -297,7 +294,7 @@ class ADISGyroPort:
         _adis.attach(imu, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`."""
+        """See `simcore.devices.motor_ports.GyroPort`."""
         for place, angle, rate in zip(self._places, (roll, pitch, yaw), rates, strict=True):
             turned = math.degrees(angle)
             self.set_angle(place, self._shown[place] + turned - self._turned[place])
@@ -379,7 +376,7 @@ class SimDeviceGyroPort:
         self._sign = -1.0 if clockwise else 1.0
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
+        """See `simcore.devices.motor_ports.GyroPort`; only yaw is measured."""
         self._yaw.set(self._sign * math.degrees(yaw))
         if self._rate is not None:
             self._rate.set(self._sign * math.degrees(rates[2]))

@@ -19,6 +19,7 @@ import phoenix5  # noqa: E402
 from phoenix5 import ControlMode, DemandType, FeedbackDevice, InvertType, NeutralMode  # noqa: E402
 
 from simcore import Match, RobotConfig, TankConfig  # noqa: E402
+from simcore.devices.motor_ports import ShaftPorts  # noqa: E402
 from simcore.phoenix5.built_talons import record_of  # noqa: E402
 from simcore.phoenix5.ctre5_maker import MAKER  # noqa: E402
 from simcore.phoenix5.talon_loop import TalonLoop  # noqa: E402
@@ -26,7 +27,6 @@ from simcore.phoenix5.talon_srx_motor import TalonSRXMotorSim  # noqa: E402
 from simcore.robot.dc_motor import motor  # noqa: E402
 from simcore.robot.gearbox import GearboxConfig  # noqa: E402
 from simcore.robot.mechanisms import ShaftSim  # noqa: E402
-from simcore.robot.motor_ports import ShaftPorts  # noqa: E402
 from simcore.robotpy.connected_devices import ConnectedDevices  # noqa: E402
 
 DT = 0.005
