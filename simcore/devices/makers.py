@@ -56,7 +56,7 @@ MAKER_MODULES: list[tuple[str, str]] = [
     ("rev", "simcore.revlib.rev_maker"),
     ("phoenix5", "simcore.phoenix5.ctre5_maker"),
     ("navx", "simcore.navx.navx_maker"),
-    ("wpilib", "simcore.robotpy.wpilib_maker"),
+    ("wpilib", "simcore.robotpy.wpilib_ports"),
 ]
 """Python package that a maker needs, and the module of simcore with its `MAKER`; in the order of tables."""
 

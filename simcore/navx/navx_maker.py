@@ -180,7 +180,8 @@ class _Studica(Maker):
 
     def watch(self) -> None:
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: DeviceAddress(int(made.getPort())))
-        navx.AHRS.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
+        ahrs: Any = navx.AHRS
+        ahrs.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
         self.devices.record(navx.Navx, "navX3", _address_of_navx3)
         after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,7 +26,21 @@ wpilib = season.wpilib
 
 __all__ = ["BuiltPort", "built_ports", "encoder_range", "pneumatics_module", "ports_text"]
 
-_COUNTS = {"PWM": 20, "DIO": 31, "Analog": 8, "Relay": 4}  # of a roboRIO with its MXP port
+
+def _is_relay_built(channel: int) -> bool:
+    if not hasattr(RelaySim, "getInitializedForward"):
+        return False  # a controller without relays
+    relay = RelaySim(channel)
+    return bool(relay.getInitializedForward() or relay.getInitializedReverse())
+
+
+_MODELS: dict[str, tuple[int, Callable[[int], bool]]] = {
+    "PWM": (20, lambda channel: bool(PWMSim(channel).get_initialized())),
+    "DIO": (31, lambda channel: bool(DIOSim(channel).get_initialized())),
+    "Analog": (8, lambda channel: bool(AnalogInputSim(channel).get_initialized())),
+    "Relay": (4, _is_relay_built),
+}
+"""Kinds of ports of a roboRIO with its MXP port: how many, and which are in use."""
 _CLASSES = (
     *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
     *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
@@ -67,7 +82,7 @@ _records: list[BuiltPort] = []
 
 def built_ports() -> list[BuiltPort]:
     """What is on the ports now, in the order in which it was built; last those of which no class is known."""
-    used = {model: _initialized(model) for model in _COUNTS}
+    used = _used()
     found: list[BuiltPort] = []
     for record in _records:
         device = record.device()
@@ -109,21 +124,8 @@ def ports_text(model: str) -> str:
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
-def _initialized(model: str) -> set[int]:
-    return {channel for channel in range(_COUNTS[model]) if _is_initialized(model, channel)}
-
-
-def _is_initialized(model: str, channel: int) -> bool:
-    if model == "PWM":
-        return bool(PWMSim(channel).get_initialized())
-    if model == "DIO":
-        return bool(DIOSim(channel).get_initialized())
-    if model == "Analog":
-        return bool(AnalogInputSim(channel).get_initialized())
-    if not hasattr(RelaySim, "getInitializedForward"):
-        return False  # a controller without relays
-    relay = RelaySim(channel)
-    return bool(relay.getInitializedForward() or relay.getInitializedReverse())
+def _used() -> dict[str, set[int]]:
+    return {model: {n for n in range(count) if is_built(n)} for model, (count, is_built) in _MODELS.items()}
 
 
 # --- watching them being built ------------------------------------------------------------------------------------
@@ -145,11 +147,12 @@ def _record_ports() -> None:
 def _recording(build: Any, name: str) -> Any:
     @functools.wraps(build)
     def init(self: Any, *args: Any, **settings: Any) -> None:
-        before = {model: _initialized(model) for model in _COUNTS}
+        before = _used()
         build(self, *args, **settings)
         sources = [value for value in (*args, *settings.values()) if hasattr(value, "get_channel")]
+        after = _used()
         for model, known in before.items():
-            new = sorted(_initialized(model) - known)
+            new = sorted(after[model] - known)
             if not new and sources and model == "DIO":
                 new = [int(source.get_channel()) for source in sources]  # made of DigitalInputs that were there
             if new:
