@@ -10,6 +10,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import DUTY, VOLTS
+from simcore.quantities import DeviceKey
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
 from simcore.robot.swerve_drive import NO_STATES, SwerveDrive
 from simcore.typing import FloatArray, FloatSupplier
@@ -175,6 +176,8 @@ class DrivetrainPorts:
     """
 
     def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
+        self.devices: tuple[DeviceKey, ...] = ()
+        """Keys of all devices; who connects them says so."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None

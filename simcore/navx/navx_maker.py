@@ -18,11 +18,10 @@ import navx
 from wpilib.simulation import SimDeviceSim
 from wpimath.geometry import Quaternion, Rotation2d, Rotation3d
 
-from simcore.devices.answers import Answers
 from simcore.devices.makers import Maker
 from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.motor_ports import GyroPort
-from simcore.devices.recorder import after_call
+from simcore.devices.recorder import Answers, after_call
 from simcore.quantities import DeviceAddress
 
 __all__ = ["MAKER", "Navx3Port", "NavxPort"]

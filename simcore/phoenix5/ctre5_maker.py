@@ -10,7 +10,6 @@ from phoenix5 import ErrorCode
 from phoenix5.sensors import PigeonIMU, WPI_PigeonIMU
 from wpimath.geometry import Rotation2d
 
-from simcore.devices.answers import Answers
 from simcore.devices.loop_ports import LoopMaker
 from simcore.devices.makers import MotorFacts
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader

@@ -9,8 +9,8 @@ import phoenix5
 from phoenix5 import ErrorCode
 from wpilib import DriverStation
 
-from simcore.devices.answers import Answers
 from simcore.devices.makers import known_device
+from simcore.devices.recorder import Answers
 from simcore.errors import NonFiniteError
 from simcore.phoenix5.built_talons import MODELS, record_of
 from simcore.phoenix5.talon_loop import ControlMode, TalonLoop

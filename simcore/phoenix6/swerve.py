@@ -89,9 +89,6 @@ class SwerveDevicesSim(SwervePorts):
                 f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
             )
         _check_devices(modules)
-        devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
-        self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
-        """Of all its devices, (model, id)."""
         super().__init__(
             drive,
             [_port(m.drive_motor, m.drive_inverted) for m in modules],
@@ -102,6 +99,8 @@ class SwerveDevicesSim(SwervePorts):
             steer_encoders=[azimuth_port(m) for m in modules],
             gyro=None if pigeon is None else Pigeon2Sim(pigeon),
         )
+        devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
+        self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
 
 
 def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = None) -> TalonPort:

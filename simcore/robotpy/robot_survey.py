@@ -21,7 +21,7 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
+from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.errors import ConfigError

@@ -11,11 +11,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.devices.answers import Answers
 from simcore.devices.makers import Maker, MotorFacts
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
 from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.devices.recorder import after_call
+from simcore.devices.recorder import Answers, after_call
 from simcore.errors import ConfigError
 from simcore.quantities import GEARING, DeviceAddress, require
 from simcore.robot_file.drivetrain_table import ON_PORTS
