@@ -220,6 +220,8 @@ that is -0.61 m
     has `_deg` at its end, too."""
     is_guess: bool = False
     """Whether its default is a guess, which runs list as long as the file does not say it."""
+    refused: Mapping[str, str] | None = None
+    """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
     def read(self, t: Table, names: Names) -> Any:
         """The value in a table, in the unit of the config.
@@ -235,6 +237,8 @@ that is -0.61 m
                 raise t.error(self.name, f"must name {article}, but there is no {form.table} in the file")
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _wanted(form))
+        if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
+            raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:
             given = value
         elif isinstance(form, Several):

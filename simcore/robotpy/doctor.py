@@ -46,7 +46,7 @@ PORTS = {5810: "NetworkTables 4", 1735: "NetworkTables 3", 1250: "Phoenix Tuner 
 """Of a robot program, and who does not find it when another program has them."""
 _LIBRARIES = {
     **{"wpilib": "wpilib", "pyntcore": "ntcore", "phoenix6": "phoenix6", "robotpy-rev": "rev", "robotpy-navx": "navx"},
-    **{"robotpy-ctre": "phoenix5", "photonlibpy": "photonlibpy", "robotpy-commands-v2": "commands2"},
+    **{"photonlibpy": "photonlibpy", "robotpy-commands-v2": "commands2"},
 }
 """Distributions that robot code imports, and their modules."""
 _WPILIB = re.compile(r"wpilib|pyntcore|robotpy-(hal|wpi\w+|apriltag|cscore|fields|commands-v2|native-.*)")

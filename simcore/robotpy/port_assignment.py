@@ -302,7 +302,8 @@ class PortAssignment:
     @property
     def idle(self) -> list[str]:
         """Ports that nobody simulates, as text: outputs move nothing, inputs read as if nothing were there."""
-        taken = {key for one in (*self._settings.sensors, *self._settings.mechanisms) for key in one.keys}
+        taken = {key for sensor in self._settings.sensors for key in sensor.keys}
+        taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
         return _by_class([p for p in ports if not any(p.device is device for device in self.of_drivetrain)])
 
