@@ -206,14 +206,11 @@ class TalonFXMotorSim(MotorSim):
         sensor_gearing: float | None = None,
     ) -> None:
         name = f"{type(talon).__name__} {talon.device_id}"
-        if not isinstance(mechanism, ShaftSim):
-            raise ConfigError(f"{name}: mechanism must be a mechanism such as FlywheelSim, got {mechanism!r}")
-        super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
+        super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at, encoder_gearing=encoder_gearing)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        self._leader: TalonPort = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
         # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
         self._ports = [
-            self._leader,
+            TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing),
             *(TalonPort(f, clockwise=clockwise != (k in opposed)) for k, f in enumerate(followers)),
         ]
         if motor_type is not None:
@@ -222,30 +219,11 @@ class TalonFXMotorSim(MotorSim):
                     raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
         self._encoder = encoder
-        self._encoder_gearing = encoder_gearing
         self.write()
 
-    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """See `MotorSim.read`."""
-        for port in self._ports:
-            port.set_supply(battery_voltage)
-        if not powered:
-            self.mechanism.coast()
-            return
-        volts = self._leader.volts()
-        if volts == 0.0 and self._leader.is_open():
-            self.mechanism.coast()
-        elif (share := self._leader.duty_cycle()) is not None:
-            self.mechanism.set_duty_cycle(share)
-        else:
-            self.mechanism.set_volts(volts)
-
     def write(self) -> None:
-        """See `MotorSim.write`: position and velocity of the rotors."""
-        m = self.mechanism
-        rotations = (m.position - self._zero_at) * m.gearing / math.tau
-        rps = m.velocity * m.gearing / math.tau
-        for port in self._ports:
-            port.write(rotations, rps)
+        """See `MotorSim.write`; the encoder follows as well."""
+        super().write()
         if self._encoder is not None:
-            self._encoder.write(m.position * self._encoder_gearing, m.velocity * self._encoder_gearing)
+            m, gearing = self.mechanism, self._encoder_gearing
+            self._encoder.write(m.position * gearing, m.velocity * gearing)
