@@ -18,8 +18,8 @@ from simcore.devices.motor_controllers import BuiltDevice
 from simcore.quantities import DeviceAddress, DeviceKey
 
 __all__ = [
-    "Answers", "Built", "BuiltDevices", "after_call", "built", "guard", "odometry_classes", "record_class",
-    "watch_program",
+    "Answers", "Arguments", "Built", "BuiltDevices", "Settings", "after_call", "built", "guard", "odometry_classes",
+    "record_class", "watch_program",
 ]  # fmt: skip
 
 Arguments: TypeAlias = tuple[Any, ...]

@@ -230,19 +230,7 @@ class _Ctre(Maker):
         )
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> TalonFXMotorSim:
-        m = mounting or Mounting()
-        is_small = group.leader.model == "TalonFX" and m.motor.startswith("Kraken X44")
-        return TalonFXMotorSim(
-            group.leader.hardware,
-            mechanism,
-            followers=[f.hardware for f in group.followers],
-            opposed=group.opposed,
-            reversed=m.reversed,
-            zero_at=mechanism.position,
-            motor_type=MotorType.KRAKEN_X44 if is_small else None,
-            encoder=m.encoder,
-            encoder_gearing=m.encoder_gearing,
-        )
+        return _connected(group, mechanism, mounting or Mounting())
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
@@ -253,15 +241,11 @@ class _Ctre(Maker):
             made = sensor.hardware
             is_candi = sensor.model == "CANdi"
             encoder = CANdiEncoderSim(made, int(feedback.source[-1])) if is_candi else CANcoderSim(made)
-        return TalonFXMotorSim(
-            group.leader.hardware,
+        return _connected(
+            group,
             guess.mechanism,
-            followers=[f.hardware for f in group.followers],
-            opposed=group.opposed,
+            Mounting(encoder=encoder, encoder_gearing=feedback.sensor_per_mechanism),
             inverted=guess.inverted,
-            zero_at=guess.mechanism.position,
-            encoder=encoder,
-            encoder_gearing=feedback.sensor_per_mechanism,
             sensor_gearing=feedback.rotor_per_sensor if guess.has_wired_sensor else None,
         )
 
@@ -283,6 +267,23 @@ class _Ctre(Maker):
             return
         for device in 2 * [*emulator]:  # a motor controller shows what its encoder has sent before
             device.send_frame()
+
+
+def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **known: Any) -> TalonFXMotorSim:
+    """Connect Talons with a mechanism; `known` is what else is known of their configuration."""
+    is_small = group.leader.model == "TalonFX" and mounting.motor.startswith("Kraken X44")
+    return TalonFXMotorSim(
+        group.leader.hardware,
+        mechanism,
+        followers=[f.hardware for f in group.followers],
+        opposed=group.opposed,
+        reversed=mounting.reversed,
+        zero_at=mechanism.position,
+        motor_type=MotorType.KRAKEN_X44 if is_small else None,
+        encoder=mounting.encoder,
+        encoder_gearing=mounting.encoder_gearing,
+        **known,
+    )
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:

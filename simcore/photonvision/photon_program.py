@@ -13,10 +13,11 @@ import gc
 import logging
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from simcore.devices.recorder import Arguments, Settings, after_call, record_class
 from simcore.vision.camera import PHOTON_LENS, CameraMount, LimelightType, PiecePipeline, Pipeline, TagPipeline
 
 __all__ = [
@@ -216,14 +217,17 @@ def _hook_estimator(module: Any) -> None:
 
 
 def _hook_camera_sim(module: Any) -> None:
-    dropped = dict.fromkeys(("consumeNextEntryTime", "submitProcessedFrame"), _drop_frame)
-    _watch(module.PhotonCameraSim, _camera_simulated, dropped)
+    cls = module.PhotonCameraSim
+    _watch(cls, _camera_simulated, {})
+    for name in ("consumeNextEntryTime", "submitProcessedFrame"):
+        _surround(cls, name, _drop_frame)
 
 
 def _hook_vision_system(module: Any) -> None:
     cls = module.VisionSystemSim
-    placed = dict.fromkeys(("addCamera", "adjustCamera"), _place_camera)
-    _watch(cls, _system_built, placed | dict.fromkeys(("update", "resetRobotPose"), _update_with_truth))
+    _watch(cls, _system_built, {"addCamera": _place_camera, "adjustCamera": _place_camera})
+    for name in ("update", "resetRobotPose"):
+        _surround(cls, name, _update_with_truth)
 
 
 def _hook_time_sync(module: Any) -> None:
@@ -244,14 +248,14 @@ HOOKS: dict[str, Callable[[Any], None]] = {
 # --- what was built -----------------------------------------------------------------------------------------------
 
 
-def _camera_built(camera: Any, *_: Any, **__: Any) -> None:
+def _camera_built(camera: Any, args: Arguments, settings: Settings) -> None:
     _program.cameras[str(camera.getName())] = camera
     _program.version += 1
 
 
-def _estimator_built(estimator: Any, *args: Any, **kwargs: Any) -> None:
+def _estimator_built(estimator: Any, args: Arguments, settings: Settings) -> None:
     kind = sys.modules["photonlibpy.photonCamera"].PhotonCamera  # until 2026.1 an estimator was built with its camera
-    given = next((str(a.getName()) for a in (*args, *kwargs.values()) if isinstance(a, kind)), None)
+    given = next((str(a.getName()) for a in (*args, *settings.values()) if isinstance(a, kind)), None)
     last = next(reversed(_program.cameras), None)
     if any(seen.after == last for seen in _program.estimators):
         last = None
@@ -259,12 +263,12 @@ def _estimator_built(estimator: Any, *args: Any, **kwargs: Any) -> None:
     _program.version += 1
 
 
-def _camera_simulated(camera_sim: Any, *_: Any, **__: Any) -> None:
+def _camera_simulated(camera_sim: Any, args: Arguments, settings: Settings) -> None:
     _program.simulated[_name_of(camera_sim)] = camera_sim
     _program.version += 1
 
 
-def _system_built(system: Any, *_: Any, **__: Any) -> None:
+def _system_built(system: Any, args: Arguments, settings: Settings) -> None:
     for camera, buffer in getattr(system, "camTrfMap", {}).items():
         _, pose = buffer.getInternalBuffer()[-1]
         _camera_placed(system, camera, pose - type(pose)())
@@ -282,35 +286,30 @@ def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = N
 # --- how ----------------------------------------------------------------------------------------------------------
 
 
-def _watch(cls: Any, built: Callable[..., None], around: dict[str, Callable[..., Any]]) -> None:
-    """Hear of what a class builds and has built, and put functions around methods; once.
-
-    Args:
-        cls: The class.
-        built: Called with each object and what it was built with.
-        around: By name of a method, what is called in its place: with it, the object, and what was given.
-    """
-    if "_simcore_watches" in vars(cls):
-        return
-    cls._simcore_watches = True
-
-    def build(method: Callable[..., None], self: Any, *args: Any, **kwargs: Any) -> None:
-        method(self, *args, **kwargs)
-        built(self, *args, **kwargs)
-
-    for name, call in {"__init__": build, **around}.items():
+def _watch(
+    cls: Any,
+    built: Callable[[Any, Arguments, Settings], None],
+    called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
+) -> None:
+    """Hear of what a class builds and has built, and of calls of its methods, by name."""
+    record_class(cls, built)
+    for name, note in called.items():
         if hasattr(cls, name):
-            setattr(cls, name, _surrounded(getattr(cls, name), call))
+            after_call(cls, name, note)
     for thing in _alive(cls):
-        built(thing)
+        built(thing, (), {})
 
 
-def _surrounded(method: Callable[..., Any], call: Callable[..., Any]) -> Callable[..., Any]:
-    @functools.wraps(method)
-    def both(self: Any, *args: Any, **kwargs: Any) -> Any:
-        return call(method, self, *args, **kwargs)
+def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
+    """Call a function in place of a method: with the method, the object, and what was given."""
+    method = getattr(cls, name, None)
+    if method is not None:
 
-    return both
+        @functools.wraps(method)
+        def both(self: Any, *args: Any, **settings: Any) -> Any:
+            return call(method, self, *args, **settings)
+
+        setattr(cls, name, both)
 
 
 def _alive(cls: Any) -> list[Any]:
@@ -325,21 +324,22 @@ def _name_of(camera_sim: Any) -> str:
     return str(camera_sim.getCamera().getName())
 
 
-def _tag_results(method: Callable[..., Any], camera: Any, *args: Any, **kwargs: Any) -> Any:
-    """Results know whose they are."""
-    results = method(camera, *args, **kwargs)
+def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
+    """Let results know whose they are."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
-    return results
 
 
-def _pair_camera(method: Callable[..., Any], estimator: Any, *args: Any, **kwargs: Any) -> Any:
-    """An estimator belongs to the camera whose results it is given."""
-    for argument in (*args, *kwargs.values()):
+def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
+    """Note that an estimator belongs to the camera whose results it is given."""
+    for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:
             _program.pair(estimator, camera)
-    return method(estimator, *args, **kwargs)
+
+
+def _place_camera(system: Any, _: Any, args: Arguments, settings: Settings) -> None:
+    _camera_placed(system, *args, **settings)
 
 
 def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
@@ -348,12 +348,6 @@ def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwarg
         _program.dropped += 1
         return None
     return method(camera_sim, *args, **kwargs)
-
-
-def _place_camera(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:
-    result = method(system, *args, **kwargs)
-    _camera_placed(system, *args, **kwargs)
-    return result
 
 
 def _update_with_truth(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:
