@@ -23,6 +23,7 @@ from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import (
     DEVICES,
+    MOTORS_OF_TALON_FXS,
     Feedback,
     feedback_of,
     key_of,
@@ -43,14 +44,6 @@ __all__ = ["MAKER", "CtreDrivetrain"]
 
 _SHOWN = 0.1  # [s]; status frames come 50 times a second or more often
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
-ARRANGEMENTS = {
-    "MINION_JST": "Minion",
-    "NEO_JST": "NEO",
-    "NEO550_JST": "NEO 550",
-    "VORTEX_JST": "NEO Vortex",
-    "BRUSHED_DC": "CIM",
-}
-"""Motors of a TalonFXS, as it is configured."""
 
 
 class CtreDrivetrain:
@@ -183,7 +176,7 @@ class _Ctre(Maker):
         )
         return MotorFacts(
             motor=_usual_motor(config),
-            is_guess=_arrangement(config) not in ARRANGEMENTS,
+            is_guess=_arrangement(config) not in MOTORS_OF_TALON_FXS,
             stator_limit=float(limits.stator_current_limit) if limits.stator_current_limit_enable else None,
             supply_limit=float(limits.supply_current_limit) if limits.supply_current_limit_enable else None,
             brakes=config.motor_output.neutral_mode.name == "BRAKE",
@@ -300,7 +293,7 @@ def _arrangement(config: Any) -> str:
 
 def _usual_motor(config: Any) -> str:
     """That of a TalonFXS's configuration, else what mostly is in the same housing."""
-    return ARRANGEMENTS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
+    return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
 def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:

@@ -25,7 +25,7 @@ from simcore.devices.motor_ports import AnglePort, SwervePorts
 from simcore.devices.program_odometry import PoseReset, PoseResets, watch_sets
 from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import key_of
+from simcore.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
 from simcore.phoenix6.talon_motor import Talon, TalonPort, is_configured_clockwise
 from simcore.quantities import DeviceKey
@@ -289,19 +289,6 @@ def _motor_keys(drivetrain: Any) -> set[DeviceKey]:
     return {key_of(motor) for module in drivetrain.modules for motor in (module.drive_motor, module.steer_motor)}
 
 
-# By the name of CTRE's arrangement enums. A TalonFX may be a Falcon or either Kraken; the constants do not say.
-_ARRANGEMENTS = {
-    "TALON_FX_INTEGRATED": "Kraken X60 FOC",
-    "TALON_FXS_MINION_JST": "Minion",
-    "TALON_FXS_NEO_JST": "NEO",
-    "TALON_FXS_NEO550_JST": "NEO 550",
-    "TALON_FXS_VORTEX_JST": "NEO Vortex",
-    "TALON_FXS_BRUSHED_AB": "CIM",
-    "TALON_FXS_BRUSHED_AC": "CIM",
-    "TALON_FXS_BRUSHED_BC": "CIM",
-}
-
-
 def swerve_config(
     drivetrain: Any,
     *,
@@ -379,14 +366,16 @@ def _module(
 
 
 def arranged_motor(constants: object, name: str) -> MotorModel:
-    """The motor that an arrangement of CTRE's constants names.
+    """Return the motor that an arrangement of CTRE's constants names.
 
     Args:
         constants: Of a module.
         name: `drive_motor_type` or `steer_motor_type`.
     """
-    kind = getattr(getattr(constants, name, None), "name", "TALON_FX_INTEGRATED")
-    return motor(_ARRANGEMENTS.get(kind, "Kraken X60 FOC"))
+    kind = str(getattr(getattr(constants, name, None), "name", ""))
+    # a TalonFX may be a Falcon or either Kraken, and a brushed motor any: the constants do not say
+    other = "CIM" if "BRUSHED" in kind else "Kraken X60 FOC"
+    return motor(MOTORS_OF_TALON_FXS.get(kind.removeprefix("TALON_FXS_"), other))
 
 
 def _limits(configs: object) -> tuple[float | None, float | None]:
