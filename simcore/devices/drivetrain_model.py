@@ -37,7 +37,7 @@ _SIDE_MEASURES = {
 
 
 def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> SwerveConfig | TankConfig | MecanumConfig:
-    """The model of a drivetrain whose measures are complete.
+    """Return the model of a drivetrain whose measures are complete.
 
     Args:
         found: See `complete_measures`.
@@ -165,7 +165,7 @@ class _Counter:
 
     @property
     def factor(self) -> float:
-        """Of what it counts, beside what the model turns [-]."""
+        """Encoder turns per turn of the modelled wheel [-]."""
         return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:
@@ -189,7 +189,7 @@ class _Way:
         self._last = 0.0, 0.0  # what was told a loop before, and what the sensor showed
 
     def note(self, told: float) -> None:
-        """The program has told its odometry how far the wheel has rolled [m]."""
+        """Note how far the program has told its odometry that the wheel has rolled [m]."""
         sensor, (told_before, shown_before) = self._sensor, self._last
         self._last, jump = (told, sensor.shown), abs(told - told_before)
         if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
@@ -233,7 +233,7 @@ class _Mounted(_Counter, MotorPort):
         self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
-        """On the motor, as the model has it [V]."""
+        """Return volts on the motor, as the model has it [V]."""
         return self._sign * self._port.volts()
 
     def duty_cycle(self) -> float | None:
@@ -247,7 +247,7 @@ class _Mounted(_Counter, MotorPort):
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
     def write(self, rotations: float, rps: float) -> None:
-        """The rotor, as the model has it."""
+        """Show the rotor, as the model has it."""
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
@@ -334,5 +334,5 @@ class _Shaft(_Counter):
         self._zero = zero
 
     def write(self, angle: float, rate: float) -> None:
-        """The shaft, as the model has it [rad, rad/s]."""
+        """Show the shaft, as the model has it [rad, rad/s]."""
         self._port.write(self._scale * (self._count(angle) - self._zero), self._scale * self.factor * rate)

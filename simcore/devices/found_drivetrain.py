@@ -116,7 +116,7 @@ class FoundDrivetrain:
         return tuple(wheel.place for wheel in self.wheels)
 
     def measure(self, name: str) -> Any:
-        """A value that must be there."""
+        """Return a value that must be there."""
         return self.measures[name].value
 
 

@@ -1,4 +1,4 @@
-"""Between a drivetrain's model and its devices, whoever made them: volts come in, wheel and gyro readings go out."""
+"""Ports between a drivetrain's model and its devices of any maker: volts come in, wheel and gyro readings go out."""
 
 from __future__ import annotations
 
@@ -66,10 +66,10 @@ class MotorPort:
 
 
 class AnglePort(Protocol):
-    """What shows where a shaft is: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
+    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Where the shaft is, any number of turns [rad], and how fast it turns [rad/s]; of a piston [m, m/s]."""
+        """Show where the shaft is, any number of turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
         ...
 
 
@@ -77,7 +77,7 @@ class GyroPort(Protocol):
     """A gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Angles since it was switched on, yaw continuous over turns [rad]; rates about the robot's axes [rad/s]."""
+        """Show angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
         ...
 
 
@@ -85,11 +85,11 @@ class MotorDevices(Protocol):
     """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with loops of its own has `MotorPort.run`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Supply in, volts out to the mechanism [V]."""
+        """Take the supply, and set the mechanism's volts [V]."""
         ...
 
     def write(self) -> None:
-        """The mechanism's motion to the sensors."""
+        """Show the mechanism's motion to the sensors."""
         ...
 
 
@@ -124,12 +124,12 @@ class SuppliedMotor(MotorPort):
         self._coasts = coasts
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]."""
+        """Take the voltage at the controller's terminals [V]."""
         if self._supply is not None:
             self._supply(volts)
 
     def volts(self) -> float:
-        """What it puts on the motor [V].
+        """Return what it puts on the motor [V].
 
         Raises:
             NonFiniteError: The supplier gave no finite number.
@@ -140,11 +140,11 @@ class SuppliedMotor(MotorPort):
         return volts
 
     def is_open(self) -> bool:
-        """Whether zero volts open the circuit."""
+        """Return whether zero volts open the circuit."""
         return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
-        """To the controller's encoder."""
+        """Show the rotor to the controller's encoder."""
         if self._write is not None:
             self._write(rotations, rps)
 
@@ -208,7 +208,7 @@ class DrivetrainPorts:
 
 
 class SwervePorts(DrivetrainPorts):
-    """Moves volts from motor controllers to the model of a swerve drive, and the model's motion to their sensors.
+    """Ports of a swerve drive: motor controllers' volts move the model, the model's motion moves their sensors.
 
     Args:
         drive: The model; its owner steps it with the chassis.
@@ -257,7 +257,7 @@ class SwervePorts(DrivetrainPorts):
         self._drive.set_requests([*modes, *more], [*drive, *steer])
 
     def module_setpoints(self) -> FloatArray:
-        """Speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
+        """Return speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
 
         No rows where one controller has no such loop: drive motors of many programs are told volts.
         """
@@ -272,13 +272,13 @@ class SwervePorts(DrivetrainPorts):
         return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        """Return volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """The same of its steer motor [V]."""
+        """Return those of its steer motor [V]."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
@@ -315,7 +315,7 @@ class SwervePorts(DrivetrainPorts):
 
 
 class ShaftPorts(DrivetrainPorts):
-    """The same for a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
+    """Ports of a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
 
     Args:
         drive: The model; its owner steps it with the chassis.

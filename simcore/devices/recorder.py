@@ -42,7 +42,7 @@ class Built:
     """Arguments by keyword."""
 
     def argument(self, place: int, name: str) -> Any:
-        """One argument, whichever way it was given; None: it was not."""
+        """Return one argument, whichever way it was given; None: it was not."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 
@@ -50,7 +50,7 @@ _built: list[Built] = []
 
 
 def built(kind: str, name: str = "") -> list[Built]:
-    """What the program has built of a kind, first to last.
+    """List what the program has built of a kind, first to last.
 
     Args:
         kind: See `Built.kind`.
@@ -224,14 +224,14 @@ class BuiltDevices:
         return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """One per model and address; the first object where a program has built two."""
+        """List one per model and address; the first object where a program has built two."""
         found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())
 
     def find(self, made: Any) -> BuiltDevice | None:
-        """The device that an object is, of whatever class a program derived; None: it has not been seen."""
+        """Return the device that an object is, of whatever class a program derived; None: it has not been seen."""
         reference, key = self._keys.get(id(made), (None, None))
         if reference is None or reference() is not made:
             return None

@@ -42,7 +42,7 @@ def unknown_sim_devices(names: Sequence[str]) -> list[str]:
 
 
 def _number(made: Any) -> str:
-    """Its CAN id, where it says one, and a space."""
+    """Return its CAN id, where it says one, and a space."""
     for method in ("getDeviceId", "getDeviceID", "getDeviceNumber"):
         if hasattr(made, method):
             return f"{int(getattr(made, method)())} "

@@ -95,7 +95,7 @@ class CtreDrivetrain:
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Its devices on the model."""
+        """Connect its devices with the model."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -193,7 +193,7 @@ class _Ctre(Maker):
         return CANcoderSim(encoder.hardware)
 
     def guess(self, group: FollowerGroup) -> Guess:
-        """By the configuration of the leader, which is read from the device (50 ms)."""
+        """Guess by the configuration of the leader, which is read from the device (50 ms)."""
         device = group.leader
         config = talon_configuration(device.hardware, device.model)
         feedback, gains, name = feedback_of(config), config.slot0, _usual_motor(config)
@@ -280,7 +280,7 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """By the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
+    """Return its leader by the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -292,12 +292,12 @@ def _arrangement(config: Any) -> str:
 
 
 def _usual_motor(config: Any) -> str:
-    """That of a TalonFXS's configuration, else what mostly is in the same housing."""
+    """Return the motor of a TalonFXS's configuration, else what mostly is in the same housing."""
     return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
 def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
-    """Lower stop and present angle of an arm, by its soft limit and what its controller reads [rad]."""
+    """Return lower stop and present angle of an arm, by its soft limit and what its controller reads [rad]."""
     position = device.hardware.get_position()
     position.wait_for_update(0.1)
     start = device.hardware.get_position().value * math.tau
@@ -307,7 +307,7 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """A gain kS or kG in volts, whether it was tuned in volts or in amperes."""
+    """Return a gain kS or kG in volts, whether it was tuned in volts or in amperes."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 

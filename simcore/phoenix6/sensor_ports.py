@@ -40,12 +40,12 @@ __all__ = [
 
 
 def is_emulated() -> bool:
-    """Whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
+    """Return whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
     return _emulator() is not None
 
 
 def sim_state_of(device: Any) -> Any:
-    """What physics writes to and reads from.
+    """Return what physics writes to and reads from.
 
     Args:
         device: Of the robot code. An emulated `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way.
@@ -68,7 +68,7 @@ def _turn(inverted: bool) -> ChassisReference:
 
 
 def _emulator() -> Any:
-    """The emulated devices, an attribute of the emulated native library; None on CTRE's own."""
+    """Return the emulated devices, an attribute of the emulated native library; None on CTRE's own."""
     return getattr(Native.instance(), "emulator", None)
 
 
@@ -268,7 +268,7 @@ class CANdiSwitchSim:
         self.set_active(False)
 
     def set_active(self, active: bool) -> None:
-        """Whether something presses the switch, or breaks the beam."""
+        """Take whether something presses the switch, or breaks the beam."""
         self._set(self._acting if active else self._idle)
 
 

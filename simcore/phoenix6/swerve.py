@@ -109,7 +109,7 @@ def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = No
 
 
 def azimuth_port(m: SwerveModuleDevices) -> AnglePort | None:
-    """The encoder of a module, ready to show its azimuth; None: it has none of its own.
+    """Return the encoder of a module, ready to show its azimuth; None: it has none of its own.
 
     Raises:
         ConfigError: It does not answer, or has no such pin.
@@ -184,7 +184,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _devices(module: Any, c: Any) -> SwerveModuleDevices:
-    """The devices of one of CTRE's modules, configured as its constants say."""
+    """Return the devices of one of CTRE's modules, configured as its constants say."""
     return SwerveModuleDevices(
         drive_motor=module.drive_motor,
         steer_motor=module.steer_motor,
@@ -216,7 +216,7 @@ _RESETS = PoseResets()
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
-    """That `seed_field_centric` sets [rad]."""
+    """Return the heading that `seed_field_centric` sets [rad]."""
     turn = 0.0 if rotation is None else float(rotation.radians())
     return turn + float(drivetrain.get_operator_forward_direction().radians())
 
@@ -244,7 +244,7 @@ for _method, _meaning in _MEANINGS.items():
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
-    """The `SwerveModuleConstants` that a drivetrain was built with, in its order.
+    """Return the `SwerveModuleConstants` that a drivetrain was built with, in its order.
 
     Raises:
         ConfigError: It was built before this module was imported.
@@ -258,12 +258,12 @@ def module_constants(drivetrain: Any) -> list[Any]:
 
 
 def known_drivetrains() -> list[Any]:
-    """All drivetrains that the program has built."""
+    """List all drivetrains that the program has built."""
     return list(_seen)
 
 
 def only_drivetrain() -> Any:
-    """The drivetrain that the robot program has built, whatever its class; of several on the same devices the last.
+    """Return the drivetrain that the program has built, whatever its class; of several on the same devices the last.
 
     Raises:
         ConfigError: There is none, or more than one.
@@ -280,7 +280,7 @@ def only_drivetrain() -> Any:
 
 
 def _of_same_devices(drivetrain: Any) -> list[Any]:
-    """All drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
+    """List all drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
     mine = _motor_keys(drivetrain)
     return [other for other in known_drivetrains() if _motor_keys(other) == mine]
 
@@ -379,7 +379,7 @@ def arranged_motor(constants: object, name: str) -> MotorModel:
 
 
 def _limits(configs: object) -> tuple[float | None, float | None]:
-    """Stator and supply limit of a TalonFX configuration [A], infinite where disabled; None: it says nothing."""
+    """Return stator and supply limit of a configuration [A], infinite where disabled; None: it says nothing."""
     limits = getattr(configs, "current_limits", None)
     if limits is None:
         return None, None
@@ -442,18 +442,18 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         tell(*pose)
 
     def module_setpoints(self) -> FloatArray:
-        """Last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
+        """Return last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
         targets: Any = self._drivetrain.get_state().module_targets
         return np.array([(season.module_speed(one), one.angle.radians()) for one in targets])
 
     def estimated_pose(self) -> tuple[float, float, float]:
-        """Where the drivetrain believes to be, field frame [m, m, rad]."""
+        """Return where the drivetrain believes to be, field frame [m, m, rad]."""
         pose = self._drivetrain.get_state().pose
         return pose.x, pose.y, pose.rotation().radians()
 
 
 def _pin(constants: Any) -> int | None:
-    """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""
+    """Return the pin of a CANdi that the azimuth's encoder is on; None if it is no CANdi."""
     name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else None
 

@@ -35,7 +35,7 @@ _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V no
 
 
 def is_configured_clockwise(talon: Talon) -> bool:
-    """Whether the device is configured `CLOCKWISE_POSITIVE`; read from the device, which takes 50 ms.
+    """Read from the device whether it is configured `CLOCKWISE_POSITIVE`, which takes 50 ms.
 
     Raises:
         ConfigError: The device does not answer.
@@ -88,7 +88,7 @@ class TalonPort(MotorPort):
         self._was_clamped = False
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]; kept within the range of the device model, 4 to 16 V."""
+        """Take the voltage at the controller's terminals [V]; kept in the range of the device model, 4 to 16 V."""
         if -0.01 < volts - self._supply < 0.01:
             return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
@@ -97,14 +97,14 @@ class TalonPort(MotorPort):
             self._supply = wanted
 
     def volts(self) -> float:
-        """What the controller puts on the motor, after its own limits [V]."""
+        """Return what the controller puts on the motor, after its own limits [V]."""
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
         return volts
 
     def duty_cycle(self) -> float | None:
-        """The share of its supply that it holds; None: it holds volts, or CTRE's own simulation does not say it [-]."""
+        """Return the share of its supply that it holds [-]; None: volts, or CTRE's own simulation does not say it."""
         return getattr(self._state, "duty_cycle", None)
 
     def setpoint(self) -> Setpoint | None:
@@ -113,7 +113,7 @@ class TalonPort(MotorPort):
         return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
-        """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
+        """Return whether the circuit is open (coast), not shorted (brake); both show 0 V, only a brake shows current.
 
         At rest the two cannot be told apart, and the last answer stays.
         """

@@ -78,14 +78,14 @@ class PhotonProgram:
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
-        """An estimator was given a result of a camera."""
+        """Note that an estimator was given a result of a camera."""
         for seen in self.estimators:
             if seen.estimator is estimator and seen.camera != camera:
                 seen.camera = camera
                 self.version += 1
 
     def begin(self) -> None:
-        """A robot is about to be built: forget what the one before it in this process has built, but not its modules.
+        """Forget what the robot before the next in this process has built, but not what its modules have.
 
         Robot code is imported once, so that what stands at the top of its files is every robot's.
         """
@@ -105,7 +105,7 @@ _program = PhotonProgram()
 
 
 def photon_program() -> PhotonProgram:
-    """That of this process."""
+    """Return that of this process."""
     return _program
 
 
@@ -124,7 +124,7 @@ class FoundMount:
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Mounts by camera, of those whose code tells it.
+    """Return mounts by camera, of those whose code tells it.
 
     A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera: it belongs to the one
     whose results it is given. Until it was given any, estimators and cameras that are left over belong together in
@@ -150,7 +150,7 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """What a camera is: as its `SimCameraProperties` say, if the program has any, else `PHOTON_LENS`.
+    """Return what a camera is: as its `SimCameraProperties` say, if the program has any, else `PHOTON_LENS`.
 
     Properties without noise, latency or limit of frames, as photonlib's defaults are, get those of `PHOTON_LENS`.
     """
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """What a camera looks for: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
+    """Return what a camera looks for: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -313,7 +313,7 @@ def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
 
 
 def _alive(cls: Any) -> list[Any]:
-    """What a program has built before its module was watched: beside imports, at the top of a file."""
+    """List what a program has built before its module was watched: next to imports, at the top of a file."""
     if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
         return []  # it is being loaded right now
     # By type(): a weak reference that has died answers isinstance with an error.
@@ -343,7 +343,7 @@ def _place_camera(system: Any, _: Any, args: Arguments, settings: Settings) -> N
 
 
 def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
-    """What the program's own simulation of a camera shows is left out where simcore feeds that camera."""
+    """Leave out what the program's own simulation of a camera shows where simcore feeds that camera."""
     if _name_of(camera_sim) in _program.fed:
         _program.dropped += 1
         return None

@@ -37,7 +37,7 @@ def _address(spark: Any) -> DeviceAddress:
 
 
 def key_of(spark: Any) -> DeviceKey:
-    """Model and address of an object of robot code."""
+    """Return model and address of an object of robot code."""
     return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), _address(spark)
 
 
@@ -62,17 +62,17 @@ for _model, _cls in MODELS.items():
 
 
 def configuration_count(key: DeviceKey) -> int:
-    """How often the program has configured a SPARK: when it rises, there is something to read again."""
+    """Return how often the program has configured a SPARK: when it rises, there is something to read again."""
     return _configured.get(key, 0)
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Whether an absolute encoder counts from -1/2 to 1/2 turn; its configuration can be written, but not read."""
+    """Return whether an absolute encoder counts from -1/2 to 1/2 turn; that can be configured, but not read."""
     return _centered.get(key, False)
 
 
 def spark_of_controller(controller: Any) -> DeviceKey | None:
-    """Model and address of the SPARK of a `SparkClosedLoopController`."""
+    """Return model and address of the SPARK of a `SparkClosedLoopController`."""
     return _controllers.get(controller)
 
 

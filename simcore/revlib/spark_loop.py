@@ -248,7 +248,7 @@ class SparkLoop:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """An error of position, the short way round where positions wrap."""
+        """Return an error of position, the short way round where positions wrap."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -262,7 +262,7 @@ class SparkLoop:
         self.profile_velocity = min(max(goal, speed - most), speed + most)
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
-        """Trapezoidal in every position mode of MAXMotion: an S-curve differs by its rounded corners only."""
+        """Move along a trapezoid in every position mode of MAXMotion: an S-curve differs by its round corners only."""
         if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors

@@ -167,7 +167,7 @@ class SparkPort(MotorPort):
         self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
+        """Take the voltage at its terminals [V]."""
         self._supply = max(volts, 1.0)
         self._bus.set(self._supply)
 
@@ -217,7 +217,7 @@ class SparkPort(MotorPort):
         return volts
 
     def show_output(self, output: float) -> None:
-        """Of a follower: the duty cycle that it applies, positive as for the mechanism [-]."""
+        """Show the duty cycle that a follower applies, positive as for the mechanism [-]."""
         self._output.set(output * self._sign)
 
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:

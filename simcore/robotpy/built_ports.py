@@ -1,4 +1,4 @@
-"""Which roboRIO ports and solenoids the robot program uses, and by which WPILib class.
+"""Ports of the roboRIO and solenoids that the robot program uses, and by which WPILib class.
 
 The HAL's simulation data knows a port, not what is on it, so the classes are watched while they are built. What was
 built unseen, such as by a library in C++, is there without a class.
@@ -81,7 +81,7 @@ _records: list[BuiltPort] = []
 
 
 def built_ports() -> list[BuiltPort]:
-    """What is on the ports now, in the order in which it was built; last those of which no class is known."""
+    """List what is on the ports now, in the order in which it was built; last those of which no class is known."""
     used = _used()
     found: list[BuiltPort] = []
     for record in _records:
@@ -106,13 +106,13 @@ def built_ports() -> list[BuiltPort]:
 
 
 def pneumatics_module(name: str) -> Any:
-    """The simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
+    """Return the simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
     kind, number = name.split()
     return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
 
 
 def encoder_range(model: str, channel: int) -> float:
-    """What a turn is in the unit of robot code: 1, unless its encoder on this port was built with something else."""
+    """Return a turn in the unit of robot code: 1, unless its encoder on this port was built with something else."""
     for port in built_ports():
         if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
@@ -120,7 +120,7 @@ def encoder_range(model: str, channel: int) -> float:
 
 
 def ports_text(model: str) -> str:
-    """What there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    """Say what there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
@@ -163,7 +163,7 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Type and CAN id of the module; without an id it is that of the type's default."""
+    """Return type and CAN id of the module; without an id it is that of the type's default."""
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

@@ -25,11 +25,11 @@ class DrivetrainDevices(Protocol):
     """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
 
     def read(self, battery_voltage: float) -> None:
-        """Supply in, volts out to the model [V]."""
+        """Take the supply, and set the model's volts [V]."""
         ...
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """The model's motion and the gyro's reading to the sensors [rad, rad/s]."""
+        """Show the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
         ...
 
 
@@ -97,14 +97,14 @@ class ConnectedDevices:
         self._owed = h
 
     def setpoints(self) -> dict[str, float]:
-        """What closed loops of controllers are to reach, as `Robot.setpoints`."""
+        """Return what closed loops of controllers are to reach, as `Robot.setpoints`."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """What the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
+        """Return what the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
@@ -139,7 +139,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """The gyro has just been read; until the next time its yaw is carried on from here."""
+        """Note the gyro as it has just been read; until the next time its yaw is carried on from here."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

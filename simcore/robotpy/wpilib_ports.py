@@ -184,7 +184,7 @@ class AbsoluteEncoderPort:
 
 
 def _port_of(encoder: Any) -> tuple[str, int]:
-    """Model and channel of an absolute encoder."""
+    """Return model and channel of an absolute encoder."""
     if isinstance(encoder, tuple):
         return encoder
     if isinstance(encoder, DutyCycleEncoder):
@@ -225,7 +225,7 @@ class WPILibGyroPort:
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Robot code has made its angle zero."""
+        """Make its angle zero, as robot code has."""
         self._zero = self._turned
 
 
@@ -277,16 +277,16 @@ class ADISGyroPort:
             self.set_angle(place, 0.0)
 
     def tilt(self, number: int) -> float:
-        """By gravity, about the robot's x (0) or y (1) [deg]."""
+        """Return the tilt by gravity about the robot's x (0) or y (1) [deg]."""
         return self._turned[self._places[number]]
 
     def place_of(self, axis: Any) -> int:
-        """Number of an axis that robot code names: of the sensor, or yaw, pitch or roll."""
+        """Return the number of an axis that robot code names: of the sensor, or yaw, pitch or roll."""
         return {3: self._places[2], 4: self._places[1], 5: self._places[0]}.get(int(axis), int(axis))
 
 
 def _others(yaw: int) -> tuple[int, int]:
-    """Axes for pitch and roll of an ADIS16448, which knows its yaw axis alone."""
+    """Return axes for pitch and roll of an ADIS16448, which knows its yaw axis alone."""
     roll, pitch = (axis for axis in range(3) if axis != yaw)
     return pitch, roll
 
