@@ -33,7 +33,7 @@ from simcore.phoenix6.built_devices import (
 )
 from simcore.phoenix6.candle_lights import candle_lights
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
@@ -187,7 +187,7 @@ class _Ctre(Maker):
         )
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        return TalonPort(motor.hardware, clockwise=is_configured_clockwise(motor.hardware))
+        return TalonPort(motor.hardware)
 
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
         return CANcoderSim(encoder.hardware)

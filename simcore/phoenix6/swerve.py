@@ -1,6 +1,6 @@
-"""Swerve of CTRE's devices on simcore's model: a team's own modules, or CTRE's `SwerveDrivetrain`, unmodified.
+"""CTRE's `SwerveDrivetrain`, unmodified, on simcore's model.
 
-CTRE's drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the
 robot: rotor positions, CANcoders and the Pigeon 2; never a pose.
 """
 
@@ -11,12 +11,11 @@ import logging
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
+from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
@@ -27,7 +26,7 @@ from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import Talon, TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon_motor import TalonPort
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -36,111 +35,13 @@ from simcore.robot.wheel_config import plate_inertia
 from simcore.typing import FloatArray
 
 __all__ = [
-    "SwerveDevicesSim",
     "SwerveDrivetrainSim",
-    "SwerveModuleDevices",
     "arranged_motor",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
     "swerve_config",
 ]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SwerveModuleDevices:
-    """One module of a team's own swerve code. What is None is read from the device once, in 50 ms.
-
-    Positive is forward for the drive motor, and counter-clockwise seen from above for steer motor and encoder, as the
-    team's own odometry needs it; inversions are as configured in the devices.
-    """
-
-    drive_motor: Talon
-    steer_motor: Talon
-    encoder: CANcoder | CANdi | None = None
-    encoder_pin: int | None = None
-    """Of a CANdi: 1 or 2."""
-    drive_inverted: bool | None = None
-    """Whether the drive motor is configured `CLOCKWISE_POSITIVE`."""
-    steer_inverted: bool | None = None
-    encoder_inverted: bool | None = None
-    encoder_offset: float | None = None
-    """Offset as configured [rotations]."""
-
-
-class SwerveDevicesSim(SwervePorts):
-    """Moves volts from TalonFX to the model of a swerve drive, and the model's motion to their sensors.
-
-    For teams with modules of their own; CTRE's drivetrain has `SwerveDrivetrainSim`.
-
-    Args:
-        modules: In the order of the model's modules; an encoder wired to a TalonFXS is taken to sit on the azimuth.
-        pigeon: The gyro; None if it is another maker's.
-        drive: The model of the same robot; its owner steps it with the chassis.
-
-    Raises:
-        ConfigError: Another number of modules than the model has; a device of another kind; two of a kind with one id
-            (the device simulation would make them one); a device that does not answer.
-    """
-
-    def __init__(self, modules: Sequence[SwerveModuleDevices], pigeon: Pigeon2 | None, drive: SwerveDrive) -> None:
-        if len(modules) != len(drive.config.modules):
-            raise ConfigError(
-                f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
-            )
-        _check_devices(modules)
-        super().__init__(
-            drive,
-            [_port(m.drive_motor, m.drive_inverted) for m in modules],
-            [
-                _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
-                for m, c in zip(modules, drive.config.modules, strict=True)
-            ],
-            steer_encoders=[azimuth_port(m) for m in modules],
-            gyro=None if pigeon is None else Pigeon2Sim(pigeon),
-        )
-        devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
-        self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
-
-
-def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = None) -> TalonPort:
-    clockwise = is_configured_clockwise(talon) if inverted is None else inverted
-    return TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
-
-
-def azimuth_port(m: SwerveModuleDevices) -> AnglePort | None:
-    """Return the encoder of a module, ready to show its azimuth; None: it has none of its own.
-
-    Raises:
-        ConfigError: It does not answer, or has no such pin.
-    """
-    if isinstance(m.encoder, CANdi):
-        return CANdiEncoderSim(m.encoder, m.encoder_pin or 0, inverted=m.encoder_inverted, offset=m.encoder_offset)
-    if m.encoder is None:
-        return None
-    return CANcoderSim(m.encoder, inverted=m.encoder_inverted, magnet_offset=m.encoder_offset)
-
-
-def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
-    owners: dict[tuple[DeviceKey, int | None], str] = {}
-    for k, module in enumerate(modules):
-        for role, kinds in (
-            ("drive_motor", (TalonFX, TalonFXS)),
-            ("steer_motor", (TalonFX, TalonFXS)),
-            ("encoder", (CANcoder, CANdi)),
-        ):
-            device = getattr(module, role)
-            if device is None:
-                continue
-            where = f"module {k} {role}"
-            if not isinstance(device, kinds):
-                wanted = " and ".join(kind.__name__ for kind in kinds)
-                raise ConfigError(f"{where}: only {wanted} can be simulated, got {type(device).__name__}")
-            model, address = key_of(device)
-            key = ((model, address), module.encoder_pin if model == "CANdi" else None)
-            if key in owners:
-                raise ConfigError(f"{where}: {model} {address} is already {owners[key]}")
-            owners[key] = where
 
 
 _log = logging.getLogger(__name__)
@@ -172,7 +73,7 @@ def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -
 
 def _show_straight_ahead(module: Any, constants: Any) -> None:
     _match_wired_encoder(module, constants)
-    port = azimuth_port(_devices(module, constants))
+    port = _azimuth(module, constants)
     if port is not None:
         port.write(0.0, 0.0)
     if is_emulated():
@@ -183,18 +84,42 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
         time.sleep(0.005)
 
 
-def _devices(module: Any, c: Any) -> SwerveModuleDevices:
-    """Return the devices of one of CTRE's modules, configured as its constants say."""
-    return SwerveModuleDevices(
-        drive_motor=module.drive_motor,
-        steer_motor=module.steer_motor,
-        encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
-        encoder_pin=_pin(c),
-        drive_inverted=c.drive_motor_inverted,
-        steer_inverted=c.steer_motor_inverted,
-        encoder_inverted=c.encoder_inverted,
-        encoder_offset=c.encoder_offset,
-    )
+def _azimuth(module: Any, c: Any) -> AnglePort | None:
+    """Return the encoder of a module, configured as its constants say; None: it has none of its own.
+
+    Raises:
+        ConfigError: The constants name no pin of a CANdi.
+    """
+    encoder, turned, offset = module.encoder, c.encoder_inverted, c.encoder_offset
+    if isinstance(encoder, CANdi):
+        return CANdiEncoderSim(encoder, _pin(c), inverted=turned, offset=offset)
+    return CANcoderSim(encoder, inverted=turned, magnet_offset=offset) if isinstance(encoder, CANcoder) else None
+
+
+def _pin(c: Any) -> int:
+    """Return the pin of a CANdi that the azimuth's encoder is on; 0: it is on none."""
+    name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
+    return int(name[-1]) if "CANDI_PWM" in name else 0
+
+
+def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> tuple[DeviceKey, ...]:
+    """List all devices of a drivetrain.
+
+    Raises:
+        ConfigError: Two modules have one; the device simulation would move it twice.
+    """
+    owners: dict[tuple[DeviceKey, int], str] = {}
+    for k, (module, c) in enumerate(modules):
+        for role in ("drive_motor", "steer_motor", "encoder"):
+            device = getattr(module, role)
+            if role == "encoder" and not isinstance(device, (CANcoder, CANdi)):
+                continue  # it is wired to the steer motor's controller
+            model, address = key_of(device)
+            key = (model, address), _pin(c) if model == "CANdi" else 0
+            if key in owners:
+                raise ConfigError(f"module {k} {role}: {model} {address} is already {owners[key]}")
+            owners[key] = f"module {k} {role}"
+    return (*dict.fromkeys(key for key, _ in owners), *(() if pigeon is None else (key_of(pigeon),)))
 
 
 def _match_wired_encoder(module: Any, c: Any) -> None:
@@ -392,7 +317,7 @@ def _limits(configs: object) -> tuple[float | None, float | None]:
     return one("stator"), one("supply")
 
 
-class SwerveDrivetrainSim(SwerveDevicesSim):
+class SwerveDrivetrainSim(SwervePorts):
     """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
 
     Replaces `update_sim_state` by an empty function: the generated class calls it from a Notifier, 250 times a second,
@@ -404,8 +329,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         modules: Constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: Another number of modules than the model has; a module of other devices than TalonFX, TalonFXS,
-            CANcoder and CANdi; two devices of a kind with one id (the device simulation would make them one).
+        ConfigError: Another number of modules than the model has; two devices of a kind with one id (the device
+            simulation would make them one).
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -415,9 +340,21 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
                 f"{len(drive.config.modules)} in the model; want the same number"
             )
-        devices = [_devices(module, c) for module, c in zip(drivetrain.modules, constants, strict=True)]
-        super().__init__(devices, drivetrain.pigeon2, drive)
-        for module, c in zip(drivetrain.modules, constants, strict=True):
+        pairs = list(zip(drivetrain.modules, constants, strict=True))
+        devices = _device_keys(pairs, drivetrain.pigeon2)
+        gearings = [module.steer_gearing for module in drive.config.modules]
+        super().__init__(
+            drive,
+            [TalonPort(m.drive_motor, clockwise=c.drive_motor_inverted) for m, c in pairs],
+            [
+                TalonPort(m.steer_motor, clockwise=c.steer_motor_inverted, sensor_gearing=gearing)
+                for (m, c), gearing in zip(pairs, gearings, strict=True)
+            ],
+            steer_encoders=[_azimuth(m, c) for m, c in pairs],
+            gyro=None if drivetrain.pigeon2 is None else Pigeon2Sim(drivetrain.pigeon2),
+        )
+        self.devices = devices
+        for module, c in pairs:
             _match_wired_encoder(module, c)
         self._drivetrain = drivetrain
         self._twins = _of_same_devices(drivetrain) or [drivetrain]
@@ -450,12 +387,6 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         """Return where the drivetrain believes to be, field frame [m, m, rad]."""
         pose = self._drivetrain.get_state().pose
         return pose.x, pose.y, pose.rotation().radians()
-
-
-def _pin(constants: Any) -> int | None:
-    """Return the pin of a CANdi that the azimuth's encoder is on; None if it is no CANdi."""
-    name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
-    return int(name[-1]) if "CANDI_PWM" in name else None
 
 
 def _stop_stepping(drivetrain: Any) -> None:

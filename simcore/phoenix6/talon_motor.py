@@ -57,12 +57,15 @@ class TalonPort(MotorPort):
 
     Args:
         talon: The device of the robot code.
-        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft.
+        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft; None: as the device
+            is configured, which is asked once (50 ms).
         sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None: it has
             none.
     """
 
-    def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
+    def __init__(self, talon: Talon, *, clockwise: bool | None = None, sensor_gearing: float | None = None) -> None:
+        if clockwise is None:
+            clockwise = is_configured_clockwise(talon)
         self.device_id: int = talon.device_id
         state: Any = sim_state_of(talon)
         self._state = state
