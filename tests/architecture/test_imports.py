@@ -22,13 +22,14 @@ ADAPTERS = {
 
 BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
+    "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
     "simcore/sweep/one_run.py",  # measures what a run cost
     "simcore/sweep/api.py",  # stops after some time
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
-"""Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
+"""No part of a simulation: may read a clock to say how long they took."""
 INNER = BASE | {"geometry", "loop", "physics"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
