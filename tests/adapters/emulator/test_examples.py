@@ -406,5 +406,5 @@ def test_talonfxs_with_a_minion(bench):
     for talon in (arranged, bare):
         bench.hold(talon, rps=20.0)
     bench.run(0.05, lambda: [talon.set_control(controls.VoltageOut(3.0)) for talon in (arranged, bare)])
-    assert arranged.get_torque_current().value == pytest.approx(19.5, abs=0.3)  # measured on CTRE's simulation
+    assert arranged.get_torque_current().value == pytest.approx(19.5, abs=0.5)  # measured on CTRE's simulation
     assert bare.get_motor_voltage().value == 0.0
