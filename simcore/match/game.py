@@ -29,7 +29,6 @@ from simcore.quantities import (
     FIELD_LENGTH,
     FIELD_PLACE,
     FORCE,
-    MASS,
     START,
     Quantity,
     require_attitude,
@@ -82,12 +81,9 @@ class FieldDefinition:
     """What climbers can hang on."""
     hanging: tuple[HangingConfig, ...] = ()
     """What hangs down and swings."""
-    structures: Mapping[str, float] = dataclasses.field(default_factory=dict)
-    """Mass of what jolts the pieces on it when a robot hits it, by name pattern of its elements [kg]; all else stands
-    as firmly as a wall."""
 
     def __post_init__(self) -> None:
-        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH), structures=MASS)
+        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):

@@ -268,8 +268,6 @@ class RunRecord:
         """In order."""
         self.put_down = 0
         """Pieces that placers have let go."""
-        self.knocked_out = 0
-        """Pieces that the field has knocked out of placers."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
