@@ -21,7 +21,7 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
-from simcore.match.game import Game, PieceSupply, RobotEntry
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.motion import Motion, RobotContacts
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
@@ -279,7 +279,13 @@ class Match:
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
         self.beliefs = BeliefCheck(self.robots)
         """Compares where robots are with where they believe to be, as an auto begins."""
-        self.cameras = CameraRig(self, self._tags, camera_rng, self._network)
+        self.cameras = CameraRig(
+            *(self.world, self.pieces, self.robots, self.draws),
+            field_size=game.field.size,
+            tags=self._tags,
+            rng=camera_rng,
+            network=self._network,
+        )
         self._begin_rules()
 
     def _update_digest(self) -> None:
@@ -369,7 +375,7 @@ class Match:
         self._counted: tuple[int, Score] | None = None
         """When `score_counts` was worked out, and at which points; None: not since the start."""
         self._counts: Mapping[str, int] = {}
-        self.rules = self.game.rules(self)
+        self.rules: Rules = self.game.rules(self)
         self.rules.start()
 
     def __enter__(self) -> Match:
