@@ -238,7 +238,8 @@ def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:
 
 
 def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -> None:
-    report = replace(played.report, outputs=outputs.write(played))
+    report = played.report
+    report.outputs = outputs.write(played)
     if options.json:
         print(report.to_json())
     else:
