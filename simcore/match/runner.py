@@ -74,7 +74,6 @@ class RunReport:
         ticks: Sequence[tuple[float, int, int]],
     ) -> None:
         record, battery = match.record, match.record.robots[0].battery
-        seconds, substeps, awake = ([row[column] for row in ticks] for column in range(3))
         self.game = match.game.name
         self.auto = name
         self.alliance = match.alliances[0]
@@ -111,9 +110,9 @@ class RunReport:
         """Why robots took in or threw nothing, a sentence each."""
         self.distance_m = record.robots[0].distance
         """How far the first robot drove; not how far it was carried [m]."""
-        self.tick_ms = TickTimes.of(seconds)
-        self.substeps = Spread.of(substeps)
-        self.awake = Spread.of(awake)
+        self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
+        self.substeps = Spread.of([substeps for _, substeps, _ in ticks])
+        self.awake = Spread.of([awake for _, _, awake in ticks])
         self.min_battery_v = battery.min_voltage
         """Lowest battery voltage [V]."""
         self.brownouts = battery.brownouts
