@@ -19,7 +19,6 @@ from simcore.loop import balls
 from simcore.match import starts
 from simcore.physics.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
 from simcore.pieces import kinds, piece_manager
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.players.player import SKILLS
 from simcore.robot.battery import BatteryConfig
@@ -73,7 +72,6 @@ def test_pieces():
         f"bounce of fuel {FUEL.restitution:g}",
         f"drag coefficient {FUEL.aerodynamics.drag_coefficient:g}",
     )
-    says("docs/robot.md", f"deeper than {1e3 * give(PlacerConfig):g} mm is knocked out")
     says("docs/robot.md", "wheels turn five times a second")
     assert default(ShooterConfig, "min_wheel_speed") == pytest.approx(5 * math.tau)
     for surface in (CARPET, WALL, RUBBER, POLYCARBONATE):
@@ -88,10 +86,6 @@ def default(config: type, name: str) -> float:
     """Default of a field of a config."""
     (value,) = (field.default for field in dataclasses.fields(config) if field.name == name)
     return value
-
-
-def give(config: type) -> float:
-    return default(config, "give")
 
 
 def test_robot_tests_and_autos():
