@@ -62,7 +62,7 @@ def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
             line += [
                 f"{elevation:.1f} deg",
                 "" if shot["hood_turns"] is None else f"{360.0 * shot['hood_turns']:.1f} deg",
-                f"{speed:.2f} m/s{' *' if shot['by_board'] else ''}",
+                f"{speed:.2f} m/s",
                 f"{shot['wheel_rps']:.1f} turns/s",
                 *([f"{shot['lead_deg']:.1f} deg"] if is_moving else []),
                 f"{shot['time_of_flight_s']:.2f} s",
@@ -83,8 +83,7 @@ def table_python(shots: ShotTable) -> str:
         if row.share is not None:
             values = _values(row)
             shot = tuple(values[name] for name in _COLUMNS)
-            bearing = f", off the board: at a bearing of {values['bearing_deg']:.0f} deg alone"
-            note = f"{row.share:.1%} go in{bearing if row.shot['by_board'] else ''}"
+            note = f"{row.share:.1%} go in"
         lines += f"    {key!r}: {shot!r},  # {note}\n"
         gaps |= {key} if row.is_gap else set()
     axes = zip(*((row.stand.distance, *row.stand[2:]) for row in shots.rows), strict=True)

@@ -30,7 +30,7 @@ __all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 
 _ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; of the speed
 _SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # flown beyond the shooter's limits, so that a margin has its end
-_SLOWER, _FASTER, _TO_BOARD = 0.8, 1.3, 1.5  # times the speed that meets the middle: rim, rim behind, top of a board
+_SLOWER, _FASTER = 0.8, 1.3  # times the speed that meets the middle: rim and rim behind
 _SHOTS, _BETWEEN_SHOTS = 1024, 512  # scattered, of a row's share from each bearing, and half way between two rows
 _AS_SAFE = 0.97  # of the best margin, above which a shot is as good; the middle one of these is the row's
 _KEPT = 0.9  # half way between two rows at least this part of the worse of their shares goes in; else there is a gap
@@ -41,7 +41,7 @@ _MOST_PLACES, _PLACE_EVERY = 6, 4  # tried for a row, with every fourth elevatio
 _AS_GOOD = 0.95  # of what goes in from the best place, that takes the one that is most straight on
 _COLUMNS = (
     "bearing_deg", "bearings_deg", "elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "lead_deg",
-    "time_of_flight_s", "entry_angle_deg", "by_board", "slowest_mps", "fastest_mps", "flattest_deg", "steepest_deg",
+    "time_of_flight_s", "entry_angle_deg", "slowest_mps", "fastest_mps", "flattest_deg", "steepest_deg",
     "margin_sd",
 )  # fmt: skip
 
@@ -62,15 +62,15 @@ class ShotBand:
         """Fly the shots of a grid around those that meet the target's middle."""
         elevations = _grid(task)
         middles = _to_middle(task, stand, elevations)
-        most, fastest = task.max_speed * (1.0 + _SPARE_SPEED), _TO_BOARD if task.boards else _FASTER
+        most = task.max_speed * (1.0 + _SPARE_SPEED)
         reachable = middles[middles < most]
         if not len(reachable):
             return cls(elevations, np.zeros(0), np.zeros((len(elevations), 0), dtype=bool))
         least = max(_SLOWER * float(reachable.min()), task.min_speed)
-        most = min(fastest * float(reachable.max()), most)
+        most = min(_FASTER * float(reachable.max()), most)
         speeds = least * np.exp(_SPEED_STEP * np.arange(max(1, math.ceil(math.log(most / least) / _SPEED_STEP))))
         ratio = speeds[None, :] / middles[:, None]
-        row, column = np.nonzero((ratio > _SLOWER) & (ratio < fastest))
+        row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
         inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
         inside[row, column] = task.hits(stand, elevations[row], speeds[column]).all(axis=1)
         return cls(elevations, speeds, inside)
@@ -116,7 +116,6 @@ class ShotTableRow:
 
     - `bearings_deg`: bearings, 15 degrees or more apart, at which the robot can stand and the shot goes in as meant;
     - `lead_deg`: direction of the shot from that to the target, counter-clockwise;
-    - `by_board`: whether it touches a board on its way in;
     - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: ends of what goes in with the other one as it is;
     - `margin_sd`: to the nearest of these ends, in standard deviations of the scatter (where it has none, the default).
     """
@@ -146,7 +145,7 @@ class ShotTable:
 
 def make_table(
     task: ShotTask, distances: Iterable[float], *, radial: Iterable[float] = (0.0,),
-    tangential: Iterable[float] = (0.0,), scatter: Scatter | None = None, seed: int = 0,
+    tangential: Iterable[float] = (0.0,), scatter: Scatter | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
 ) -> ShotTable:  # fmt: skip
     """Work a table out.
@@ -157,7 +156,6 @@ def make_table(
         radial: Speeds of the robot toward the target [m/s].
         tangential: Speeds of the robot to the left of it [m/s].
         scatter: Of the shots; None: the default one.
-        seed: Of the scattered shots.
         on_row: Called with each row as it is done.
     """
     spread, aways = scatter or Scatter(), sorted(distances)
@@ -167,12 +165,12 @@ def make_table(
         for along, across in itertools.product(radial, tangential):
             before: ShotTableRow | None = None
             for away in aways:
-                row = _row(task, match, Stand(away, 0.0, along, across), spread, seed)
+                row = _row(task, match, Stand(away, 0.0, along, across), spread)
                 if before is not None and before.share is not None and row.share is not None:
                     assert before.worst_stand is not None
                     middle = 0.5 * (before.elevation + row.elevation), 0.5 * (before.speed + row.speed)
                     stand = before.worst_stand._replace(distance=0.5 * (before.stand.distance + row.stand.distance))
-                    between = task.share(stand, *middle, _draws(spread, seed, _BETWEEN_SHOTS))
+                    between = task.share(stand, *middle, _draws(spread, _BETWEEN_SHOTS))
                     is_gap = between < _KEPT * min(before.share, row.share)
                     rows[-1] = replace(before, between=between, is_gap=is_gap)
                 rows.append(row)
@@ -181,7 +179,7 @@ def make_table(
     return ShotTable(task, spread, tuple(sorted(rows, key=lambda row: row.stand.distance)))
 
 
-def _row(task: ShotTask, match: Match, wanted: Stand, scatter: Scatter, seed: int) -> ShotTableRow:
+def _row(task: ShotTask, match: Match, wanted: Stand, scatter: Scatter) -> ShotTableRow:
     """Return the row of a distance and velocity: its shot, or why there is none."""
     stands = _stands(task, match, wanted)
     if not stands:
@@ -198,11 +196,11 @@ def _row(task: ShotTask, match: Match, wanted: Stand, scatter: Scatter, seed: in
     elevation, speed = float(band.elevations[number]), float(band.speeds[column])
     aim = np.array([elevation]), np.array([speed])
     some = [stand]
-    for one in [] if task.boards else stands:
+    for one in stands:
         is_apart = all(abs(wrap_angle(one.bearing - other.bearing)) > _APART for other in some)
         if is_apart and task.hits(one, *aim).all():
             some.append(one)
-    draws = _draws(scatter, seed, _SHOTS)
+    draws = _draws(scatter, _SHOTS)
     share, worst = min((task.share(one, elevation, speed, draws), number) for number, one in enumerate(some))
     return ShotTableRow(
         stand=stand, band=band, elevation=elevation, speed=speed, share=share, worst_stand=some[worst],
@@ -250,7 +248,7 @@ def _described(
         deg(stand.bearing), " ".join(f"{bearing:.0f}" for bearing in sorted(map(deg, bearings))), deg(elevation),
         None if hood is None else hood / math.tau, speed, task.shooter.wheel_speed_for(speed) / math.tau,
         deg(wrap_angle(float(yaw[0]) - stand.bearing)), float(seen.time[0]), deg(math.atan2(-vz, math.hypot(vx, vy))),
-        bool(seen.by_board[0]), *_around(band.speeds, band.inside[number], column),
+        *_around(band.speeds, band.inside[number], column),
         *map(deg, _around(band.elevations, band.inside[:, column], number)), _margin(band, number, column, scatter),
     )  # fmt: skip
     return dict(zip(_COLUMNS, values, strict=True))
@@ -284,5 +282,5 @@ def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, fl
     return float(values[first]), float(values[last])
 
 
-def _draws(scatter: Scatter, seed: int, count: int) -> ShotDraws:
-    return ShotDraws.of(scatter, np.random.default_rng(seed), count)
+def _draws(scatter: Scatter, count: int) -> ShotDraws:
+    return ShotDraws.of(scatter, np.random.default_rng(0), count)

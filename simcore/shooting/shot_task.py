@@ -105,8 +105,6 @@ class ShotTask:
         target: Name of a zone; None: the first of the alliance.
         alliance: Whose zones.
         shooter: Number of the shooter, from 0.
-        boards: Whether shots off a board may be meant; they go in from the direction alone for which they were worked
-            out.
 
     Raises:
         ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
@@ -115,7 +113,7 @@ class ShotTask:
 
     def __init__(
         self, game: Game, robot: RobotConfig | None = None, *, target: str | None = None, alliance: Alliance = "blue",
-        shooter: int = 0, boards: bool = False,
+        shooter: int = 0,
     ) -> None:  # fmt: skip
         self.game = game
         self.robot = robot or game.robot()
@@ -133,7 +131,6 @@ class ShotTask:
         opening = self.zone.opening
         assert opening is not None
         self.opening = opening
-        self.boards = boards
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -261,7 +258,7 @@ class ShotTask:
             elevation: [rad], shape (m,).
             speed: Relative to the muzzle [m/s], shape (m,).
             draws: How n shots of each differ from what was meant, whatever they touch on their way; None: one from
-                every barrel, as meant, which must stay clear of all but the inside, and boards if these are meant.
+                every barrel, as meant, which must stay clear of all but the inside.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
@@ -274,7 +271,7 @@ class ShotTask:
         found = self.fly(shots, clean=draws is None)
         goes_in = found.goes_in
         if draws is None:
-            goes_in &= ~found.by_rim & (self.boards | ~found.by_board)
+            goes_in &= ~(found.by_rim | found.by_board)
         result[good] = goes_in.reshape(len(good), n)
         return result
 

@@ -23,7 +23,6 @@ from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
-_SEED = number_flag(Quantity("", 0, 2**31, is_whole=True))
 _NUMBER = number_flag(Quantity("", 0, 100, is_whole=True))
 _DRIVE_SPEED = Quantity("m/s", -10.0, 10.0)
 _FILES = ("shots.csv", "shot_table.py", "shots.html")
@@ -47,13 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         read = _numbers(name)
         or_list = f"{what}; or a list, 2,2.5,3 (default: {usual})"
         add(f"--{name}", type=read, default=read(usual), metavar="FROM:TO:STEP", help=or_list)
-    add("--boards", action="store_true",
-        help="count shots off the board behind the target, too: they go in from the bearing of their row alone",
-        )  # fmt: skip
     add("--scatter", type=text_flag(Scatter.parse), default=Scatter(), metavar="SPREADS",
         help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
         )  # fmt: skip
-    add("--seed", type=_SEED, default=0, metavar="N", help="seed of the scattered shots")
     add("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
 
 
@@ -85,13 +80,11 @@ def run(options: argparse.Namespace) -> int:
             raise ConfigError(f"factor {factor.name}: one value is wanted here, as {factor.name}=0.45")
         values[factor.name] = factor.values[0]
     robot = vary_robot(robot_of(options.robot, game), values)
-    task = ShotTask(
-        game, robot, target=options.target, alliance=options.alliance, shooter=options.shooter, boards=options.boards
-    )
+    task = ShotTask(game, robot, target=options.target, alliance=options.alliance, shooter=options.shooter)
     paths = [require_writable("table", options.out / name) for name in _FILES]
     table = make_table(
         task, options.distances, radial=options.radial, tangential=options.tangential, scatter=options.scatter,
-        seed=options.seed, on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
+        on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
     )  # fmt: skip
     for path, text in zip(paths, (table_csv(table), table_python(table), table_page(table)), strict=True):
         write_text("table", path, text)
@@ -115,5 +108,3 @@ def _print(table: ShotTable) -> None:
     for line in lines:
         shown.add_row(*line)
     Console(width=150).print(shown)
-    if any(row.shot["by_board"] for row in table.rows):
-        print("* off the board behind the target, from the bearing in shots.csv alone")
