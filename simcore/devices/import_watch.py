@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Sequence
 from importlib.abc import Loader, MetaPathFinder
@@ -58,7 +59,7 @@ _refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
-    """Finds what the others find, with a loader that calls the hook at its end."""
+    """Finds what the others find, with a loader that calls the hooks once it has executed the module."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -67,15 +68,17 @@ class _Watcher(MetaPathFinder):
             return ModuleSpec(fullname, _Refusal(_refused[fullname]))
         if fullname not in _hooks:
             return None
-        for finder in sys.meta_path:
-            if finder is self:
-                continue
-            spec = finder.find_spec(fullname, path, target)
-            if spec is not None:
-                if spec.loader is not None:
-                    spec.loader = _HookedLoader(spec.loader, fullname)
-                return spec
-        return None
+        others = (finder.find_spec(fullname, path, target) for finder in sys.meta_path if finder is not self)
+        spec = next(filter(None, others), None)
+        if spec is not None and spec.loader is not None:
+            spec.loader.exec_module = functools.partial(_execute, spec.loader.exec_module)  # type: ignore[method-assign]
+        return spec
+
+
+def _execute(exec_module: Callable[[ModuleType], object], module: ModuleType) -> None:
+    exec_module(module)
+    for hook in _hooks.pop(module.__name__, []):
+        hook(module)
 
 
 class _Refusal(Loader):
@@ -86,23 +89,3 @@ class _Refusal(Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         raise VendorError(self._sentence)
-
-
-class _HookedLoader(Loader):
-    """Another loader, and then the hook."""
-
-    def __init__(self, loader: Any, name: str) -> None:
-        self._loader = loader
-        self._name = name
-
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        made: ModuleType | None = self._loader.create_module(spec)
-        return made
-
-    def exec_module(self, module: ModuleType) -> None:
-        self._loader.exec_module(module)
-        for hook in _hooks.pop(self._name, []):
-            hook(module)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._loader, name)

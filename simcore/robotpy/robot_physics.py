@@ -19,10 +19,10 @@ import numpy as np
 from simcore import season
 from simcore.devices import program_odometry
 from simcore.devices.makers import require_distinct_devices
+from simcore.devices.motor_ports import MotorDevices
 from simcore.errors import ConfigError
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
-from simcore.robot.motor_controllers import MotorDevices
 from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.belief_watch import BeliefWatch
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices

@@ -21,11 +21,11 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
+from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings

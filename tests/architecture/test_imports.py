@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Collection, Iterator
@@ -54,7 +55,7 @@ ALLOWED = {
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed
     "show": CORE | {"players"},
-    "photonvision": CORE,
+    "photonvision": CORE | {"devices"},
     "devices": CORE | {"robot_file"},  # makers are loaded by name
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},
     "revlib": CORE | {"robot_file", "devices"},
@@ -227,6 +228,24 @@ def test_only_adapters_import_vendors_and_all_else_asks_one_module_for_wpilib():
         for name, line in imports(path)
         if name.split(".")[0] in (*WPILIB, "phoenix6", "commands2", "pyfrc")
     ]
+
+
+MAKERS_WORDS = re.compile(r"ctre|talon|spark|phoenix|pigeon|cancoder|candle|canrange|navx", re.IGNORECASE)
+DELIVERED = "simcore/robot/dc_motor.py"
+"""Current limits with which controllers are delivered: a motor without limits of its own has those of its maker's."""
+
+
+def test_inner_packages_name_no_maker_of_devices():
+    """Names in code; a docstring may say whose idea something is."""
+    found = set()
+    for path in SOURCES:
+        parts, place = path.relative_to(ROOT).parts, path.relative_to(ROOT).as_posix()
+        if parts[0] != "simcore" or parts[1] not in CORE | {"players"} or place == DELIVERED:
+            continue
+        for node in ast.walk(tree_of(path)):
+            names = (getattr(node, kind, None) for kind in ("id", "attr", "name", "arg"))
+            found |= {f"{place}: {name}" for name in names if isinstance(name, str) and MAKERS_WORDS.search(name)}
+    assert found == set()
 
 
 def test_only_the_view_imports_its_web_server():

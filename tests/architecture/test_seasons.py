@@ -76,8 +76,8 @@ GONE_IN_2027 = {
     "simcore/robotpy/wpilib_ports.py": {
         *("getAngle", "setAngle", "setRate"),
         *("getYawAxis", "getPitchAxis", "getRollAxis", "getPort"),
-        *("getForward", "getReverse"),
     },
+    "simcore/robotpy/port_assignment.py": {"getForward", "getReverse"},
 }
 """Of relays and gyros that the robot of 2027 has no more."""
 

@@ -13,10 +13,10 @@ import pytest
 pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
 from simcore.devices.makers import MAKER_MODULES, installed_makers
+from simcore.devices.motor_controllers import BuiltDevice, group_by_leader
 from simcore.devices.recorder import BuiltDevices
 from simcore.devices.unserved import unknown_sim_devices
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice, group_by_leader
 from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import CONTROLLERS, PORT_CONTROLLERS
 

@@ -1,48 +1,75 @@
-"""Between a drivetrain's model and its devices, whoever made them: volts come in, wheel and gyro readings go out."""
+"""Ports between a drivetrain's model and its devices of any maker: volts come in, wheel and gyro readings go out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import DUTY, VOLTS
+from simcore.quantities import DeviceKey
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import ClosedLoop, CurrentMeter, DutyHolder, OwnLoops
 from simcore.robot.swerve_drive import NO_STATES, SwerveDrive
 from simcore.typing import FloatArray, FloatSupplier
 
-__all__ = ["AnglePort", "GyroPort", "MotorPort", "ShaftPorts", "SuppliedMotor", "SwervePorts"]
+__all__ = [
+    "AnglePort", "DrivetrainPorts", "GyroPort", "MotorDevices", "MotorPort", "Setpoint", "ShaftPorts", "SuppliedMotor",
+    "SwervePorts",
+]  # fmt: skip
 
 
-class MotorPort(Protocol):
-    """What a drivetrain needs from one motor controller, and nothing more. Positive is as robot code has it."""
+class Setpoint(NamedTuple):
+    """Goal of the closed loop of a motor controller, positive as its volts."""
+
+    is_velocity: bool
+    is_rotor: bool
+    """Whether its sensor is the rotor's, and not one on what the motor turns."""
+    turns: float
+    """Velocity of the sensor's shaft [turns/s], or how far the shaft is to go from where it is now [turns]."""
+
+
+class MotorPort:
+    """Motor controller as a drivetrain needs it; derive from it. Positive is as robot code has it."""
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]."""
-        ...
+        """Take the voltage at the controller's terminals [V]."""
+        raise NotImplementedError
 
     def volts(self) -> float:
-        """What it puts on the motor [V]."""
-        ...
+        """Return what it puts on the motor [V]."""
+        raise NotImplementedError
 
     def is_open(self) -> bool:
-        """Whether its circuit is open (coast); else zero volts brake. Asked while `volts` are zero."""
-        ...
+        """Return whether its circuit is open (coast); else zero volts brake. Asked while `volts` are zero."""
+        raise NotImplementedError
 
     def write(self, rotations: float, rps: float) -> None:
-        """Where the rotor is [rotations] and how fast it turns [rotations/s], for its own encoder."""
-        ...
+        """Show where the rotor is [rotations] and how fast it turns [rotations/s], for its own encoder."""
+        raise NotImplementedError
+
+    def duty_cycle(self) -> float | None:
+        """Return the share of its supply that it holds until it is asked next, positive as its volts; None: volts."""
+        return None
+
+    def setpoint(self) -> Setpoint | None:
+        """Return the goal of its loop; None: no loop of a position or a velocity runs, or it does not say."""
+        return None
+
+    def show_current(self, amps: float) -> None:
+        """Show robot code the current of one motor, as the model has it [A]."""
+
+    def run(self, dt: float) -> None:
+        """Let loops that no vendor's library runs in simulation run for dt [s]."""
 
 
 class AnglePort(Protocol):
-    """What shows where a shaft is: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
+    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Where the shaft is, any number of turns [rad], and how fast it turns [rad/s]; of a piston [m, m/s]."""
+        """Show where the shaft is, any number of turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
         ...
 
 
@@ -50,11 +77,23 @@ class GyroPort(Protocol):
     """A gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Angles since it was switched on, yaw continuous over turns [rad]; rates about the robot's axes [rad/s]."""
+        """Show angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
         ...
 
 
-class SuppliedMotor:
+class MotorDevices(Protocol):
+    """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with loops of its own has `MotorPort.run`."""
+
+    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
+        """Take the supply, and set the mechanism's volts [V]."""
+        ...
+
+    def write(self) -> None:
+        """Show the mechanism's motion to the sensors."""
+        ...
+
+
+class SuppliedMotor(MotorPort):
     """A motor controller of any maker, by callables: for example REV's, whose simulation robot code can reach.
 
     Args:
@@ -85,12 +124,12 @@ class SuppliedMotor:
         self._coasts = coasts
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]."""
+        """Take the voltage at the controller's terminals [V]."""
         if self._supply is not None:
             self._supply(volts)
 
     def volts(self) -> float:
-        """What it puts on the motor [V].
+        """Return what it puts on the motor [V].
 
         Raises:
             NonFiniteError: The supplier gave no finite number.
@@ -101,29 +140,17 @@ class SuppliedMotor:
         return volts
 
     def is_open(self) -> bool:
-        """Whether zero volts open the circuit."""
+        """Return whether zero volts open the circuit."""
         return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
-        """To the controller's encoder."""
+        """Show the rotor to the controller's encoder."""
         if self._write is not None:
             self._write(rotations, rps)
 
 
-def _duty_cycles(ports: Sequence[MotorPort]) -> list[Callable[[], float | None]]:
-    """Of each controller what says the duty cycle that it holds; see `DutyHolder`."""
-    return [port.duty_cycle if isinstance(port, DutyHolder) else _holds_volts for port in ports]
-
-
-def _holds_volts() -> None:
-    """Of a controller that holds no duty cycle."""
-    return None
-
-
-def _requests(
-    ports: Sequence[MotorPort], duty_cycles: Sequence[Callable[[], float | None]], back_emf: Callable[[int], float]
-) -> tuple[list[int], list[float]]:
-    """What the controllers want of their motors: kinds of requests, and volts or duty cycles.
+def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
+    """Ask controllers what they want of their motors: kinds of requests, and volts or duty cycles.
 
     An open circuit carries no current, as at exactly its back-EMF [V], asked for by number. Few circuits are open, so
     few are asked for it. Volts that were a share of the supply some milliseconds ago must not stay while it sags: the
@@ -135,36 +162,53 @@ def _requests(
         if shown == 0.0:
             if port.is_open():
                 values[k] = back_emf(k)
-        elif (share := duty_cycles[k]()) is not None:
+        elif (share := port.duty_cycle()) is not None:
             modes[k], values[k] = DUTY, share
     return modes, values
 
 
-def _meters(ports: Sequence[Sequence[MotorPort]]) -> list[tuple[CurrentMeter, int]]:
-    """Those that measure their current, with the number of their shaft."""
-    return [(port, k) for k, row in enumerate(ports) for port in row if isinstance(port, CurrentMeter)]
+class DrivetrainPorts:
+    """Motor controllers and gyro of a drivetrain of any kind; the gyro reads zero where it is switched on.
 
+    Args:
+        motors: All of them.
+        gyro: None if there is none.
+    """
 
-def _loops(ports: Sequence[MotorPort]) -> list[OwnLoops]:
-    return [port for port in ports if isinstance(port, OwnLoops)]
-
-
-class _GyroAtZero:
-    """A gyro that reads zero where it is switched on."""
-
-    def __init__(self, gyro: GyroPort | None) -> None:
+    def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
+        self.devices: tuple[DeviceKey, ...] = ()
+        """Keys of all devices; who connects them says so."""
+        self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
 
+    def run(self, dt: float) -> None:
+        """Let controllers run the loops of their own for dt [s]."""
+        for motor in self._motors:
+            motor.run(dt)
+
+    def read(self, battery_voltage: float) -> None:
+        """Hand the devices their supply [V] and the model their volts."""
+        for motor in self._motors:
+            motor.set_supply(battery_voltage)
+
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Hand the sensors what the model did.
+
+        Args:
+            yaw: Of the gyro, continuous over turns; where it starts is where the device reads zero [rad].
+            pitch: [rad]
+            roll: [rad]
+            rates: About the robot's axes [rad/s], shape (3,).
+        """
         if self._yaw_at_start is None:
             self._yaw_at_start = yaw
         if self._gyro is not None:
             self._gyro.write(yaw - self._yaw_at_start, pitch, roll, rates)
 
 
-class SwervePorts:
-    """Moves volts from motor controllers to the model of a swerve drive, and the model's motion to their sensors.
+class SwervePorts(DrivetrainPorts):
+    """Ports of a swerve drive: motor controllers' volts move the model, the model's motion moves their sensors.
 
     Args:
         drive: The model; its owner steps it with the chassis.
@@ -198,77 +242,52 @@ class SwervePorts:
         ):
             if len(ports) != n:
                 raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; want as many")
+        super().__init__([*drive_motors, *steer_motors], gyro)
         self._drive = drive
-        self._drive_ports = list(drive_motors)
-        self._steer_ports = list(steer_motors)
-        self._drive_duties, self._steer_duties = _duty_cycles(self._drive_ports), _duty_cycles(self._steer_ports)
-        self._steer_encoders = list(steer_encoders)
-        self._wheel_encoders = list(wheel_encoders)
-        self._loops = _loops([*drive_motors, *steer_motors])
-        self._drive_meters, self._steer_meters = (
-            _meters([[p] for p in ports]) for ports in (drive_motors, steer_motors)
-        )
-        pairs = zip(drive_motors, steer_motors, strict=True)
-        self._closed = [(d, s) for d, s in pairs if isinstance(d, ClosedLoop) and isinstance(s, ClosedLoop)]
-        self._gyro = _GyroAtZero(gyro)
+        self._drive_ports, self._steer_ports = self._motors[:n], self._motors[n:]
+        self._steer_encoders, self._wheel_encoders = list(steer_encoders), list(wheel_encoders)
         self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
         self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
-    def run(self, dt: float) -> None:
-        """Let controllers run the loops of their own for dt [s]."""
-        for loop in self._loops:
-            loop.run(dt)
-
     def read(self, battery_voltage: float) -> None:
-        """Hand the devices their supply [V] and the model their volts."""
-        for port in self._drive_ports:
-            port.set_supply(battery_voltage)
-        for port in self._steer_ports:
-            port.set_supply(battery_voltage)
-        modes, drive = _requests(self._drive_ports, self._drive_duties, self._drive_emf)
-        more, steer = _requests(self._steer_ports, self._steer_duties, self._steer_emf)
+        """See `DrivetrainPorts.read`."""
+        super().read(battery_voltage)
+        modes, drive = _requests(self._drive_ports, self._drive_emf)
+        more, steer = _requests(self._steer_ports, self._steer_emf)
         self._drive.set_requests([*modes, *more], [*drive, *steer])
 
     def module_setpoints(self) -> FloatArray:
-        """Speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
+        """Return speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
 
         No rows where one controller has no such loop: drive motors of many programs are told volts.
         """
         rows = []
-        for k, (drive, steer) in enumerate(self._closed):
+        for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
             speed, turn, module = drive.setpoint(), steer.setpoint(), self._drive.config.modules[k]
             if speed is None or turn is None or not speed.is_velocity or turn.is_velocity:
                 return NO_STATES
             rate = math.tau * speed.turns / (module.drive_gearing if speed.is_rotor else 1.0)
             rest = math.tau * turn.turns / (module.steer_gearing if turn.is_rotor else 1.0)
             rows.append((rate * module.wheel_radius, float(self._drive.state.steer_angle[k]) + rest))
-        return np.array(rows) if len(rows) == len(self._gears) else NO_STATES
+        return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        """Return volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """The same of its steer motor [V]."""
+        """Return those of its steer motor [V]."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Hand the sensors what the model did.
-
-        Args:
-            yaw: Of the gyro, continuous over turns; where it starts is where the device reads zero [rad].
-            pitch: [rad]
-            roll: [rad]
-            rates: About the robot's axes [rad/s], shape (3,).
-        """
+        """See `DrivetrainPorts.write`."""
         n, shafts = len(self._gears), self._drive.shafts
         angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
-        for meter, k in self._drive_meters:
-            meter.show_current(self._drive.drive_motors.current[k])
-        for meter, k in self._steer_meters:
-            meter.show_current(self._drive.steer_motors.current[k])
+        currents = [*self._drive.drive_motors.current, *self._drive.steer_motors.current]
+        for motor, current in zip(self._motors, currents, strict=True):
+            motor.show_current(current)
         turn = math.tau
         for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
             self._drive_ports,
@@ -292,11 +311,11 @@ class SwervePorts:
                 steer_encoder.write(azimuth, azimuth_rate)
             if wheel_encoder is not None:
                 wheel_encoder.write(wheel, wheel_rate)
-        self._gyro.write(yaw, pitch, roll, rates)
+        super().write(yaw, pitch, roll, rates)
 
 
-class ShaftPorts:
-    """The same for a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
+class ShaftPorts(DrivetrainPorts):
+    """Ports of a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
 
     Args:
         drive: The model; its owner steps it with the chassis.
@@ -321,37 +340,26 @@ class ShaftPorts:
         if len(shafts) != n or not all(shafts):
             got = ", ".join(str(len(ports)) for ports in shafts)
             raise ConfigError(f"drivetrain: want a motor controller or more for each of {n} shafts, got {got}")
+        super().__init__([port for ports in shafts for port in ports], gyro)
         self._drive = drive
         self._shafts = [list(ports) for ports in shafts]
         self._first = [ports[0] for ports in self._shafts]
-        self._duties = _duty_cycles(self._first)
         self._encoders = list(encoders) or [None] * n
-        self._loops = _loops([port for ports in self._shafts for port in ports])
-        self._meters = _meters(self._shafts)
-        self._gyro = _GyroAtZero(gyro)
-
-    def run(self, dt: float) -> None:
-        """See `SwervePorts.run`."""
-        for loop in self._loops:
-            loop.run(dt)
 
     def read(self, battery_voltage: float) -> None:
-        """Hand the devices their supply [V] and the model their volts."""
-        for ports in self._shafts:
-            for port in ports:
-                port.set_supply(battery_voltage)
-        self._drive.set_requests(*_requests(self._first, self._duties, self._drive.shaft_emf))
+        """See `DrivetrainPorts.read`."""
+        super().read(battery_voltage)
+        self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Hand the sensors what the model did; see `SwervePorts.write`."""
+        """See `DrivetrainPorts.write`."""
         drive = self._drive
         gearing = drive.config.gearing
-        for meter, k in self._meters:
-            meter.show_current(drive.drive_motors.current[k])
         rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)
-        for ports, encoder, angle, rate in rows:
+        for (ports, encoder, angle, rate), current in zip(rows, drive.drive_motors.current, strict=True):
             for port in ports:
+                port.show_current(current)
                 port.write(angle * gearing / math.tau, rate * gearing / math.tau)
             if encoder is not None:
                 encoder.write(angle, rate)
-        self._gyro.write(yaw, pitch, roll, rates)
+        super().write(yaw, pitch, roll, rates)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any
 
 from simcore.quantities import DeviceAddress, DeviceKey
 
-__all__ = [
-    "BuiltDevice", "ClosedLoop", "CurrentMeter", "FollowerGroup", "MotorDevices", "OwnLoops", "Setpoint",
-    "group_by_leader",
-]  # fmt: skip
+__all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,61 +75,3 @@ def group_by_leader(
         opposed = tuple(k for k, follower in enumerate(own) if leads[follower.key][1])
         groups.append(FollowerGroup(device, tuple(own), opposed))
     return groups
-
-
-class MotorDevices(Protocol):
-    """The devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`."""
-
-    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Supply in, volts out to the mechanism [V]."""
-        ...
-
-    def write(self) -> None:
-        """The mechanism's motion to the sensors."""
-        ...
-
-
-@runtime_checkable
-class OwnLoops(Protocol):
-    """A motor controller whose loops no vendor's library runs in simulation: `SparkMotorSim`."""
-
-    def run(self, dt: float) -> None:
-        """Let its loops run for dt [s]."""
-        ...
-
-
-@runtime_checkable
-class DutyHolder(Protocol):
-    """A motor controller that may hold a duty cycle between two of its loops, and not volts: `LoopDrivePort`."""
-
-    def duty_cycle(self) -> float | None:
-        """The share of its supply that it holds until it is asked next, positive as its volts; None: it holds volts."""
-        ...
-
-
-class Setpoint(NamedTuple):
-    """What the closed loop of a motor controller is to reach, positive as its volts."""
-
-    is_velocity: bool
-    is_rotor: bool
-    """Whether its sensor is the rotor's, and not one on what the motor turns."""
-    turns: float
-    """Velocity of the sensor's shaft [turns/s], or how far the shaft is to go from where it is now [turns]."""
-
-
-@runtime_checkable
-class ClosedLoop(Protocol):
-    """A motor controller whose loops can be asked what they are to reach: `TalonPort`, `LoopDrivePort`."""
-
-    def setpoint(self) -> Setpoint | None:
-        """As robot code has commanded it; None: no loop of a position or a velocity runs, or it does not say."""
-        ...
-
-
-@runtime_checkable
-class CurrentMeter(Protocol):
-    """A motor controller that shows robot code the current of its motor, as the model has it: `LoopDrivePort`."""
-
-    def show_current(self, amps: float) -> None:
-        """Of one motor [A]."""
-        ...
