@@ -72,15 +72,13 @@ def watch_program(*, simulated: bool = False) -> Ownership:
     """
     global _ownership
     if _ownership is None:
-        from simcore.devices.import_watch import after_import
-
         if simulated and find_spec("phoenix6") is not None:
             from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
             install_simulated_phoenix()
-            after_import("phoenix5._init_phoenix6", _load_phoenix_beside)
         import simcore.devices.program_odometry
         import simcore.robotpy.built_ports  # noqa: F401
+        from simcore.devices.import_watch import after_import
         from simcore.devices.makers import watch_makers
         from simcore.devices.ownership import Ownership
         from simcore.devices.simulation_questions import watch_questions
@@ -94,13 +92,6 @@ def watch_program(*, simulated: bool = False) -> Ownership:
         for name, hook in HOOKS.items():
             after_import(name, hook)
     return _ownership
-
-
-def _load_phoenix_beside(_: Any) -> None:
-    """Load the libraries of Phoenix 6, in which Phoenix 5 finds its own; simulated time does without them."""
-    from simcore.phoenix6_emulator.installation import load_beside
-
-    load_beside()
 
 
 def begin_robot() -> None:
