@@ -39,7 +39,7 @@ jobs:
           cache: pip
           cache-dependency-path: .github/workflows/{name}
       - run: python -m pip install {packages}
-      - run: python -m pytest
+      - run: python -m robotpy test
       - if: failure() # log, page and picture of each failed test
         uses: actions/upload-artifact@b7c566a772e6b6bfb58ed0dc250532a479d7789f # v6.0.0
         with:
