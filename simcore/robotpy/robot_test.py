@@ -15,12 +15,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
+from unittest.mock import patch
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
+from simcore.physics.world import prepare_loop
 from simcore.quantities import POSE, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
@@ -28,7 +30,7 @@ from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
 from simcore.robotpy.repeatable_runs import own_threads
-from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
+from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
@@ -48,7 +50,7 @@ _log = logging.getLogger(__name__)
 
 _PATIENCE = 10.0  # wall time in which a MagicBot must come to its next loop [s]
 _FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
-_ENDS = 2.0  # wall time in which a program whose start has failed ends [s]
+_ENDS = 2.0  # wall time in which a program that has failed ends [s]
 _SPAN = Quantity("s", 0.0, 1e6)
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
@@ -140,7 +142,13 @@ class RobotTest:
         faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.set_enabled(False)
-        self._stack.close()
+        with ExitStack() as quiet:
+            if self.has_run and not self._control.robot_is_alive:
+                # RobotPy steps one more second, in which WPILib's watchdog would complain that nobody feeds it
+                controller = sys.modules[type(self._control).__module__]
+                for name in {"stepTimingAsync", "step_timing_async"} & vars(controller).keys():
+                    quiet.enter_context(patch.object(controller, name, lambda seconds: None))
+            self._stack.close()
 
     # --- driver station -------------------------------------------------------------------------------------------
 
@@ -179,18 +187,19 @@ class RobotTest:
         """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
         if self._physics is not None:
             return
+        prepare_loop()  # the first time on a computer it takes longer than a program may hang
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
         self._run_robot()
         self._step()  # waits until the program has built its physics
-        physics = latest_physics()
-        if physics is None:
+        if self._hook.engine is None:
             self._control._thread.join(_ENDS)  # where its physics could not be built the program is about to end
             self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
                 f"_simulationPeriodic; it is at {self._where()}"
             )
+        physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
@@ -451,6 +460,7 @@ class RobotTest:
     def _raise_error_of_robot(self) -> None:
         error = self._control._reraise.exception
         if error is not None:
+            self._control._thread.join(_ENDS)
             self._control._reraise.reset()
             raise error
 

@@ -136,6 +136,7 @@ def test_robot_raises(sim):
 """
     )
     assert code == 1 and "3 failed, 2 passed, 1 skipped" in said, said
+    assert "Watchdog not fed" not in said and "overrun" not in said, said
     assert said.count("ConditionError: teleop was begun and 0 s of it were played: say how long, e.g. teleop(sec") >= 2
     assert "look at the run: page" in said
     for why in ("- the odometry does not hold, says this test", "- the program believes to be at "):

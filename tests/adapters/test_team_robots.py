@@ -95,7 +95,7 @@ TEAMS = {
     "turret": Team(sticks="field", stops=("feeder",), pressed={"aim": 0.0}, says=("TalonFX 39 + 40", "CANrange 42")),
 }
 IN_REAL_TIME = ("generated", "sparks")
-IN_SIMULATED_TIME = ("generated",)  # own loops: test_own_loops; own physics: test_shapes
+IN_SIMULATED_TIME = ("generated",)  # own loops: test_attach; own physics: test_shapes
 DESCRIBED = ("timed", "paths", "turret")
 SCORED = ("turret",)
 
