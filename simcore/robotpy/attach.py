@@ -360,6 +360,8 @@ def _leaving(folder: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
+        sys.stderr = os.fdopen(os.dup(2), "w")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # threads of vendors' libraries go on to print there
         leave(error, program=_PROGRAM, folder=folder)
 
 

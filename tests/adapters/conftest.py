@@ -220,7 +220,7 @@ def project_of(tmp_path, distribution):
                 timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
                 check=False,
             )
-            return done.returncode, done.stdout + done.stderr
+            return done.returncode, done.stderr + done.stdout
 
         run.folder = folder
         return run

@@ -140,6 +140,7 @@ def test_a_team_s_own_physics_runs_next_to_it_with_pyfrc_s_controller(project_of
     """It is left alone where nobody asks for the field."""
     pytest.importorskip("pyfrc", reason="2027 has no physics controller")
     run = project_of(MAGIC)
+    (run.folder / "robot.py").write_text(LOGGED)
     (run.folder / "physics.py").write_text(PHYSICS)
     code, said = run(
         """
