@@ -175,7 +175,9 @@ def test_hangs(sim):
     sim.run(1.0)
 """
     )
-    assert code == 1 and "exited with exit code 1" in said and "Timeout" in said and "robotPeriodic" in said, said[-3000:]
+    assert code == 1 and "exited with exit code 1" in said and "Timeout" in said and "robotPeriodic" in said, said[
+        -3000:
+    ]
 
 
 def test_plain_pytest_says_which_command_runs_a_robot_test(project):

@@ -23,7 +23,6 @@ BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
     "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
-    "simcore/new_game/new_game_command.py",  # the year of a new game
     "simcore/sweep/one_run.py",  # measures what a run cost
     "simcore/sweep/api.py",  # stops after some time
     "simcore/sweep/sweep_command.py",  # says how much is left
@@ -52,7 +51,7 @@ ALLOWED = {
     "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
-    "new_game": BASE,
+    "new_game": CORE,  # asks which games are installed
     "show": CORE | {"players"},
     "photonvision": CORE,
     "devices": CORE | {"robot_file"},  # makers are loaded by name

@@ -168,6 +168,13 @@ def test_reefscape():
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
 
 
+def test_the_line_for_2027_is_the_one_that_is_tested():
+    """The packages of the page are those of the script that makes the environment."""
+    section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
+    script = (ROOT / "scripts/season_2027.sh").read_text(encoding="utf-8").partition("of_2027=(")[2].partition(")")[0]
+    assert set(re.findall(r'"([\w-]+>=[^"]+)"', section)) == set(re.findall(r'"([^"]+)"', script))
+
+
 def test_engines():
     """The table of the page, from the markers of the package's dependencies."""
     from packaging.markers import Marker
