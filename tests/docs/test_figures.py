@@ -91,10 +91,10 @@ def default(config: type, name: str) -> float:
 def test_robot_tests_and_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
-    from simcore.robotpy import auto_start, isolation
+    from simcore.robotpy import auto_start, pytest_plugin
     from simcore.robotpy.robot_test import RobotTest
 
-    says("docs/troubleshooting.md", f"With simcore's field it has {isolation.INIT_TIMEOUT:g} s")
+    says("docs/troubleshooting.md", f"With simcore's field it has {pytest_plugin.INIT_TIMEOUT:g} s")
     assert auto_start._WINDOW == 0.5
     near, turned = auto_start._SEEN
     says("docs/autos.md", "the first half second", f"within {near} m and {math.degrees(turned):g} degrees of the truth")
