@@ -103,7 +103,7 @@ class RunReport:
     digest: str
     """SHA-256 over the state trajectory."""
     outputs: Mapping[str, str] = field(default_factory=dict)
-    """Path of each file written, by kind: log, picture."""
+    """Path of each file written, by kind: log, page."""
 
     def to_json(self) -> str:
         """One JSON object on one line, in plain types.
@@ -272,7 +272,7 @@ def _width(console: Console) -> int:
 
 @dataclass(slots=True)
 class AutoRun:
-    """One played auto: the report, and the match at its end for pictures and questions. Close `match` after use."""
+    """One played auto: the report, and the match at its end for pages and questions. Close `match` after use."""
 
     report: RunReport
     match: Match

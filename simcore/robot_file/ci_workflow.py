@@ -40,7 +40,7 @@ jobs:
           cache-dependency-path: .github/workflows/{name}
       - run: python -m pip install {packages}
       - run: python -m pytest
-      - if: failure() # log, page and picture of each failed test
+      - if: failure() # log and page of each failed test
         uses: actions/upload-artifact@b7c566a772e6b6bfb58ed0dc250532a479d7789f # v6.0.0
         with:
           name: failed-robot-tests

@@ -27,7 +27,7 @@ __all__ = [
 
 RUN = "run of one seed"
 """Name of the property in which a run's report carries what `SeededRun` reads."""
-_WORST = 3  # runs of which log, page and picture are left
+_WORST = 3  # runs of which log and page are left
 _LISTED = 12  # seeds that a sentence lists
 
 

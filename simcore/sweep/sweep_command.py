@@ -23,7 +23,7 @@ from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
-from simcore.show.log_page import draw_log
+from simcore.show.log_page import write_log_page
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
 from simcore.sweep.factors import parse_factor
@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--repeat",
         type=_RUN,
         metavar="RUN",
-        help="play one run of --out again, with all that it says, and leave its log, page and picture there",
+        help="play one run of --out again, with all that it says, and leave its log and page there",
     )
 
 
@@ -264,7 +264,7 @@ def _repeat(options: argparse.Namespace) -> int:
             print(f"    {name:24} {value}")
     finally:  # of a run that fails, up to there
         with suppress(SimcoreError):
-            draw_log(log)
+            write_log_page(log)
             print(f"log        {log}")
     return 0
 

@@ -60,9 +60,7 @@ def told(request, tmp_path_factory) -> Told:
         print_report(report, console, **options)
 
     words = ["play", game.name, "--match", "--red", red, "--blue", blue, "--seconds", f"{SECONDS:g}", "--seed", "1"]
-    files = [
-        f"--{kind}={folder / name}" for kind, name in (("log", "a.wpilog"), ("picture", "a.svg"), ("page", "a.html"))
-    ]
+    files = [f"--{kind}={folder / name}" for kind, name in (("log", "a.wpilog"), ("page", "a.html"))]
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out):
         patch.setattr("simcore.show.play_command.print_report", keep)
         assert cli.main([*words, *files, "--verbose"]) == 0

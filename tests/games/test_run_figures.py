@@ -1,4 +1,4 @@
-"""What is told of a run is the same everywhere: console, JSON, page, picture, log, layout and a row of a sweep."""
+"""What is told of a run is the same everywhere: console, JSON, page, log, layout and a row of a sweep."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ from simcore.match.runner import play_auto, print_report
 from simcore.show.charts import charts_of
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
-from simcore.show.picture import draw_summary
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import scene_of
 from simcore.show.scope_layout import scope_layout
@@ -110,12 +109,6 @@ def of_page(path: Path) -> Figures:
     )
 
 
-def of_picture(path: Path) -> Figures:
-    """A vector picture: its key."""
-    text = path.read_text(encoding="utf-8")
-    return Figures(hits=number(r">hit \((\d+)\)", text), taken=number(r">taken in \((\d+)\)", text))
-
-
 def of_log(path: Path) -> Figures:
     log = read_log(path)
     last = log.snapshot_at(log.span[1])
@@ -151,9 +144,8 @@ def of_chart(recording: Recording, scene, lowest: float, *, within: float = 6e-4
 
 
 def files_of(recording: Recording, scene, folder: Path, log: Path) -> dict[str, Figures]:
-    """Figures of page, picture and log of a run, and of the page that is made of the log."""
+    """Figures of page and log of a run, and of the page that is made of the log."""
     write_page(folder / "a.html", recording, scene)
-    draw_summary(folder / "a.svg", recording, scene)
     again = recording_of(read_log(log))
     write_page(folder / "b.html", again, scene_of_log(again))
     shown = of_layout(log)
@@ -161,7 +153,6 @@ def files_of(recording: Recording, scene, folder: Path, log: Path) -> dict[str, 
     assert {"Sim/Debug/BatteryVoltageLowest", "Sim/Debug/Brownouts", "Sim/Score/Blue", "Sim/Score/Red"} <= shown
     return {
         "page": of_page(folder / "a.html"),
-        "picture": of_picture(folder / "a.svg"),
         "log": of_log(log),
         "page of the log": of_page(folder / "b.html"),
         "chart": of_chart(recording, scene, of_log_volts(log)),

@@ -16,8 +16,6 @@ from simcore.match.game import Game
 from simcore.match.runner import split_level
 from simcore.pieces.resting_places import RestingPlace
 from simcore.show.page import write_page
-from simcore.show.palette import COLORS
-from simcore.show.picture import draw_summary
 from simcore.show.place_board import PlaceBoard
 from simcore.show.scene import bare_scene
 from simcore.telemetry.recording import Recording
@@ -80,9 +78,6 @@ def test_page_and_picture_have_boards_and_a_run_without_places_has_none(scene, t
         "BlueTop": [(0.0, 0), (1.0, 1), (2.0, 0)], "BlueTray/0": [(0.0, 0), (2.0, 3)], "BlueTray": [(0.0, 0), (2.0, 3)],
         "Shelf/0": [(0.0, 2), (2.0, 1)], "Shelf": [(0.0, 2), (2.0, 1)],
     }  # fmt: skip
-    draw_summary(tmp_path / "run.svg", recorded(), scene)
-    drawn = (tmp_path / "run.svg").read_text(encoding="utf-8")
-    assert "Placed for blue" in drawn and f'fill="{COLORS["blue"][0]}" class="mark" visibility="hidden"' in drawn
     for levels, recording in ((scene.levels, Recording()), ((), recorded())):
         assert PlaceBoard(recording, replace(scene, levels=levels)).alliances == []
         assert PlaceBoard(recording, replace(scene, levels=levels)).field_counts(0.0, 400.0) == ""
