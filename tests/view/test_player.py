@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_up_run import SCENE, recorded
 from page_reader import PageReader
 
 from games.rebuilt import REBUILT
 from simcore.match.runner import play_auto
 from simcore.show.page import write_page
-from simcore.show.scene import scene_of
+from simcore.show.scene import LevelLook, scene_of
 from simcore.telemetry.recording import Recording
 
 READY = "window.simcore && simcore.run && simcore.run.groups.robots.n > 0"
@@ -144,3 +146,39 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
             " found.push([x, y, z, state])); return found; })()"
         )
         assert np.array(seen) == pytest.approx(reader.pieces(time), abs=2e-3)
+
+
+@pytest.mark.slow
+def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> None:
+    """Names are texts; a tag lies across its normal; a place is marked while a piece is in it; the key counts."""
+    levels = [
+        LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),
+        LevelLook(name="BlueTray", alliance="blue", label="Tray", places=("",), middle=(2.0, 1.5)),
+        LevelLook(name="Shelf", label="Shelf", places=("",), middle=(5.5, 1.5)),
+    ]
+    recording, counts = Recording(), {"BlueTop": (0, 1), "BlueTray": (3,), "Shelf": (1,)}
+    for tick, one in enumerate(recorded().snapshots()):
+        now = {f"Sim/Places/{name}": np.array(row) * (tick > 25) for name, row in counts.items()}
+        recording.write(replace(one, integer_arrays={**one.integer_arrays, **now}))
+    path = tmp_path / "places.html"
+    write_page(path, recording, replace(SCENE, levels=levels))
+    page = opened(browser, path)
+    texts = "(selector) => [...document.querySelectorAll(selector)].map((node) => node.textContent)"
+    read = lambda selector: page.evaluate(f"({texts})({selector!r})")  # noqa: E731
+    assert "box <1>" in read(".top title") and read(".top box") == []
+    assert ["hit (1)", "miss (1)"] == [words.strip() for words in read(".key span") if "(" in words]
+    assert read(".places figcaption") == ["Placed for blue", "Placed"]
+    page.evaluate("simcore.show(0.2); 1")
+    assert read(".cell.full") == [] and read(".counts [data-cell]") == ["Top0", "Tray0", "Shelf0"]
+    page.evaluate("simcore.show(0.9); 1")
+    assert read(".cell.full") == ["Top B", "Tray3", "Shelf1"] and read(".counts [data-cell]") == [
+        "Top1",
+        "Tray3",
+        "Shelf1",
+    ]
+    page.evaluate("document.querySelector('.key input').click()")
+    cells = page.evaluate(
+        "[...document.querySelectorAll('[data-layer=heat] g[visibility=visible] rect')].map((node) => node.textContent)"
+    )
+    assert sum(int(words.split()[0]) for words in cells) == len(recording.times), "a robot is once somewhere at a time"
+    assert complaints(page) == []

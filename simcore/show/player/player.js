@@ -4,6 +4,7 @@ import { make } from "./dom.js";
 import { Board, Charts, Places, drawEvents, drawTables } from "./panels.js";
 import { CAMERAS, Solid } from "./solid.js";
 import { Sounds } from "./sound.js";
+import { keyOf } from "./symbols.js";
 import { Top } from "./top.js";
 
 export const VIEWS = ["both", "top", "solid"];
@@ -31,7 +32,7 @@ export class Player {
     find("h1").textContent = meta.title;
     find(".notes").replaceChildren(...meta.notes.map((text) => make("p", { class: "note" }, text)));
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
-    find(".key").innerHTML = meta.key;  // drawn and escaped in Python
+    find(".key").replaceChildren(...keyOf(this.run));
     this.top = new Top(find(".top"), this.run);
     this.counts = new Places(find(".places"), this.run);
     this.board = new Board(find(".board"), this.run);
@@ -90,9 +91,7 @@ export class Player {
   }
 
   heat() {
-    const boxes = Object.entries(this.run.meta.heat).map(([name, cells]) => {
-      const layer = document.createElementNS("http://www.w3.org/2000/svg", "g");
-      layer.innerHTML = cells;
+    const boxes = Object.entries(this.top.heatMaps()).map(([name, layer]) => {
       layer.setAttribute("visibility", "hidden");
       this.top.layers.heat.append(layer);
       const box = make("input", { type: "checkbox", onchange: () => layer.setAttribute("visibility", box.checked ? "visible" : "hidden") });
