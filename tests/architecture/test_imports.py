@@ -49,7 +49,7 @@ ALLOWED = {
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
     "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
-    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
+    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; the page is a report
     "testing": CORE,
     "new_game": BASE,
     "upgrade_2027": BASE,

@@ -310,7 +310,9 @@ class Heat extends Drawing {
     for (const [x, y, content] of shown) this.text(x, y, content, "middle", { fill: "var(--ink)" });
     for (const mark of marks) {
       const x = this.x(mark.x), y = this.y(mark.y);
-      this.put("path", { d: `M${x - 6} ${y}h12M${x} ${y - 6}v12`, stroke: "var(--ink)", "stroke-width": 2 });
+      for (const [stroke, width] of [["var(--paper)", 5], ["var(--ink)", 2]]) {
+        this.put("path", { d: `M${x - 7} ${y}h14M${x} ${y - 7}v14`, stroke, "stroke-width": width });
+      }
       if (mark.label) this.text(x + 8, y - 6, mark.label, "start", { fill: "var(--ink)" });
     }
     const most = Math.max(2, Math.floor((box.right - box.left) / 56));

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
-import json
 import math
 import re
 
 import numpy as np
 import pytest
+from page_reader import report_blocks
 
 from simcore.errors import ConfigError
 from simcore.show.report import chart, field_map, headline, heat, paragraph, report_page, series, table
-
-
-def blocks_of(page: str) -> list[dict[str, object]]:
-    found = re.search(r'id="report">([^<]*)<', page)
-    assert found is not None
-    blocks: list[dict[str, object]] = json.loads(gzip.decompress(base64.b64decode(found[1])))
-    return blocks
 
 
 def test_a_page_holds_its_blocks_in_order_and_no_number_that_is_not_finite() -> None:
@@ -32,7 +23,7 @@ def test_a_page_holds_its_blocks_in_order_and_no_number_that_is_not_finite() -> 
         heat("h", [1.0, 2.0], ["low", "high"], [[1.0, math.nan], [0.0, 2.0]]),
         field_map("m", (16.0, 8.0), [("#123456", [(0, 0), (1, 0), (1, 1)])], [{"x": 1, "y": 2, "ink": "miss"}]),
     ]
-    kept = blocks_of(report_page("title", blocks))
+    kept = report_blocks(report_page("title", blocks))
     assert [block["kind"] for block in kept] == ["headline", "paragraph", "table", "chart", "heat", "field_map"]
     assert kept[2]["rows"] == [[1, None], ["x", None]]
     curve = {"name": "s", "kind": "line", "x": [1.0, 2.0, None], "y": [1, None, None], "color": "var(--hit)"}
@@ -46,7 +37,7 @@ def test_texts_cannot_break_the_page_and_nothing_is_loaded_from_anywhere() -> No
     evil = "</script><script>alert(1)</script>"
     page = report_page(evil, [headline(evil), table([evil], [[evil]])], subtitle=evil)
     assert "alert(1)</script>" not in re.sub(r'(<script type="text/plain" id="\w+">)[^<]*', r"\1", page)
-    assert blocks_of(page)[1]["rows"] == [[evil]] and "&lt;/script&gt;" in page
+    assert report_blocks(page)[1]["rows"] == [[evil]] and "&lt;/script&gt;" in page
     assert "default-src 'none'" in page and "connect-src 'none'" in page
 
 
