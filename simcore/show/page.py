@@ -25,7 +25,10 @@ from simcore.telemetry.sinks import write_text
 __all__ = ["packed", "page_frame", "page_html", "page_style", "write_page"]
 
 _PLAYER = Path(__file__).with_name("player")
-_MODULES = ("dom", "charts", "data", "symbols", "top", "solid", "panels", "sound", "player", "live", "report", "main")
+_MODULES = (
+    "dom", "charts", "data", "symbols", "top", "solid", "picture",
+    "panels", "sound", "player", "live", "report", "main",
+)  # fmt: skip
 """In the order in which each finds what it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)

@@ -182,3 +182,35 @@ def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> 
     )
     assert sum(int(words.split()[0]) for words in cells) == len(recording.times), "a robot is once somewhere at a time"
     assert complaints(page) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("view", ["solid", "top"])
+def test_save_picture_is_a_png_of_what_is_seen_under_the_board(browser, run, view) -> None:
+    page = opened(browser, run[0], size=(1200, 800), query="#t=6")
+    page.evaluate(f"simcore.setView('{view}'); 1")
+    page.evaluate(
+        """HTMLAnchorElement.prototype.click = function () { window.file = this.download; };
+        URL.createObjectURL = (blob) => {
+          createImageBitmap(blob).then((image) => {
+            const { width, height } = image, context = new OffscreenCanvas(width, height).getContext('2d');
+            context.drawImage(image, 0, 0);
+            const { data } = context.getImageData(0, 0, width, height), rows = { ink: [], fuel: [] };
+            for (let k = 0; k < data.length; k += 4) {
+              const y = Math.floor(k / 4 / width), [r, g, b] = data.subarray(k, k + 3);
+              if (Math.max(r, g, b) < 60) rows.ink.push(y);
+              if (r > 200 && g > 160 && b < 80) rows.fuel.push(y);
+            }
+            const title = rows.ink.filter((y) => y < 60).length;
+            window.saved = [blob.type, width, height, title, rows.fuel.length, Math.min(...rows.fuel)];
+          });
+          return '';
+        }; 1"""
+    )
+    page.click("Save picture")
+    page.wait_for("window.saved")
+    kind, width, height, title, fuel, first = page.evaluate("saved")
+    assert (page.evaluate("file"), kind, width) == ("run_6.00s.png", "image/png", 1600)
+    assert 500 < height < 1500 and title > 500, "the title in dark letters"
+    assert fuel > 4000 and first > 120, "504 balls of it, all below the board"
+    assert {url.partition(":")[0] for url in page.requests[1:]} <= {"data"} and complaints(page) == []

@@ -2,6 +2,7 @@
 import { Run, rowAt } from "./data.js";
 import { make } from "./dom.js";
 import { Board, Charts, Places, drawEvents, drawTables } from "./panels.js";
+import { download, pictureOf } from "./picture.js";
 import { CAMERAS, Solid } from "./solid.js";
 import { Sounds } from "./sound.js";
 import { keyOf } from "./symbols.js";
@@ -79,6 +80,7 @@ export class Player {
     const tools = [this.speed, ...this.solid ? [this.viewChoice, this.cameraChoice] : [], ...robots.length > 1 && this.solid ? [this.robotChoice] : [], this.trailChoice];
     if (meta.phases.length || this.isLive) tools.push(this.sounds.button);
     if (this.solid && window.MediaRecorder) tools.push(this.clipButton = make("button", { type: "button", onclick: () => this.clip() }, "clip"));
+    tools.push(make("button", { type: "button", onclick: () => this.savePicture() }, "Save picture"));
     find(".tools").replaceChildren(...tools);
     find(".bar").hidden = false;
     this.range();
@@ -217,9 +219,7 @@ export class Player {
     const recorder = new MediaRecorder(this.solid.canvas.captureStream(30), { mimeType: type }), parts = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
     recorder.onstop = () => {
-      const link = make("a", { href: URL.createObjectURL(new Blob(parts, { type })), download: `clip.${type.slice(6)}` });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+      download(new Blob(parts, { type }), `clip.${type.slice(6)}`);
       this.clipButton.textContent = "clip";
     };
     this.clipButton.textContent = "recording";
@@ -228,6 +228,12 @@ export class Player {
     recorder.start();
     this.play();
     this.until = end;
+  }
+
+  /** What is seen now as a PNG file. */
+  async savePicture() {
+    const canvas = await pictureOf(this);
+    canvas.toBlob((blob) => download(blob, `run_${this.now.toFixed(2)}s.png`), "image/png");
   }
 
   nextCamera() {
