@@ -264,7 +264,7 @@ class LiveView:
     def _act_on_field(self, match: Match, what: object, message: dict[str, Any]) -> bool:
         control, number = match.control, message.get("robot")
         robot = match.robots[number] if type(number) is int and 0 <= number < len(match.robots) else None
-        name, alliance = message.get("name"), message.get("alliance")
+        name, alliance = (value if isinstance(value := message.get(key), str) else "" for key in ("name", "alliance"))
         if what == "reset":
             control.reset_field()
         elif what == "start" and robot is not None:
@@ -277,7 +277,7 @@ class LiveView:
                 min(max(y + _AHEAD * math.sin(yaw), 0.0), width),
             )
             control.spawn(str(message.get("kind")), [place])
-        elif what == "human" and alliance in ALLIANCES and isinstance(name, str):
+        elif what == "human" and alliance in ALLIANCES:
             control.human_action(alliance, name)
         elif what == "leave" and alliance in ALLIANCES:
             control.take_over(alliance, by_person=False)
