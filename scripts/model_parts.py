@@ -19,7 +19,7 @@ import trimesh.visual
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.show.palette import linear_rgba, rgb
+from simcore.show.palette import rgb
 from simcore.show.solids import chassis_boxes
 from simcore.units import inches
 
@@ -39,6 +39,18 @@ _visual: Any = trimesh.visual
 
 Color = tuple[int, ...]
 Point = tuple[float, float, float]
+
+
+def linear_rgba(color: Color) -> list[float]:
+    """Return a color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
+
+    Source: IEC 61966-2-1 (sRGB).
+
+    >>> [round(c, 3) for c in linear_rgba((255, 128, 0))]
+    [1.0, 0.216, 0.0, 1.0]
+    """
+    red, green, blue, alpha = (*(c / 255.0 for c in color), 1.0)[:4]
+    return [*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)), alpha]
 
 
 def painted(mesh: Any, color: Color) -> Any:

@@ -13,7 +13,6 @@ __all__ = [
     "color",
     "css_variables",
     "flat",
-    "linear_rgba",
     "rgb",
     "screen_color",
     "shade",
@@ -106,22 +105,10 @@ def shade(hexadecimal: str, part: float) -> str:
     return "#" + "".join(f"{round(part * value):02x}" for value in rgb(hexadecimal))
 
 
-def linear_rgba(color: Sequence[int]) -> list[float]:
-    """A color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
-
-    Source: IEC 61966-2-1 (sRGB).
-
-    >>> [round(c, 3) for c in linear_rgba((255, 128, 0))]
-    [1.0, 0.216, 0.0, 1.0]
-    """
-    red, green, blue, alpha = (*(c / 255.0 for c in color), 1.0)[:4]
-    return [*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)), alpha]
-
-
 def screen_color(linear: Sequence[float]) -> str:
-    """The inverse of `linear_rgba`, without opacity.
+    """Return a color that is linear in light, 0 to 1, as on a screen. Source: IEC 61966-2-1 (sRGB).
 
-    >>> screen_color(linear_rgba((255, 128, 0)))
+    >>> screen_color((1.0, 0.21586, 0.0))
     '#ff8000'
     """
     screen = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1.0 / 2.4) - 0.055 for c in linear[:3])
