@@ -179,9 +179,9 @@ def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
     ):
         curves = []
         for some in moving if len(good) > 1 else ():
-            ends = {key: [row.shot[end] for row in some] for key, end in (("low", low), ("high", high)) if end}
-            x, label = [row.stand.distance for row in some], _motion(some[0]).removeprefix(", ")
-            curves.append(series(label, x, [row.shot[name] for row in some], **ends))
+            x, y = [row.stand.distance for row in some], [row.shot[name] for row in some]
+            least, most = ([row.shot[end] for row in some] if end else None for end in (low, high))
+            curves.append(series(_motion(some[0]).removeprefix(", "), x, y, low=least, high=most))
         if curves:
             yield chart(
                 f"{title}{' and what still goes in' if low else ''}", curves, x_label="distance [m]", y_label=unit

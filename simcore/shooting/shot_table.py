@@ -261,8 +261,8 @@ def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float
     slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
     flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
     return min(
-        min(-slowest, fastest) / (scatter.exit_speed or Scatter().exit_speed),
-        min(-flattest, steepest) / (scatter.elevation or Scatter().elevation),
+        float(min(-slowest, fastest)) / (scatter.exit_speed or Scatter().exit_speed),
+        float(min(-flattest, steepest)) / (scatter.elevation or Scatter().elevation),
     )
 
 

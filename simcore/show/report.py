@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from simcore.errors import ConfigError
 from simcore.show.page import page_frame
 from simcore.show.palette import COLORS, color
 
-__all__ = ["chart", "field_map", "headline", "heat", "paragraph", "report_page", "series", "table"]
+if TYPE_CHECKING:
+    from simcore.show.solids import Solid
+
+__all__ = ["chart", "field_map", "headline", "heat", "paragraph", "report_page", "robot_views", "series", "table"]
 
 _SHAPES = ("line", "dots", "bars", "steps")
 _Values = Sequence[float | None] | np.ndarray[Any, Any]
@@ -173,6 +176,18 @@ def field_map(
         "kind": "field_map", "title": title, "size": list(size), "unit": unit, "pointSize": point_size,
         "outlines": [[paint, [list(corner) for corner in corners]] for paint, corners in outlines], "points": dots,
     }  # fmt: skip
+
+
+def robot_views(title: str, solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
+    """Make a drawing of a robot from above and from its right side, to scale, of named solids in the robot frame."""
+    shapes = [
+        {
+            "name": name, "color": one.color, "opacity": one.opacity, "points": one.vertices.round(4).tolist(),
+            "faces": one.faces.tolist(),
+        }
+        for name, one in solids
+    ]  # fmt: skip
+    return {"kind": "robot", "title": title, "solids": shapes}
 
 
 def _axis(name: str, middles: Sequence[float | str]) -> dict[str, object]:

@@ -60,7 +60,7 @@ function extent(values) {
 const shaded = (share, ink = "var(--path)") => `color-mix(in srgb, ${ink} ${Math.round(8 + 92 * share)}%, ${GROUND})`;
 
 /** Frame of all drawings: title, legend, and an SVG that is drawn again when its place changes its width. */
-class Drawing {
+export class Drawing {
   constructor(home, spec) {
     this.spec = spec;
     this.legend = make("span", { class: "legend" });

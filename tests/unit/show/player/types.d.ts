@@ -66,6 +66,9 @@ interface FieldMapSpec extends DrawingSpec {
   size: [number, number]; outlines?: [color: string, corners: [number, number][]][]; unit?: string; range?: [number, number];
   points: { x: number; y: number; value?: number | null; label?: string; color?: string }[]; pointSize?: number | null;
 }
+interface RobotSpec extends DrawingSpec {
+  solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
+}
 type ReportBlock = { kind: string } & Record<string, any>;
 
 /** A robot or a part between two frames. */
