@@ -24,7 +24,6 @@ TOOLS = {
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
     "simcore/sweep/one_run.py",  # measures what a run cost
-    "simcore/sweep/api.py",  # stops after some time
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
 """Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
@@ -48,7 +47,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
-    "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
+    "sweep": CORE | {"players", "robot_file", "show"},  # pages of results are drawn as those of runs
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
     "new_game": BASE,

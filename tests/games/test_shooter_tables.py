@@ -131,7 +131,7 @@ def test_a_shot_of_the_table_goes_in_from_all_sides():
         (["shots", "rebuilt", "--target", "BlueHubb"], "Did you mean 'BlueHub'"),
         (["shots", "rebuilt", "--shooter", "3"], "shooters 0 to 0, got 3"),
         (["shots", "rebuilt", "--robot", "gone.toml"], "no file 'gone.toml'"),
-        (["shots", "rebuilt", "--set", "shooter.exit_eficiency=0.4"], "exit_efficiency"),
+        (["shots", "rebuilt", "--set", "robot.shooters.0.exit_eficiency=0.4"], "exit_efficiency"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(here, capsys, words, sentence):
