@@ -42,9 +42,6 @@ COMMANDS = {
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
     ),
-    "upgrade-2027": Command(
-        "simcore.upgrade_2027.upgrade_command", "copy last season's robot project, with this season's names"
-    ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""

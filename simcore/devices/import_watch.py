@@ -1,4 +1,4 @@
-"""Calls a function with a module once the program has loaded it, and never loads it itself."""
+"""Calls a function with a module once the program has loaded it, or refuses the import; never loads a module itself."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-__all__ = ["after_import"]
+from simcore.errors import VendorError
+
+__all__ = ["after_import", "refuse_import"]
 
 Hook = Callable[[Any], None]
 
@@ -30,12 +32,29 @@ def after_import(name: str, hook: Hook) -> None:
     if module is not None and getattr(getattr(module, "__spec__", None), "_initializing", False) is False:
         hook(module)
         return
-    if not any(isinstance(finder, _Watcher) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _Watcher())
+    _watch()
     _hooks.setdefault(name, []).append(hook)
 
 
+def refuse_import(name: str, sentence: str) -> None:
+    """Raise a `VendorError` with a sentence where the program imports a module, installed or not.
+
+    >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
+    >>> import flux_capacitor
+    Traceback (most recent call last):
+    simcore.errors.VendorError: it needs 1.21 GW
+    """
+    _watch()
+    _refused[name] = sentence
+
+
+def _watch() -> None:
+    if not any(isinstance(finder, _Watcher) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Watcher())
+
+
 _hooks: dict[str, list[Hook]] = {}
+_refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
@@ -44,6 +63,8 @@ class _Watcher(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if fullname in _refused:
+            return ModuleSpec(fullname, _Refusal(_refused[fullname]))
         if fullname not in _hooks:
             return None
         for finder in sys.meta_path:
@@ -55,6 +76,16 @@ class _Watcher(MetaPathFinder):
                     spec.loader = _HookedLoader(spec.loader, fullname)
                 return spec
         return None
+
+
+class _Refusal(Loader):
+    """Loads nothing and says why."""
+
+    def __init__(self, sentence: str) -> None:
+        self._sentence = sentence
+
+    def exec_module(self, module: ModuleType) -> None:
+        raise VendorError(self._sentence)
 
 
 class _HookedLoader(Loader):

@@ -1,7 +1,6 @@
-"""Motor controllers whose own 1 kHz loops simcore runs, on a wheel or an azimuth, and their makers.
+"""Motor controllers whose own 1 kHz loops simcore runs, on a wheel or an azimuth, and their makers: REV's.
 
-REV's, and those of CTRE's Phoenix 5. The loops run on the clock of the physics, the same in real time and in simulated
-time.
+The loops run on the clock of the physics, the same in real time and in simulated time.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from simcore.devices.found_drivetrain import FoundDrivetrain
-from simcore.devices.import_watch import after_import
+from simcore.devices.import_watch import after_import, refuse_import
 from simcore.devices.recorder import BuiltDevices, watch_program
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress, DeviceKey
@@ -31,6 +31,7 @@ from simcore.robot.mechanisms import GuessedMechanism, ShaftSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
 from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.typing import IntArray
 
@@ -54,7 +55,6 @@ __all__ = [
 MAKER_MODULES: list[tuple[str, str]] = [
     ("phoenix6", "simcore.phoenix6.ctre_maker"),
     ("rev", "simcore.revlib.rev_maker"),
-    ("phoenix5", "simcore.phoenix5.ctre5_maker"),
     ("navx", "simcore.navx.navx_maker"),
     ("wpilib", "simcore.robotpy.wpilib_maker"),
 ]
@@ -301,6 +301,7 @@ def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
         may_write: See `Maker.watch_simulations`; None: nobody asks.
     """
     watch_program()
+    refuse_import("phoenix5", NO_PHOENIX_5)
     for package, module in MAKER_MODULES:
         after_import(package, partial(_watch, module, may_write))
 

@@ -104,7 +104,7 @@ class MotorSim:
 
 
 class LoopPort(Protocol):
-    """The simulated side of one controller: `SparkPort`, `TalonSRXPort`. Positive is as for what it turns."""
+    """The simulated side of one controller: `SparkPort`. Positive is as for what it turns."""
 
     @property
     def brakes(self) -> bool:
@@ -152,7 +152,7 @@ class LoopPace:
 
 
 class LoopMotorSim(MotorSim):
-    """Connects a controller, and those that follow it, with any mechanism: `SparkMotorSim`, `TalonSRXMotorSim`.
+    """Connects a controller, and those that follow it, with any mechanism: `SparkMotorSim`.
 
     Positive is the same thing on both sides, as with `TalonFXMotorSim`: an output that robot code calls positive, after
     whatever inversion it has configured, pushes the mechanism in its positive direction, and encoders count up.

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from simcore.loop.battery import bus_voltage, draw
 from simcore.loop.bumpers import place_parts, touch_outlines, touch_robots
-from simcore.loop.compiled import announce, compiled
+from simcore.loop.compiled import compiled, preparing
 from simcore.loop.motor import within
 from simcore.loop.robot_state import (
     AZIMUTH,
@@ -576,12 +576,12 @@ def _move(robots, r, shafts, wheels, batteries, h, part):
 @cache
 def prepare() -> None:
     """Compile the loop of robots for this computer, or load what was compiled before, so that no tick waits for it."""
-    announce("robots.move_robots")
-    robots, parts = records(ROBOT, 0), records(PART, 0)
-    begin_robots(robots, parts, 9.8)
-    move_robots(
-        robots, records(SHAFT, 0), records(WHEEL, 0), records(BATTERY, 0), parts, records(OUTLINE, 0),
-        np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.uint8), records(SPRING, 0).reshape(0, 1),
-        np.zeros(1, np.int64), STEP,
-    )  # fmt: skip
-    end_robots(robots, STEP, 9.8)
+    with preparing("robots.move_robots"):
+        robots, parts = records(ROBOT, 0), records(PART, 0)
+        begin_robots(robots, parts, 9.8)
+        move_robots(
+            robots, records(SHAFT, 0), records(WHEEL, 0), records(BATTERY, 0), parts, records(OUTLINE, 0),
+            np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.uint8), records(SPRING, 0).reshape(0, 1),
+            np.zeros(1, np.int64), STEP,
+        )  # fmt: skip
+        end_robots(robots, STEP, 9.8)

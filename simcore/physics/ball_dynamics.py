@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.loop.balls import advance, any_moves, depth_at
-from simcore.loop.compiled import announce
+from simcore.loop.compiled import preparing
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import FIELD, Solids
 from simcore.loop.state import REMEMBERED, Balls, Bodies, Floor, Memory
@@ -58,12 +58,12 @@ def prepare() -> None:
 
     Wherever balls are made that will move, so that no tick waits for it.
     """
-    announce("balls.advance")
-    still = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3)))
-    floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
-    any_moves(still.is_ball, still.status, _NO_BODIES.is_active, _NO_BODIES.twist)
-    advance(still, make_memory(1), SolidsBuilder().build(), _NO_BODIES, floor, DAMPING_RATIOS, 1e-3)
-    depth_at(SolidsBuilder().build(), 0.0, 0.0, 0.0, 0.1)
+    with preparing("balls.advance"):
+        still = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3)))
+        floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
+        any_moves(still.is_ball, still.status, _NO_BODIES.is_active, _NO_BODIES.twist)
+        advance(still, make_memory(1), SolidsBuilder().build(), _NO_BODIES, floor, DAMPING_RATIOS, 1e-3)
+        depth_at(SolidsBuilder().build(), 0.0, 0.0, 0.0, 0.1)
 
 
 def factors(surface: TerrainSurface) -> Vector:

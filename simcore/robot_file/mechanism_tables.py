@@ -41,6 +41,7 @@ from simcore.robot.mechanisms import (
     guessed_inertia,
 )
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.drivetrain_table import OLD_CONTROLLERS
 from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
 from simcore.units import GRAVITY, plain_sum
@@ -55,9 +56,9 @@ _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
 """WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
-_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex", "Talon SRX": "CIM", "Victor SPX": "CIM"}
+_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 _GEARING = 1.0  # a guess, where the program has set none either
-_WITH_ENCODER = ("SPARK MAX", "SPARK Flex", "Talon SRX")
+_WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
     Key("min_deg", DEGREES, -180.0, "lower stop: 0 is level, 90 upright", 0.0, "min_angle", is_guess=True),
@@ -73,7 +74,8 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     Key("leader", DeviceAddress, about="CAN id", example=20),
     Key("followers", _DEVICES, (), "on the same bus", [21, 22]),
     Key("opposed", _DEVICES, (), "followers that are mounted face to face with the leader", [22]),
-    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels"),
+    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels",
+        refused=OLD_CONTROLLERS),
     Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
     Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess, as your program has set "
         "it, else 1", 0.75, is_guess=True),
@@ -84,7 +86,7 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
     Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
     Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism"),
-    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK or Talon SRX"),
+    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK"),
 ))  # fmt: skip
 PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries something, and what mass it moves", (
     Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of what carries it"),

@@ -46,7 +46,7 @@ PORTS = {5810: "NetworkTables 4", 1735: "NetworkTables 3", 1250: "Phoenix Tuner 
 """Of a robot program, and who does not find it when another program has them."""
 _LIBRARIES = {
     **{"wpilib": "wpilib", "pyntcore": "ntcore", "phoenix6": "phoenix6", "robotpy-rev": "rev", "robotpy-navx": "navx"},
-    **{"robotpy-ctre": "phoenix5", "photonlibpy": "photonlibpy", "robotpy-commands-v2": "commands2"},
+    **{"photonlibpy": "photonlibpy", "robotpy-commands-v2": "commands2"},
 }
 """Distributions that robot code imports, and their modules."""
 _WPILIB = re.compile(r"wpilib|pyntcore|robotpy-(hal|wpi\w+|apriltag|cscore|fields|commands-v2|native-.*)")
@@ -221,16 +221,16 @@ def check_imports(modules: Sequence[str]) -> Finding:
 def check_loop() -> Finding:
     """Whether the physics' loop is compiled, and where that is kept."""
     try:
-        from simcore.loop.compiled import cache_folder
+        from simcore.loop import compiled
         from simcore.physics.world import prepare_loop
 
         prepare_loop()
     except Exception as error:  # Numba's own errors are many
         return _fail("loop", f"the physics cannot be compiled: {error}", "python -m pip install --upgrade numba")
-    if cache_folder is None:
-        said = "the physics is compiled anew in every run, for half a minute: no folder to keep it in can be written"
+    if compiled.not_kept:
+        said = f"the physics is compiled again in every run: {compiled.not_kept}"
         return _warn("loop", said, "let your user write ~/.cache, or set XDG_CACHE_HOME to a folder that it can")
-    return Finding("loop", f"the physics is compiled, and kept in {cache_folder}")
+    return Finding("loop", f"the physics is compiled, and kept in {compiled.cache_folder}")
 
 
 def check_ports() -> Finding:

@@ -40,7 +40,6 @@ def watch_program(*, simulated: bool = False) -> Ownership:
             from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
             install_simulated_phoenix()
-            after_import("phoenix5._init_phoenix6", _load_phoenix_beside)
         import simcore.devices.program_odometry
         import simcore.robotpy.built_ports  # noqa: F401
         from simcore.devices.makers import watch_makers
@@ -55,13 +54,6 @@ def watch_program(*, simulated: bool = False) -> Ownership:
         for name, hook in HOOKS.items():
             after_import(name, hook)
     return _ownership
-
-
-def _load_phoenix_beside(_: Any) -> None:
-    """Phoenix 5 finds its device libraries in those of Phoenix 6, which simulated time does without."""
-    from simcore.phoenix6_emulator.installation import load_beside
-
-    load_beside()
 
 
 def begin_robot() -> None:

@@ -31,12 +31,9 @@ FOUND = {
     "tank_sparks": ("tank", "SPARK MAX", None),
     "tank_pwm": ("tank", "PWM", None),
     "tank_groups": ("tank", "PWM", None),
-    "tank_phoenix5": ("tank", "Talon SRX", None),
     "mecanum": ("mecanum", "TalonFX", None),
 }
 """Kind, controller of the drive motors and encoder of the azimuths, as simcore finds them."""
-MORE_NEEDS = {"tank_phoenix5": ("phoenix5", "navx")}
-"""By robot: packages beside those that all of them need."""
 SAMPLE = ("maxswerve", "tank_groups", "mecanum")
 """Those that are run without --whole."""
 
@@ -44,7 +41,7 @@ SAMPLE = ("maxswerve", "tank_groups", "mecanum")
 @pytest.fixture(scope="module")
 def project(tmp_path_factory, distribution) -> Callable[[str], Path]:
     def copy(name: str) -> Path:
-        for module in (*NEEDS, *MORE_NEEDS.get(name, ())):
+        for module in NEEDS:
             if find_spec(module) is None:
                 pytest.skip(f"needs {module}, which is not installed")
         folder = tmp_path_factory.mktemp(name) / name
@@ -270,7 +267,7 @@ def test_modules_of_an_installed_library_are_found(project, python):
 
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
     """`scripts/write_which_robots.py` brings it up to date."""
-    for module in (*NEEDS, "phoenix5", "navx"):
+    for module in (*NEEDS, "navx"):
         if find_spec(module) is None:
             pytest.skip(f"needs {module}, which is not installed")
     made = tmp_path / "page.md"

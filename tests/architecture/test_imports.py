@@ -15,18 +15,19 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
 ADAPTERS = {
-    *("devices", "navx", "phoenix5", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
+    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
+    "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
     "simcore/sweep/one_run.py",  # measures what a run cost
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
-"""Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
+"""No part of a simulation: may read a clock to say how long they took."""
 INNER = BASE | {"geometry", "loop", "physics"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
@@ -51,20 +52,19 @@ ALLOWED = {
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
     "new_game": BASE,
-    "upgrade_2027": BASE,
     "show": CORE | {"players"},
     "photonvision": CORE,
     "devices": CORE | {"robot_file"},  # makers are loaded by name
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},
     "revlib": CORE | {"robot_file", "devices"},
-    **dict.fromkeys(("navx", "phoenix5"), CORE | {"robot_file", "devices"}),
+    "navx": CORE | {"robot_file", "devices"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
     "robotpy": CORE
-    | {"devices", "robot_file", "phoenix5", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
+    | {"devices", "robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }
 
 WPILIB = ("wpilib", "hal", "wpimath", "ntcore", "wpiutil", "robotpy_apriltag")
-VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix5", "phoenix6", "rev", "navx")
+VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev", "navx")
 
 
 def module_name(path: Path) -> str:

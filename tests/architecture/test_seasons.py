@@ -27,7 +27,7 @@ def test_no_other_module_asks_for_the_season(package):
     found = []
     for path in sorted((ROOT / package).rglob("*.py")):
         name = str(path.relative_to(ROOT))
-        if name in WHO_MAY or name.startswith("simcore/upgrade_2027/"):
+        if name in WHO_MAY:
             continue
         for node in _code(path):
             if isinstance(node, ast.Compare):
@@ -69,8 +69,8 @@ def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, senten
     assert sentence in said and bool(said) == bool(sentence) and said.count("\n") == 0
 
 
-BEFORE_2027 = {"navx", "phoenix5", "photonvision", "upgrade_2027"}
-"""Packages of makers whose libraries keep their names or have no release of 2027, and the tool that knows both."""
+BEFORE_2027 = {"navx", "photonvision"}
+"""Packages of makers whose libraries keep their names or have no release of 2027."""
 GONE_IN_2027 = {
     "simcore/robotpy/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
     "simcore/robotpy/wpilib_ports.py": {

@@ -40,10 +40,6 @@ def built(name: str) -> Any:
                 super().__init__(kind)
 
         return Heading()
-    if name == "PigeonIMU":
-        import phoenix5.sensors
-
-        return phoenix5.sensors.WPI_PigeonIMU(5)
     return getattr(wpilib, name)(0) if name == "AnalogGyro" else getattr(wpilib, name)()
 
 

@@ -474,8 +474,12 @@ def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
     assert (roller.controller, roller.motor, roller.encoder_gearing) == ("SPARK Flex", "NEO Vortex", 2.5)
     for keys, problem in (
         ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is of a TalonFX; a SPARK MAX has encoder_gearing"),
-        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex, Talon SRX; the controller is a Tal"),
+        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex; the controller is a TalonFX"),
         ('controller = "SPARK"', "Did you mean 'SPARK MAX'"),
+        (
+            'controller = "Talon SRX"',
+            r"controller cannot be 'Talon SRX': Phoenix 5 .* is not simulated: .* TalonFX, SPARK",
+        ),
     ):
         path.write_text(ROLLER + keys)
         with pytest.raises(ConfigError, match=problem):
