@@ -334,12 +334,12 @@ def test_the_page_of_a_failed_test_says_what_the_test_saw_and_networktables_said
 @pytest.mark.slow
 def test_a_row_of_a_project_says_what_its_match_saw():
     needs_robot_packages()
+    from simcore.sweep.api import sweep
     from simcore.sweep.experiment import Experiment
-    from simcore.sweep.one_run import play_run
 
     names = ("shots", "hits", "taken_in", "distance_m", "min_battery_v", "brownouts", "path")
     experiment = Experiment(project=str(EXAMPLE), auto="depot", seconds=7.0, metrics=names)
-    row = play_run(experiment, experiment.runs()[0])
+    (row,) = sweep(experiment).rows
     assert row["error"] == ""
     path = json.loads(row["path"])  # ten a second
     way = sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path))

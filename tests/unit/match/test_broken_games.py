@@ -9,7 +9,7 @@ import pytest
 from simcore.cli import main
 from simcore.errors import ConfigError
 from simcore.match.registry import find_game, installed_games
-from simcore.sweep.results_page import _title
+from simcore.sweep.sweep_page import _title
 
 NAN = """from dataclasses import replace
 from games.rebuilt import REBUILT
