@@ -1,8 +1,7 @@
-"""Colors of all drawings by name, for light and dark; a drawing writes them as CSS variables."""
+"""Colors of all pages by name, for light and dark; data names them as CSS variables."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from simcore.typing import alliance_in
@@ -12,7 +11,6 @@ __all__ = [
     "LINE_STYLES",
     "color",
     "css_variables",
-    "flat",
     "rgb",
     "screen_color",
     "shade",
@@ -45,8 +43,6 @@ graphics 3 : 1) and how far hits and misses, blue and red are apart for readers 
 LINE_STYLES = ("", "6 3", "2 2.5", "8 3 2 3")
 """Dashes that tell curves of one chart apart without their colors."""
 
-_VARIABLE = re.compile(r"var\(--([a-z-]+)\)")
-
 
 def color(name: str) -> str:
     """As a drawing writes it.
@@ -66,15 +62,6 @@ def css_variables() -> str:
         f"@media (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
         f"@media print{{:root{{color-scheme:light;{light}}}}}\n"
     )
-
-
-def flat(drawing: str) -> str:
-    """The drawing with the colors of light paper in place of variables, for programs that know no CSS.
-
-    >>> flat('fill="var(--paper)"')
-    'fill="#ffffff"'
-    """
-    return _VARIABLE.sub(lambda found: COLORS[found[1]][0], drawing)
 
 
 def tint(name: str) -> tuple[str, str]:

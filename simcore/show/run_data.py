@@ -17,7 +17,7 @@ from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
 from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
-from simcore.show.palette import COLORS, color
+from simcore.show.palette import COLORS, color, tint
 from simcore.show.run_events import (
     ChangeRecord,
     board_now,
@@ -254,7 +254,7 @@ def _path_ink(scene: Scene, robot: RobotLook) -> str:
     """Return the color of a robot's path: its own, that of all paths if it is alone, else that of its alliance."""
     if robot.ink:
         return color(robot.ink)
-    return color("path") if len(scene.robots) == 1 else color(alliance_in(robot.alliance) or "neutral")
+    return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
 
 
 def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, str, list[list[float]]]:
