@@ -173,7 +173,7 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
     """Word for word, but for how long computing took."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
-    for part in ("verdict", "tables", "phases", "key", "board"):
+    for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):
         assert one[part] == two[part], part
     for part in ("shots", "taken", "events"):
         assert len(one[part]) == len(two[part]), part
