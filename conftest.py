@@ -54,7 +54,7 @@ def pytest_addoption(parser):
 
 EXTRAS = {
     **{name: name for name in ("navx", "phoenix6", "rev")},
-    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "viser": "view", "mkdocs": "docs"},
+    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "websockets": "view", "mkdocs": "docs"},
 }
 """Extras with tests of their own, which `[test]` does not bring, by a module of each."""
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}

@@ -12,7 +12,9 @@ cd "$(dirname "$0")/.."
 source_folder="$PWD"
 needed="2.41"
 mirror="http://deb.debian.org/debian"
-phoenix6="phoenix6>=26.70.0a2,<27"
+of_2027=("wpilib>=2027.0.0a7,<2028" "pyntcore>=2027.0.0a7,<2028" "robotpy-hal>=2027.0.0a7,<2028"
+  "robotpy-commands-v2>=2027.0.0a7,<2028" "robotpy-cli>=2027.0.1b2,<2028" "phoenix6>=26.70.0a2,<27"
+  "robotpy-rev>=2027.0.0a7.post1,<2028")  # as docs/install.md has them
 
 skip() { echo "season 2027: not run, $*"; exit 0; }
 [ "$(uname -sm)" = "Linux x86_64" ] || skip "this is not Linux x86_64"
@@ -62,9 +64,9 @@ fi
 
 run "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 14))' || skip "$(run "$python" --version) is not 3.14"
 run "$python" -m venv "$venv"
-run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco,cluster]" "$phoenix6" \
+run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[cluster]" "${of_2027[@]}" "mujoco-core>=4.0.1,<5" \
   "pandas>=2.2,<4" "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" \
-  "robotpy-wpilib-utilities>=2027.0.0a7,<2028" "robotpy-rev>=2027.0.0a7.post1,<2028"
+  "robotpy-wpilib-utilities>=2027.0.0a7,<2028"
 run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"
 
 failed=0

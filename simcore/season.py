@@ -558,10 +558,7 @@ def mixed_seasons(seasons: dict[int, list[str]]) -> str:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
     odd = ", ".join(text for year in others for text in seasons[year])
-    return (
-        f"two seasons are mixed, {odd} beside WPILib of {main}: "
-        f"make a new environment with one of them, as the extra robotpy{main} does"
-    )
+    return f"two seasons are mixed, {odd} beside WPILib of {main}: make a new environment with one of them"
 
 
 def is_installed(name: str) -> bool:

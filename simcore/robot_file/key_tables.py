@@ -211,6 +211,8 @@ that is -0.61 m
     has `_deg` at its end, too."""
     is_guess: bool = False
     """Whether its default is a guess, which runs list as long as the file does not say it."""
+    needs: tuple[str, str] | None = None
+    """Key that must be in the table, too, and how its value is written in the message."""
     refused: Mapping[str, str] | None = None
     """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
@@ -228,6 +230,8 @@ that is -0.61 m
                 raise t.error(self.name, f"must name {article}, but there is no {form.table} in the file")
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _wanted(form))
+        if self.needs and self.name in t and self.needs[0] not in t:
+            raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:
@@ -316,7 +320,7 @@ def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
     left = [1, 2]                   # found
     """
     return f"{head}\n" + "".join(
-        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", ())
+        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", (), [])
     )
 
 

@@ -85,7 +85,7 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     _REVERSED,
     Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
     Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
-    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism"),
+    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism", needs=("cancoder", "<CAN id>")),
     Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK"),
 ))  # fmt: skip
 PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries something, and what mass it moves", (
@@ -232,8 +232,6 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
         raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
     if "encoder_gearing" in t and not has_encoder:
         raise t.error("encoder_gearing", f"is of a {', '.join(_WITH_ENCODER)}; the controller is a {controller}")
-    if "cancoder_gearing" in t and v["cancoder"] is None:
-        raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
     if "coasts" in t and controller not in ("PWM", "Relay"):
         raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
 

@@ -31,7 +31,6 @@ from simcore.robot_file.robot_findings import (
     run_findings,
     run_mechanism,
     shot_reach,
-    sign_findings,
     speed_text,
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
@@ -108,8 +107,7 @@ def run(args: argparse.Namespace) -> int:
     found = [
         *subject.problems,
         *findings(subject.config, game=subject.game, codes=subject.codes),
-        *run_findings([run for run, _ in runs]),
-        *sign_findings(runs, subject.config.intakes),
+        *run_findings(runs),
     ]
     print(f"{subject.name}: {_figures(subject)}")
     print(subject.about)

@@ -156,32 +156,19 @@ def check_requirements(installed: Mapping[str, str], requires: Sequence[str] | N
         return
     yield Finding("simcore", installed.get("simcore", ""))
     around = {key: str(value) for key, value in default_environment().items()}
-    seasons = installed_seasons((name, installed[name]) for name in ("wpilib", "pyntcore") if name in installed)
-    for extra in ("", *(f"robotpy{year}" for year in list(seasons)[-1:])):
-        wanted = [r for r in map(Requirement, requires) if r.name not in ENGINES and _is_of(r, extra, around)]
-        there = {r.name: installed[r.name] for r in wanted if r.name in installed}
-        wrong = [f"{r.name} is missing" for r in wanted if r.name not in there]
-        wrong += [
-            f"{r.name} {there[r.name]} is not {r.specifier}"
-            for r in wanted
-            if r.name in there and not r.specifier.contains(there[r.name], prereleases=True)
-        ]
-        check, names = (f"extra [{extra}]", [extra]) if extra else ("packages", [])
-        if extra and not there:
-            yield _warn(check, "not installed", f"{install_command(*names)}, if you want it")
-        elif wrong:
-            yield _fail(check, "; ".join(wrong), install_command(*names, upgrade=True))
-        else:
-            yield Finding(check, ", ".join(map(" ".join, there.items())))
-
-
-def _is_of(requirement: Requirement, extra: str, environment: Mapping[str, str]) -> bool:
-    """Whether a requirement belongs to an extra (empty: to simcore itself) on this computer."""
-    marker = requirement.marker
-    is_base = marker is None or marker.evaluate({**environment, "extra": ""})
-    if marker is None or not extra:
-        return is_base and not extra
-    return not is_base and marker.evaluate({**environment, "extra": extra})
+    wanted = [r for r in map(Requirement, requires) if r.name not in ENGINES]
+    wanted = [r for r in wanted if r.marker is None or r.marker.evaluate({**around, "extra": ""})]
+    there = {r.name: installed[r.name] for r in wanted if r.name in installed}
+    wrong = [f"{r.name} is missing" for r in wanted if r.name not in there]
+    wrong += [
+        f"{r.name} {there[r.name]} is not {r.specifier}"
+        for r in wanted
+        if r.name in there and not r.specifier.contains(there[r.name], prereleases=True)
+    ]
+    if wrong:
+        yield _fail("packages", "; ".join(wrong), install_command(upgrade=True))
+    else:
+        yield Finding("packages", ", ".join(map(" ".join, there.items())))
 
 
 def check_season(installed: Mapping[str, str]) -> Finding:
@@ -195,7 +182,9 @@ def check_season(installed: Mapping[str, str]) -> Finding:
     ((year, found),) = seasons.items()
     ours = {name: Version(version) for name, version in installed.items() if _WPILIB.fullmatch(name)}
     if not ours:
-        return _fail("WPILib", f"{', '.join(found)} without WPILib of {year}", install_command(f"robotpy{year}"))
+        return _fail(
+            "WPILib", f"{', '.join(found)} without WPILib of {year}", "install WPILib of the same year: docs/install.md"
+        )
     newest = max(version.release[:2] for version in ours.values())
     behind = [name for name, version in ours.items() if version.release[:2] != newest]
     if behind:

@@ -238,7 +238,7 @@ class RobotCameras:
 
 
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
-    """Fields of a `FoundCamera` of each; `watch_program` must have been called before the program was loaded.
+    """Maker, name, place and source of each; `watch_program` must have been called before the program was loaded.
 
     A Limelight is known by the name of its table. What a program asks for in its loops only is not seen.
 

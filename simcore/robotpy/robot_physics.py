@@ -20,7 +20,6 @@ from simcore import season
 from simcore.devices import program_odometry
 from simcore.devices.makers import require_distinct_devices
 from simcore.errors import ConfigError
-from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
 from simcore.robot.motor_controllers import MotorDevices
@@ -32,6 +31,7 @@ from simcore.robotpy.loop_waits import LoopWaits
 from simcore.robotpy.own_loops import attach_to_loop
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
+from simcore.telemetry.control_topics import ControlTopics
 from simcore.units import TICK
 
 if TYPE_CHECKING:

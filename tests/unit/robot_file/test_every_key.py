@@ -151,7 +151,8 @@ def _objection(read, whole, place, key: Key) -> str:
     said = "not tried"
     for value in values(key.form, here.get(key.name)):
         if isinstance(key.form, Quantity):
-            assert key.read(Table({key.name: value}, ""), {}) is not None
+            beside = {key.needs[0]: ""} if key.needs else {}
+            assert key.read(Table({key.name: value, **beside}, ""), {}) is not None
         try:
             settings = read(text(changed(FILE, place, key.name, value)))
         except ConfigError as error:

@@ -115,6 +115,6 @@ def test_an_arm_in_radians_is_noted(tmp_path, capsys):
     assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.png")]) == 0
     said = capsys.readouterr().out
     assert (
-        "note: pivot has only 3.1 deg of way; stops are in degrees: if they were meant in radians, min_deg = -90"
+        "note: pivot moves only 3.1 deg: min_deg and max_deg are degrees; from radians they would be min_deg = -90"
         in said
     )

@@ -67,10 +67,7 @@ REQUIRES = [
     "numpy>=1.26",
     "tomli>=2; python_version < '3.4'",
     "pybullet-arm64>=3.2.8",
-    "mujoco-core>=4.0.1; extra == 'mujoco'",
-    "pyfrc<2027,>=2026.0; extra == 'robotpy2026'",
-    "wpilib<2027,>=2026.2; extra == 'robotpy2026'",
-    "wpilib<2028,>=2027.0.0a7; extra == 'robotpy2027'",
+    "wpilib<2027,>=2026.2; extra == 'robotpy'",
     "pytest>=8; extra == 'test'",
 ]
 WHOLE = {"numpy": "2.4.6", "wpilib": "2026.2.2", "pyfrc": "2026.0.3", "simcore": "0.1.0"}
@@ -83,18 +80,10 @@ def of_requirements(**installed):
 
 def test_requirements():
     found = of_requirements()
-    assert [*found] == ["simcore", "packages", "extra [robotpy2026]"] and not any(f.advice for f in found.values())
+    assert [*found] == ["simcore", "packages"] and not any(f.advice for f in found.values())
     assert found["packages"].text == "numpy 2.4.6", "markers of other Pythons, the engine and tests do not count"
-    assert found["extra [robotpy2026]"].text == "pyfrc 2026.0.3, wpilib 2026.2.2"
     assert of_requirements(numpy="1.24.0")["packages"].text == "numpy 1.24.0 is not >=1.26"
     assert of_requirements(numpy="")["packages"].text == "numpy is missing"
-    half = of_requirements(pyfrc="")["extra [robotpy2026]"]
-    assert (half.level, half.text) == ("fail", "pyfrc is missing")
-    assert half.advice == install_command("robotpy2026", upgrade=True)
-    assert [*of_requirements(wpilib="", pyfrc="")] == ["simcore", "packages"]
-    assert [*of_requirements(wpilib="", pyfrc="", pyntcore="2026.2")] == [*found]
-    next_year = of_requirements(wpilib="2027.0.0a7", pyfrc="")
-    assert next_year["extra [robotpy2027]"].text == "wpilib 2027.0.0a7"
     (from_a_folder,) = doctor.check_requirements(WHOLE, None)
     assert from_a_folder.level == "warn" and from_a_folder.advice == install_command()
 
