@@ -23,7 +23,7 @@ import pytest
 if TYPE_CHECKING:
     from simcore.robotpy.robot_test import RobotTest
 
-__all__ = ["INIT_TIMEOUT", "end_process", "sim"]
+__all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 30.0
 """In which a robot program must come through robotInit [s]."""
@@ -155,10 +155,10 @@ _status = 0
 def _end_at_once() -> None:
     """End a process in which robots were: Python would wait for their threads, or hang as it takes devices apart."""
     atexit._run_exitfuncs()
-    end_process(_status)
+    _end_process(_status)
 
 
-def end_process(code: int) -> NoReturn:
+def _end_process(code: int) -> NoReturn:
     """End a process in which a robot has run, at once: the interpreter's own end can hang on HAL threads."""
     sys.stdout.flush()
     sys.stderr.flush()
