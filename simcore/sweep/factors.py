@@ -2,7 +2,7 @@
 
 Values are written out or drawn from a distribution. A name is a dotted path into one of three configs, in the words of
 their fields, tables by name and rows by number (`*`: all): `robot.battery.initial_charge`,
-`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.Fuel.mass`; or one of `PLAYED`, which say how a run is
+`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.*.mass`; or one of `PLAYED`, which say how a run is
 played. `robot.mass` alone is no field: it is that of the whole robot.
 """
 
