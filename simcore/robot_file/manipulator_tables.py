@@ -131,7 +131,6 @@ CLAW = KeyTable("[[claw]]", "holds one piece at the end of what carries it", (
     *_PLACES,
     Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "of the box around it in which pieces are taken"),
     Key("roller", _ONE, about="a mechanism: forward takes, backward lets go", example="claw"),
-    Key("give", ROBOT_LENGTH, 0.01, "how deep the field can be in the held piece before it is knocked out"),
     Key("passes_through", bool, False, "whether forward lets go, too, once the roller has stopped in between"),
     *(Key(f"{axis}_deg", DEGREES, 0.0, "of the held piece", field=axis) for axis in ("roll", "pitch", "yaw")),
     Key("from_storage", bool, False, "whether the storage hands pieces on to it", True),

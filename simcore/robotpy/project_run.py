@@ -5,24 +5,25 @@ The robot is built, put on its field and driven as in a robot test (`pytest_plug
 
 from __future__ import annotations
 
-import json
 import os
+import sys
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
 import pytest
 
-from simcore.errors import start_sentence
+from simcore import season
+from simcore.errors import SimcoreError, start_sentence
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.isolation import end_process, load_robot_plugin
+from simcore.robotpy.pytest_plugin import INIT_TIMEOUT
+from simcore.robotpy.robot_program import load_robot_class
 from simcore.robotpy.robot_test import RobotTest
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
-__all__ = ["ProjectRun", "play_run", "test_auto"]
+__all__ = ["ProjectRun", "play_project", "test_auto"]
 
 
 class ProjectRun:
@@ -77,23 +78,27 @@ def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
     project_run.play(sim)
 
 
-def play_run(task: dict[str, Any], answer: str) -> None:
-    """Play a run, and end the process.
+def play_project(task: dict[str, Any]) -> dict[str, Any]:
+    """Play a run in this process, in which none can follow, and return its metrics and digest.
 
     Args:
         task: As `ProjectRun` takes it.
-        answer: File for metrics, digest and cpu_seconds, or an error, as JSON; half an answer cannot be seen.
+
+    Raises:
+        SimcoreError: The robot's code has failed; the text says how.
     """
     run = ProjectRun(task)
     folder = Path(task["project"])
+    os.chdir(folder)
+    sys.path.insert(0, str(folder))
+    del sys.argv[1:]
     try:
         _play(task, run, folder)
     except Exception as error:
-        run.answer = {"error": _sentence(error, folder)}
-    half = Path(f"{answer}.half")
-    half.write_text(json.dumps({**run.answer, "cpu_seconds": process_time()}), encoding="utf-8")
-    half.rename(answer)
-    end_process(0)
+        raise SimcoreError(_sentence(error, folder)) from error
+    if "error" in run.answer:
+        raise SimcoreError(run.answer["error"])
+    return run.answer
 
 
 def _sentence(error: BaseException, folder: Path) -> str:
@@ -102,12 +107,17 @@ def _sentence(error: BaseException, folder: Path) -> str:
 
 
 def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
+    from simcore.robotpy.attach import watch_program
     from simcore.robotpy.attached_physics import AttachedPhysics
+    from simcore.robotpy.repeatable_runs import seed_generators
     from simcore.robotpy.run_variation import set_factors
 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
     set_factors(task["values"])
-    robot = load_robot_plugin(folder / "robot.py")
+    seed_generators()  # a program may draw while it is imported
+    watch_program(simulated=True)
+    robot_file = folder / "robot.py"
+    robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
     spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
     own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]

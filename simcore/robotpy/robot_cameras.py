@@ -14,7 +14,7 @@ from simcore.errors import ConfigError
 from simcore.install_text import install_command
 from simcore.match.match import Match
 from simcore.photonvision.photon_program import FoundMount, lens_of, mounts, photon_program, pipeline_of
-from simcore.robotpy.program_watch import table_watch
+from simcore.robotpy.table_watch import table_watch
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 from simcore.vision.questnav_table import TABLE, QuestNavTable

@@ -31,8 +31,8 @@ from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
+from simcore.robotpy.attach import watch_program
 from simcore.robotpy.built_ports import built_ports
-from simcore.robotpy.program_watch import watch_program
 from simcore.robotpy.robot_cameras import surveyed_cameras
 from simcore.robotpy.robot_program import load_robot_class
 

@@ -14,14 +14,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Auto, Game
+from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
-from simcore.match.scripted import DriverControls
 from simcore.physics.engine_choice import add_engine_option
-from simcore.players.driven_robot import HandedOver
+from simcore.players.driven_robot import DriverControls, HandedOver
 from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
 from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
@@ -64,18 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
     parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
     parser.add_argument(
         "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
-    )
-    parser.add_argument(
-        "--animation",
-        type=Path,
-        nargs="?",
-        const=True,
-        default=False,
-        metavar="FILE.gif",
-        help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
     )
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
@@ -190,7 +179,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
         at_once = me or options.auto == _DRIVE
         driving = ViewDriving(actions, robots=len(seats) or 1, at_once=at_once)
 
-    def hand_over(match: Match, number: int, own: Controller) -> Controller:
+    def hand_over(match: PlayedMatch, number: int, own: Controller) -> Controller:
         if driving is None or not isinstance(match.robots[number].config.drivetrain, SwerveConfig):
             return own
         person = partial(driving.input, number)
@@ -230,22 +219,21 @@ def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:
         Path("out"),
         plan.name,
         log=options.log,
-        picture=options.picture,
         page=options.page,
-        animation=options.animation,
         seconds=plan.seconds,
         say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
     )
 
 
 def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -> None:
-    report = replace(played.report, outputs=outputs.write(played))
+    report = played.report
+    report.outputs = outputs.write(played)
     if options.json:
         print(report.to_json())
     else:
         print_report(report, Console(), verbose=options.verbose)
         if played.was_interrupted:
-            print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
+            print(f"interrupted after {report.sim_seconds:.2f} s; log and page are of that part")
     sys.stdout.flush()
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
 from simcore.geometry.footprints import box_corners
@@ -24,19 +25,30 @@ from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
 from simcore.show.palette import COLORS, screen_color
-from simcore.show.robot_sketch import SHOT, Posed, zone_corners
+from simcore.show.robot_outlines import Posed, deployed, zone_corners
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BUMPER", "RobotSolids", "Solid", "extents", "model_solids", "robot_solids"]
+__all__ = [
+    "BUMPER", "RobotSolids", "Solid", "chassis_boxes", "described_solids", "extents", "model_solids", "robot_solids",
+]  # fmt: skip
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
+_SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
 _PLAIN = "#ffce14"
+_BLUE, _WHITE, _BLACK, _STEEL, _DARK = "#1e54b7", "#ebecee", "#1c1e22", "#9ea5ae", "#3a3f47"
+_HALF_TIRE = 0.019  # [m]; half the width of a drawn wheel
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
+
+_NAMES = {
+    "hit": "intake, out", "miss": "shot", "path": "claw", "ghost": "hook", "ink": "part", "muted": "link",
+    "control": "way of a slide",
+}  # fmt: skip
+"""Names of what mechanisms carry, by its color."""
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
 """Pose of a part in the robot frame at a snapshot, `x, y, z, qw, qx, qy, qz`, shape (7,); None: it is not there."""
@@ -112,8 +124,36 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
     if abs(2.0 * reach - look.bumpers[0]) > 0.02:
         body = _sketched_body(look)
     if look.config is not None:
-        moving += _carried(look.config, f"{look.prefix}/Debug/", has_models=bool(moving))
+        posed = _posed(look.config, f"{look.prefix}/Debug/")
+        moving += _carried(look.config, posed, has_models=bool(moving))
     return RobotSolids(body, moving)
+
+
+def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
+    """Return names and solids of a robot by its config, robot frame: intakes out, all else as it starts."""
+    mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
+    stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
+    for intake in config.intakes:
+        stands |= deployed(intake, mechanisms)
+    look = RobotLook(bumpers=(config.body.bumper_length, config.body.bumper_width), config=config)
+    found = [("", solid) for solid in _sketched_body(look)]
+    names = {_ink(ink): name for ink, name in _NAMES.items()}
+    for solids, pose in _carried(config, lambda _: stands, has_models=False):
+        at = pose(Snapshot(time=0.0, tick=0))
+        if at is not None:
+            turn = Rotation.from_quat(np.roll(at[3:], -1))
+            found += [(names[one.color], replace(one, vertices=at[:3] + turn.apply(one.vertices))) for one in solids]
+    for storage in (config.storage, *config.more_storages) if config.intakes or config.shooters else ():
+        found.append(("storage", _hull("", "#8a6a00", 0.12, box_corners(storage.low, storage.high))))
+    for camera in config.cameras:
+        fovs = camera.type.horizontal_fov_deg, camera.type.vertical_fov_deg
+        across, up = (math.tan(math.radians(0.5 * fov)) for fov in fovs)
+        rays = np.array([(1.0, a * across, b * up) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+        rays *= _CONE_LENGTH / math.hypot(1.0, across, up)
+        ends = Rotation.from_quat(camera.mount.rotation).apply(rays)
+        apex = np.array(camera.mount.position)
+        found.append(("camera", _hull("", "#0b6675", 0.25, np.vstack((apex, apex + ends)))))
+    return found
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -198,22 +238,56 @@ def _component(key: str, number: int) -> PartPose:
     return pose
 
 
+def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
+    """Return bumpers, belly pan and modules of a robot by name: lower and upper corner [m], and color.
+
+    Bumpers have no color: it is that of the alliance.
+    """
+    length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
+    low, high = body.clearance + 0.02, body.bumper_top
+    frame_x, frame_y = length - thick, width - thick
+    middle = 0.5 * (low + high)
+    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of what is cut out
+    boxes: dict[str, tuple[Vector, Vector, str]] = {
+        "bumper_front": ((frame_x, -width, low), (length, width, high), ""),
+        "bumper_left": ((-frame_x, frame_y, low), (frame_x, width, high), ""),
+        "bumper_right": ((-frame_x, -width, low), (frame_x, -frame_y, high), ""),
+        "front_mark": ((length, -0.11, middle - 0.04), (length + 0.004, 0.11, middle + 0.04), _WHITE),
+        "belly_pan": ((end, -frame_y, body.clearance), (frame_x, frame_y, low), _DARK),
+    }
+    for side, sign in (("left", 1), ("right", -1)):
+        inner, outer = sorted((sign * half, sign * width))
+        boxes[f"bumper_back_{side}"] = ((-length, inner, low), (-frame_x, outer, high), "")
+        inner, outer = sorted((sign * half, sign * frame_y))
+        if end > -frame_x:
+            boxes[f"belly_pan_{side}"] = ((-frame_x, inner, body.clearance), (end, outer, low), _DARK)
+    for i, (x, y) in enumerate(body.wheel_positions):
+        boxes[f"swerve_module_{i}"] = ((x - 0.04, y - 0.04, 0.105), (x + 0.04, y + 0.04, 0.155), _STEEL)
+    return boxes
+
+
 def _sketched_body(look: RobotLook) -> list[Solid]:
     """Bumpers, frame and wheels; a robot of which nothing is known has usual ones."""
-    from simcore.show.model_parts import BLUE, chassis  # trimesh takes half a second
-
     body = ChassisConfig() if look.config is None else look.config.body
-    solids = [_solid(name, mesh) for name, mesh in chassis(body, BLUE).items()]
+    solids = []
+    for name, (low, high, color) in chassis_boxes(body).items():
+        solids.append(_hull(BUMPER if BUMPER in name else "", color or _BLUE, 1.0, box_corners(low, high)))
+    angles = np.linspace(0.0, math.tau, 20, endpoint=False)
+    rim = body.wheel_radius * np.column_stack((np.cos(angles), np.zeros(20), 1.0 + np.sin(angles)))
+    for x, y in body.wheel_positions:
+        sides = [rim + np.array((x, y + side, 0.0)) for side in (-_HALF_TIRE, _HALF_TIRE)]
+        solids.append(_hull("", _BLACK, 1.0, np.concatenate(sides)))
     if body.height > body.bumper_top + 0.01:
         x, y = 0.5 * body.bumper_length - body.bumper_thickness, 0.5 * body.bumper_width - body.bumper_thickness
-        solids.append(_hull("", "#9ea5ae", 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
+        solids.append(_hull("", _STEEL, 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
     stretch = np.array((look.bumpers[0] / body.bumper_length, look.bumpers[1] / body.bumper_width, 1.0))
     return [replace(solid, vertices=stretch * solid.vertices) for solid in _joined(solids)]
 
 
-def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[tuple[list[Solid], PartPose]]:
+def _carried(
+    config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
+) -> Iterator[tuple[list[Solid], PartPose]]:
     """What mechanisms carry, as far as there is no model of it: links, claws, hooks, intakes, and where shots leave."""
-    posed = _posed(config, prefix)
     modelled = {component.joints for component in config.components} if has_models else set()
     hooks = [one for one in config.climbers if one.joints not in modelled]
     start = posed(Snapshot(time=0.0, tick=0))
@@ -308,4 +382,4 @@ def _rod(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray)
     return np.concatenate((_cube(start, _ROD), _cube(end, _ROD)))
 
 
-_SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(SHOT, 0.0, 0.0)]))
+_SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(_SHOT_LENGTH, 0.0, 0.0)]))

@@ -80,7 +80,7 @@ def driven(project, python) -> Callable[[Path], dict[str, Any]]:
     """Runs the course in a process of its own."""
 
     def drive(folder: Path) -> dict[str, Any]:
-        python(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/course_test.py")
+        python(folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py")
         facts: dict[str, Any] = json.loads((folder / "facts.json").read_text())
         return facts
 
@@ -181,7 +181,7 @@ def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(tmp_path,
         assert proposed in text
         text = text.replace(proposed, true, 1)
     file.write_text(text, encoding="utf-8")
-    print(python(folder, "-m", "pytest", "-q", "-rP", "-p", "no:cacheprovider", "tests/auto_test.py"))
+    print(python(folder, "-m", "robotpy", "test", "--", "-q", "-rP", "-p", "no:cacheprovider", "tests/auto_test.py"))
 
 
 def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_what_to_write(project, python):
@@ -191,7 +191,9 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
         "        print('loop', wpilib.Timer.getFPGATimestamp() > 1.0, flush=True)\n"
         "        if wpilib.Timer.getFPGATimestamp() > 2.0:\n            raise SystemExit\n"
     )
-    said = python(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/course_test.py", fails=True)
+    said = python(
+        folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py", fails=True
+    )
     sentence = "no drivetrain found: the program builds none of"
     assert sentence in said and "[drivetrain] table in simcore.toml describes it" in said
     path = os.pathsep.join(map(str, (PACKAGES, *sys.path)))

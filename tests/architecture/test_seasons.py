@@ -12,7 +12,7 @@ from simcore import season
 
 ROOT = Path(__file__).resolve().parents[2]
 WHO_MAY = {"simcore/season.py", "simcore/phoenix6_emulator/emulated_native.py"}
-KNOWN = {"simcore/robotpy/extension.py": {"pyfrc"}}
+KNOWN = {"simcore/robotpy/attach.py": {"pyfrc"}}
 """Modules that wrap pyfrc's own calls where it is installed."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}
 """Packages of one season alone."""

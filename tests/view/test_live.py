@@ -254,6 +254,38 @@ def test_what_a_page_may_not_ask_is_passed_over() -> None:
             wait_until(lambda: not view._asked.empty())
             time.sleep(0.2)
             assert view._act(None) is False and view.pacer.speed == 1.0 and view.wants_restart
+        with Match(REBUILT) as match:
+            for name in ([], {}, None, 3):
+                for what in ("human", "leave"):
+                    assert not view._act_on_field(match, what, {"alliance": name, "name": name, "robot": name})
+    finally:
+        view.close()
+
+
+def test_what_a_page_asks_of_the_field_wrongly_never_ends_the_match() -> None:
+    """Arguments of another type are passed over; names that there are not are refused in the next tick."""
+    view = LiveView()
+    try:
+        with Match(REBUILT, robots=(RobotEntry(),)) as match:
+            match.tick()
+            view.after_tick(match)
+            for message in (
+                {"do": "human", "alliance": [], "name": "x"},
+                {"do": "leave", "alliance": {}},
+                {"do": "start", "robot": None},
+                {"do": "reset", "self": 1},
+                {"do": ["reset"]},
+            ):
+                view._take(1, message)
+            view.after_tick(match)
+            match.tick()
+            assert match.control.count == 0
+            view._take(1, {"do": "human", "alliance": "green", "name": "x"})
+            view._take(1, {"do": "start", "robot": 7})
+            view._take(1, {"do": "spawn", "robot": 0, "kind": "Fuel"})
+            view.after_tick(match)
+            match.tick()
+            assert [result.is_done for result in match.control.results] == [False, False, True]
     finally:
         view.close()
 

@@ -247,7 +247,7 @@ def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repositor
         *("python", "-m", "pip", "install", f"simcore[phoenix6,robotpy] @ {source}"),
         *("robotpy[commands2]==2026.2.2", "phoenix6>=26.1,<27"),
     ]
-    assert steps[1:] == ["python -m pytest"]
+    assert steps[1:] == ["python -m robotpy test"]
     assert job["steps"][-1]["with"]["path"] == "2026 robot/test_output"
     assert not (repository / "2026 robot" / "simcore.toml").exists()
     (repository / "2026 robot" / "requirements.txt").write_text("numpy\n")

@@ -5,8 +5,10 @@ import { test } from "node:test";
 
 const player = new URL("../../../../simcore/show/player/", import.meta.url);
 const { AWAY, Run, inflate, rowAt, turned, unpack, yawOf } = await import(new URL("data.js", player).href);
-const { ticks } = await import(new URL("panels.js", player).href);
+const { edges, thinned, ticks, words } = await import(new URL("charts.js", player).href);
+const { shadow } = await import(new URL("robot_views.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
+const { viewOf } = await import(new URL("symbols.js", player).href);
 const { rectangle } = await import(new URL("top.js", player).href);
 
 const near = (seen, wanted, within) => wanted.forEach((value, k) =>
@@ -71,10 +73,47 @@ test("scales have round numbers", () => {
   assert.deepEqual(ticks(-0.13, 0.31, 5), [-0.1, 0, 0.1, 0.2, 0.3]);
 });
 
+test("cells lie around their middles, also of one", () => {
+  assert.deepEqual(edges([1, 2, 4]), [0.5, 1.5, 3, 5]);
+  assert.deepEqual(edges([7]), [6.5, 7.5]);
+  assert.deepEqual(edges([0, 1], ["a", "b"]), [-0.5, 0.5, 1.5]);
+});
+
+test("a thinned curve keeps its ends, its extremes and its gaps", () => {
+  const points = Array.from({ length: 1000 }, (_, k) => [k / 100, k === 777 ? 9 : k > 300 && k < 420 ? null : 0]), kept = thinned(points);
+  assert.ok(kept.length < 60);
+  for (const one of [points[0], points[777], points[999]]) assert.ok(kept.includes(one));
+  assert.ok(kept.some(([, y]) => y === null));
+});
+
+test("values are written shortly, and none for what there is not", () => {
+  assert.deepEqual([null, Infinity, 3, 0.00123, 2.345, 1234.5].map(words), ["", "", "3", "0.0012", "2.35", "1235"]);
+});
+
+test("triangles of a shadow turn one way, and those seen from their edge are left out", () => {
+  const places = [[0, 0], [1, 0], [0, 1], [2, 0]];
+  assert.equal(shadow(places, [[0, 1, 2], [0, 2, 1]]), "M0.0 0.0L1.0 0.0L0.0 1.0Z".repeat(2));
+  assert.equal(shadow(places, [[0, 1, 3]]), "");
+});
+
 test("a box from above is the rectangle along its longest edge", () => {
-  const half = Math.PI / 12;
+  const half = Math.PI / 12, size = [0.3, 0.12, 0.1], turnedBy = (degrees, axis) => {
+    const angle = degrees * Math.PI / 360;
+    return [..."xyz"].map((name) => name === axis ? Math.sin(angle) : 0).concat(Math.cos(angle));
+  };
   near(rectangle([0.6, 0.2, 0.1], [0, 0, Math.sin(half), Math.cos(half)]), [0.6, 0.2, Math.PI / 6], 1e-9);
+  near(rectangle(size, turnedBy(130, "z")), [0.3, 0.12, 130 * Math.PI / 180], 1e-9);
+  near(rectangle(size, turnedBy(90, "x")), [0.3, 0.1, 0], 1e-9);
+  near(rectangle(size, turnedBy(90, "y")), [0.12, 0.1, Math.PI / 2], 1e-9);
+  near(rectangle(size, turnedBy(30, "y")), [0.3 * Math.cos(Math.PI / 6) + 0.1 * Math.sin(Math.PI / 6), 0.12, 0], 1e-9);
   near(rectangle([0.1, 0.2, 0.6], [0, 0, 0, 1]).slice(0, 2), [0.2, 0.1], 1e-9);
+});
+
+test("what stands across the field's edge is seen to its end, and what is far away does not shrink the field", () => {
+  const outline = (...corners) => ["name", "blue", "#9db4dd", corners];
+  const size = [8, 4], station = outline([-0.7, 3], [1, 4.6], [0, 5]), far = outline([8, 0], [38, 0], [8, -30]);
+  const [left, top, width, height] = viewOf({ ...meta.field, size, outlines: [station, far] });
+  assert.deepEqual([left, top, left + width, top + height], [-97.5, -100, 950, 550]);
 });
 
 test("a match sounds when it begins, changes and ends, and not when time is moved", () => {
