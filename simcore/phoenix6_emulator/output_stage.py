@@ -307,9 +307,8 @@ class Bridge:
 
     def _time_limit(self, loops: int) -> None:
         """Lower the supply limit after some time at it."""
-        if self._supply_limit == math.inf:
-            return
-        if not self.is_supply_limited:
+        limit = self._lower if self._is_lowered else self._supply_limit
+        if self._current * self._volts <= _LIMITED * limit * self.supply:
             self._over, self._is_lowered = 0.0, False
             return
         self._over += loops * LOOP
