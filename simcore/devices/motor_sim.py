@@ -109,6 +109,7 @@ class MotorSim:
         leader, m = self._ports[0], self.mechanism
         for port in self._ports:
             port.set_supply(battery_voltage)
+        m.keep_limits(*leader.limits())
         volts = self._leader_volts() if powered else 0.0
         self._show_output(volts / max(battery_voltage, 1.0))
         if not powered or (volts == 0.0 and leader.is_open()):
@@ -126,8 +127,9 @@ class MotorSim:
         """Show followers' output, where no vendor's library does [-]."""
 
     def write(self) -> None:
-        """Do the second half of `update`: position and velocity of the rotors."""
+        """Do the second half of `update`: what flows in the motors, position and velocity of the rotors."""
         m = self.mechanism
         rotations, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         for port in self._ports:
+            port.show_motor(*m.motor_output)
             port.write(rotations, rps)

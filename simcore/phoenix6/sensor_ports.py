@@ -91,7 +91,7 @@ class _Mounted:
 
 
 class _EmulatedTalonState(_Mounted):
-    """Of a TalonFX: volts at the motor [V], current in it [A]; rotations and rotations/s of the rotor."""
+    """Of a TalonFX: what it asks of the motor, and what it shows; rotations and rotations/s of the rotor."""
 
     def __init__(self, device: EmulatedTalon) -> None:
         super().__init__()
@@ -100,21 +100,29 @@ class _EmulatedTalonState(_Mounted):
 
     @property
     def motor_voltage(self) -> float:
-        return self._bridge.volts * self._device.turn * self._sign
+        return self._bridge.asked_volts * self._device.turn * self._sign
 
     @property
     def duty_cycle(self) -> float | None:
-        bridge = self._bridge
-        return bridge.duty * self._device.turn * self._sign if bridge.holds_duty else None
+        share = self._bridge.share
+        return None if share is None else share * self._device.turn * self._sign
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return self._bridge.limits
+
+    @property
+    def is_open(self) -> bool:
+        return self._bridge.is_neutral and not self._bridge.is_braking
+
+    def show_motor(self, volts: float, amps: float) -> None:
+        way = self._device.turn * self._sign
+        self._bridge.show(volts * way, amps * way)
 
     @property
     def setpoint(self) -> tuple[bool, bool, float] | None:
         goal = self._device.setpoint()
         return goal and (goal[0], goal[1], goal[2] * (self._sign if goal[1] else 1.0))
-
-    @property
-    def torque_current(self) -> float:
-        return self._bridge.current * self._sign
 
     def set_supply_voltage(self, volts: float) -> None:
         self._device.set_input("SupplyVoltage", volts)

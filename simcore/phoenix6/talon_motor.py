@@ -72,6 +72,7 @@ class TalonPort(MotorPort):
         self._write_rotor: RotorWriter = getattr(state, "write_rotor", None) or _writer(
             own_writer(state, "set_raw_rotor_position"), own_writer(state, "set_rotor_velocity")
         )
+        self._show: Callable[[float, float], None] | None = getattr(state, "show_motor", None)
         self._sensor: list[tuple[Any, Any]] = []
         self._per_sensor = 1.0
         turn = ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
@@ -110,20 +111,33 @@ class TalonPort(MotorPort):
         """Return the share of its supply that it holds [-]; None: volts, or CTRE's own simulation does not say it."""
         return getattr(self._state, "duty_cycle", None)
 
+    def limits(self) -> tuple[float, float]:
+        """See `MotorPort`; CTRE's own simulation keeps its limits by its volts."""
+        return getattr(self._state, "limits", super().limits())
+
     def setpoint(self) -> Setpoint | None:
         """See `MotorPort`; CTRE's own simulation does not say it."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
-        """Return whether the circuit is open (coast), not shorted (brake); both show 0 V, only a brake shows current.
+        """Return whether the circuit is open (coast), not shorted (brake).
 
-        At rest the two cannot be told apart, and the last answer stays.
+        CTRE's own simulation shows 0 V for both, and current for a brake only. At rest the two cannot be told apart,
+        and the last answer stays.
         """
+        is_open: bool | None = getattr(self._state, "is_open", None)
+        if is_open is not None:
+            return is_open
         if abs(self._rps) > 0.05:
             # a shorted motor carries 5 A per turn a second, an open one none
             self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
         return self._is_open
+
+    def show_motor(self, volts: float, amps: float) -> None:
+        """See `MotorPort`; CTRE's own simulation has amperes of its own."""
+        if self._show is not None:
+            self._show(volts, amps)
 
     def write(self, rotations: float, rps: float) -> None:
         """Set position [rotations] and velocity [rotations/s] of the rotor, positive as in `volts`.

@@ -13,17 +13,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
 
 from phoenix6.signals import BridgeOutputValue, ControlModeValue
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.phoenix6_emulator.emulated_device import LOOP, REQUESTS, Axis, RequestKind, Setting, Unit
-from simcore.phoenix6_emulator.output_stage import Stage
-
-if TYPE_CHECKING:
-    from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
+from simcore.phoenix6_emulator.output_stage import Bridge, Stage
 
 __all__ = [
     "PROFILE_LOOPS",
@@ -33,6 +29,7 @@ __all__ = [
     "Expo",
     "Gains",
     "Law",
+    "LoopState",
     "Profile",
     "SCurve",
     "VelocityRamp",
@@ -332,11 +329,61 @@ Law = Callable[[int], float]
 """Output of the law after this many control loops [V, duty cycle or A]."""
 
 
+@dataclass(slots=True)
+class LoopState:
+    """State of the control loop of a motor controller; numbers have robot code's signs."""
+
+    pos: float = 0.0
+    """Of the configured sensor [mechanism rotations]."""
+    vel: float = 0.0
+    """Its rate [1/s]."""
+    acc: float = 0.0
+    """Rate of that [1/s^2]."""
+    output: float = 0.0
+    """Of an open loop, in the unit of the request."""
+    goal_p: float = 0.0
+    """Set point of the position [mechanism rotations]."""
+    goal_v: float = 0.0
+    """Set point of the velocity [1/s]."""
+    goal_a: float = 0.0
+    """Set point of the acceleration [1/s^2]."""
+    feed_forward: float = 0.0
+    """Added to the output, in its unit."""
+    limits: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
+    integral: float = 0.0
+    """Integral part of the output."""
+    pid_out: float = 0.0
+    """Output of the law."""
+    err: float = 0.0
+    """Error of the loop."""
+    derr: float = 0.0
+    """Rate of the error."""
+    ref: float = 0.0
+    """Reference that the loop follows."""
+    slope: float = 0.0
+    """Rate of the reference."""
+    scurve: SCurve = field(default_factory=SCurve)
+    expo: Expo = field(default_factory=Expo)
+    velocity_ramp: VelocityRamp = field(default_factory=VelocityRamp)
+    profile_loops: int = 0
+    """Control loops since the profile's reference last moved."""
+
+    def start(self) -> None:
+        """Reset integral and profiles: a new request starts from the present state."""
+        self.integral = self.pid_out = 0.0
+        self.profile_loops = PROFILE_LOOPS // 2
+        self.scurve.start(self.pos, self.vel)
+        self.expo.start(self.pos, self.vel)
+        self.velocity_ramp.start(0.0, self.vel)
+        self.velocity_ramp.v = self.vel
+
+
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-def _pid(m: EmulatedTalon, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
+def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
     """The sum of feedback and feed-forward; kS can follow the error only where a position is controlled."""
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset
@@ -365,7 +412,7 @@ def _pid(m: EmulatedTalon, g: Gains, peaks: tuple[float, float], on_position: bo
     return pid
 
 
-def position_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
+def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
     """Position control; with `wrap` the short way round."""
     pid = _pid(m, gains, peaks, True)
 
@@ -380,7 +427,7 @@ def position_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wra
     return law
 
 
-def velocity_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float]) -> Law:
+def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
     """Velocity control."""
     pid = _pid(m, gains, peaks, False)
 
@@ -392,7 +439,7 @@ def velocity_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float]) -> 
     return law
 
 
-def _along(m: EmulatedTalon, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
+def _along(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
     """Feedback towards the setpoint of a position profile."""
     m.ref = profile.p
     m.slope = v = profile.v
@@ -402,7 +449,7 @@ def _along(m: EmulatedTalon, pid: Callable[..., float], profile: SCurve | Expo, 
     return pid(error, v - m.vel, v, profile.acc, loops)
 
 
-def _moves(m: EmulatedTalon, loops: int) -> float:
+def _moves(m: LoopState, loops: int) -> float:
     """Time by which the setpoint of a profile moves on now; 0 where it holds [s]."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
@@ -417,7 +464,7 @@ def _near(profile: SCurve | Expo, goal: float) -> None:
 
 
 def _profiled(
-    m: EmulatedTalon,
+    m: LoopState,
     gains: Gains,
     peaks: tuple[float, float],
     wrap: bool,
@@ -438,7 +485,7 @@ def _profiled(
     return law
 
 
-def motion_magic_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
+def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
     """Position control along a profile with limited velocity, acceleration and jerk."""
 
     def advance(dt: float) -> None:
@@ -448,7 +495,7 @@ def motion_magic_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float],
     return _profiled(m, gains, peaks, wrap, profile, advance)
 
 
-def motion_magic_expo_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
+def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
     """Position control along the profile of a motor with 12 V."""
 
     def advance(dt: float) -> None:
@@ -458,7 +505,7 @@ def motion_magic_expo_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, fl
     return _profiled(m, gains, peaks, wrap, profile, advance)
 
 
-def motion_magic_velocity_law(m: EmulatedTalon, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
+def motion_magic_velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
     """Velocity control along a ramp with limited acceleration and jerk."""
     pid = _pid(m, gains, peaks, False)
 
@@ -500,27 +547,25 @@ class ControlPlan:
     """0 to 2: number of the unit of the loop's output, after that of the duty cycle."""
     on_velocity: bool
     """Whether a velocity is controlled."""
-    reads_sensor: bool
-    """Whether the law reads a sensor."""
-    has_memory: bool
-    """Whether the output depends on what was before: an integral, a ramp."""
 
 
 _OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
 
 
-def build_plan(talon: EmulatedTalon, kind: RequestKind, slot: int, foc: bool) -> ControlPlan:
-    """Law, output stage and status of a request.
+def build_plan(
+    loop: LoopState, bridge: Bridge, config: Mapping[int, Setting], kind: RequestKind, slot: int, foc: bool
+) -> ControlPlan:
+    """Build law, output stage and status of a request.
 
     Raises:
         NotImplementedError: The slot schedules its gains.
     """
-    law, stage, gains = _law_and_stage(talon, kind, slot, foc)
+    law, stage, gains = _law_and_stage(loop, bridge, config, kind, slot, foc)
     torque = kind.unit is Unit.AMPERES
     profiles: dict[Axis, Profile] = {
-        Axis.MOTION_MAGIC: talon.scurve,
-        Axis.MOTION_MAGIC_EXPO: talon.expo,
-        Axis.MOTION_MAGIC_VELOCITY: talon.velocity_ramp,
+        Axis.MOTION_MAGIC: loop.scurve,
+        Axis.MOTION_MAGIC_EXPO: loop.expo,
+        Axis.MOTION_MAGIC_VELOCITY: loop.velocity_ramp,
     }
     return ControlPlan(
         law,
@@ -531,35 +576,32 @@ def build_plan(talon: EmulatedTalon, kind: RequestKind, slot: int, foc: bool) ->
         drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
         unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
         on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
-        reads_sensor=law is not None and kind.axis is not Axis.OPEN,
-        has_memory=gains.ki != 0.0 or talon.bridge.has_ramp,
     )
 
 
 def _law_and_stage(
-    talon: EmulatedTalon, kind: RequestKind, slot: int, foc: bool
+    loop: LoopState, bridge: Bridge, c: Mapping[int, Setting], kind: RequestKind, slot: int, foc: bool
 ) -> tuple[Law | None, Stage | None, Gains]:
     axis = kind.axis
     if axis in _OUTPUTLESS:
         return None, None, Gains()
-    c = talon.config
-    stage = talon.bridge.stage(kind.unit, closed=axis is not Axis.OPEN, foc=foc)
+    stage = bridge.stage(kind.unit, closed=axis is not Axis.OPEN, foc=foc)
     if axis is Axis.OPEN:
-        return (lambda loops: talon.output), stage, Gains()
+        return (lambda loops: loop.output), stage, Gains()
     if c[SpnValue.SLOT0_GAIN_SCHED_BEHAVIOR.value + slot]:
-        raise NotImplementedError(f"{talon!r}: gain scheduling (slot{slot}) is not modelled in simulated time")
+        raise NotImplementedError(f"gain scheduling (slot{slot}) is not modelled in simulated time")
     gains = gains_of(c, slot)
-    peaks = talon.bridge.peaks[kind.unit]
+    peaks = bridge.peaks[kind.unit]
     wrap = bool(c[SpnValue.CONFIG_CONTINUOUS_WRAP.value])
     if axis is Axis.POSITION:
-        return position_law(talon, gains, peaks, wrap), stage, gains
+        return position_law(loop, gains, peaks, wrap), stage, gains
     if axis is Axis.VELOCITY:
-        return velocity_law(talon, gains, peaks), stage, gains
+        return velocity_law(loop, gains, peaks), stage, gains
     if axis is Axis.MOTION_MAGIC:
-        return motion_magic_law(talon, gains, peaks, wrap, talon.scurve), stage, gains
+        return motion_magic_law(loop, gains, peaks, wrap, loop.scurve), stage, gains
     if axis is Axis.MOTION_MAGIC_EXPO:
-        return motion_magic_expo_law(talon, gains, peaks, wrap, talon.expo), stage, gains
-    return motion_magic_velocity_law(talon, gains, peaks, talon.velocity_ramp), stage, gains
+        return motion_magic_expo_law(loop, gains, peaks, wrap, loop.expo), stage, gains
+    return motion_magic_velocity_law(loop, gains, peaks, loop.velocity_ramp), stage, gains
 
 
 def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:

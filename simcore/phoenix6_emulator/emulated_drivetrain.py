@@ -407,12 +407,12 @@ class ModuleDevices:
         drive, steer = self._drive, self._steer
         drive.measure()
         steer.measure()
-        return drive.pos, drive.vel, steer.pos, steer.vel
+        return drive.loop.pos, drive.loop.vel, steer.loop.pos, steer.loop.vel
 
     def drive_volts(self, volts: float, foc: bool) -> None:
         """Open loop [V]."""
         if self._drive.renew(_VOLTS, foc):
-            self._drive.output = volts
+            self._drive.loop.output = volts
         else:
             self._drive.apply(_VOLTS.name, update_freq_hz=0.0, output=volts, enable_foc=foc)
 
@@ -420,8 +420,8 @@ class ModuleDevices:
         """Closed loop [rotor rotations/s], with a feed-forward in the unit that the loop drives with."""
         drive = self._drive
         if drive.renew(self._velocity, foc):
-            drive.goal_v = rps
-            drive.feed_forward = amperes if self._drive_torque else volts
+            drive.loop.goal_v = rps
+            drive.loop.feed_forward = amperes if self._drive_torque else volts
         elif self._drive_torque:
             drive.apply(
                 self._velocity.name,
@@ -437,8 +437,8 @@ class ModuleDevices:
         """Closed loop, the short way round."""
         steer = self._steer
         if steer.renew(self._position, foc):
-            steer.goal_p = rotations
-            steer.goal_v = rps
+            steer.loop.goal_p = rotations
+            steer.loop.goal_v = rps
         elif self._steer_torque:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps)
         else:
@@ -462,7 +462,7 @@ class ModuleDevices:
 
     def torque_constants(self) -> tuple[float, float]:
         """Of the drive motor: torque per current [N m/A], winding resistance [ohm]."""
-        return _TORQUE_PER_AMPERE, 12.0 / KRAKEN_X60.stall_current
+        return _TORQUE_PER_AMPERE, KRAKEN_X60.model.resistance
 
 
 _COUPLING_GAIN = 1.0 - math.exp(-0.004 / 0.05)

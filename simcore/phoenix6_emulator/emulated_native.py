@@ -3,9 +3,8 @@
 All of the Python library goes through `Native.instance()` (devices, signals, configurations, simulation) and
 `Native.api_instance()` (swerve). The emulator is written in the names of 26.70 (2027); those of 26.3 (2026) are found
 by tables here. A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
-real library. Those that belong to no device, the hoot log, hoot replay and the orchestra, answer as CTRE's simulation
-library does (status codes read from Phoenix 6 26.3.0); nothing is written to disk: a hoot log is stamped with the time
-of the wall clock, and simulated time would make no sense in it.
+real library. The hoot log, the orchestra and the lights of a CANdle take everything and do nothing; hoot replay answers
+as CTRE's simulation library does.
 """
 
 from __future__ import annotations
@@ -16,9 +15,8 @@ import itertools
 import logging
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -51,7 +49,7 @@ from simcore.phoenix6_emulator.emulated_drivetrain import (
     Speeds,
     wrap,
 )
-from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
+from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator
 from simcore.quantities import DeviceAddress
 
@@ -188,35 +186,21 @@ def python_function(callback: Any) -> Callable[..., Any]:
 
 _OK = StatusCode.OK.value
 _NOT_SUPPORTED = StatusCode.NOT_SUPPORTED.value
-_NOT_RUNNING = StatusCode.LOGGER_NOT_RUNNING.value
-_NO_ACTION = StatusCode.INVALID_ORCHESTRA_ACTION.value
 
-_WRITTEN = (
+_LOGGED = (
     *(f"write_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
-    "write_raw",
+    *("write_raw", "write_schema_value", "add_schema", "add_schema_string", "enable_auto_logging"),
+    *("set_logger_path", "start_logger", "stop_logger"),
 )
+"""Functions of `SignalLogger`, which writes nothing: a hoot log has the time of the wall clock."""
+_MUSIC = ("Close", "AddDevice", "AddDeviceWithTrack", "ClearDevices", "LoadMusic", "Play", "Pause", "Stop", "IsPlaying",
+          "GetCurrentTime")  # fmt: skip
+"""Functions of an `Orchestra`, which makes no sound: it never plays."""
 _REPLAYED = (
     *(f"get_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
     *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
 )
 """Functions of `HootReplay` that CTRE's simulation library, which replays nothing, answers with NOT_SUPPORTED."""
-
-
-@dataclass(slots=True)
-class _Orchestra:
-    """Music that is played; no sound is made and no motor turns, but time runs in it."""
-
-    instruments: list[int] = field(default_factory=list)
-    file: str | None = None
-    played: float = 0.0
-    """Until the last pause [s]."""
-    since: float | None = None
-    """When it went on to play [s]; None: it does not."""
-
-
-def _plain_number(number: Any) -> int:
-    """Of a ctypes number or a plain one."""
-    return int(getattr(number, "value", number))
 
 
 _NAMES = {
@@ -386,13 +370,12 @@ class EmulatedNative(NativeLibrary):
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
-            setattr(self, f"{PREFIX}RequestControl{name}", self._light(name))
-        self._is_logging = False
-        self._schemas: set[tuple[bytes, int]] = set()
-        self._orchestras: dict[int, _Orchestra] = {}
+            setattr(self, f"{PREFIX}RequestControl{name}", lambda *values: _OK)
         self._numbers = itertools.count(1)
-        for name in _WRITTEN:
-            setattr(self, f"{PREFIX}platform_{name}", self._written)
+        for name in _LOGGED:
+            setattr(self, f"{PREFIX}platform_{name}", lambda *values: _OK)
+        for name in _MUSIC:
+            setattr(self, f"{PREFIX}orchestra_{name}", lambda *values: _OK)
         for name in _REPLAYED:
             setattr(self, f"{PREFIX}platform_replay_{name}", lambda *values: _NOT_SUPPORTED)
         for alert in ("alert", "multi_alert"):
@@ -407,17 +390,6 @@ class EmulatedNative(NativeLibrary):
             device = by_hash.get(device_hash)
             if device is not None:
                 device.receive(kind, args)
-            return _OK
-
-        return send
-
-    def _light(self, name: str) -> Callable[..., int]:
-        by_hash = self.emulator.by_hash
-
-        def send(network: Any, device_hash: int, *args: Any) -> int:
-            candle = by_hash.get(device_hash)
-            if isinstance(candle, EmulatedCANdle):
-                candle.record(name, args)
             return _OK
 
         return send
@@ -596,42 +568,7 @@ class EmulatedNative(NativeLibrary):
 
     # ---- signal logger
 
-    def _written(self, *values: Any) -> int:
-        return _OK if self._is_logging else _NOT_RUNNING
-
-    def c_ctre_phoenix6_platform_set_logger_path(self, path: Any) -> int:
-        folder = path.value.decode()
-        return _OK if not folder or Path(folder).is_dir() else StatusCode.DIRECTORY_MISSING.value
-
-    def c_ctre_phoenix6_platform_start_logger(self) -> int:
-        self._is_logging = True
-        return _OK
-
-    def c_ctre_phoenix6_platform_stop_logger(self) -> int:
-        self._is_logging = False
-        self._schemas.clear()  # the next log is another file
-        return _OK
-
-    def c_ctre_phoenix6_platform_add_schema(self, name: Any, kind: int, schema: Any, size: int) -> int:
-        if not self._is_logging:
-            return _NOT_RUNNING
-        self._schemas.add((name.value, int(kind)))
-        return _OK
-
-    c_ctre_phoenix6_platform_add_schema_string = c_ctre_phoenix6_platform_add_schema
-
-    def c_ctre_phoenix6_platform_has_schema(self, name: Any, kind: int) -> bool:
-        return (name.value, int(kind)) in self._schemas
-
-    def c_ctre_phoenix6_platform_write_schema_value(
-        self, name: Any, schema: Any, kind: int, data: Any, size: int, latency: float
-    ) -> int:
-        if not self._is_logging:
-            return _NOT_RUNNING
-        known = (schema.value.removesuffix(b"[]"), int(kind)) in self._schemas
-        return _OK if known else StatusCode.MISSING_SCHEMA.value
-
-    c_ctre_phoenix6_platform_enable_auto_logging = always(_OK)
+    c_ctre_phoenix6_platform_has_schema = always(True)
 
     # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
 
@@ -644,68 +581,7 @@ class EmulatedNative(NativeLibrary):
     # ---- orchestra
 
     def c_ctre_phoenix6_orchestra_Create(self, out: Any) -> int:
-        number = next(self._numbers)
-        self._orchestras[number] = _Orchestra()
-        target_of(out).value = number
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Close(self, number: Any) -> int:
-        self._orchestras.pop(_plain_number(number), None)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_AddDevice(self, number: Any, network: Any, device_hash: int) -> int:
-        self._orchestras[_plain_number(number)].instruments.append(device_hash)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_AddDeviceWithTrack(
-        self, number: Any, network: Any, device_hash: int, track: int
-    ) -> int:
-        return self.c_ctre_phoenix6_orchestra_AddDevice(number, network, device_hash)
-
-    def c_ctre_phoenix6_orchestra_ClearDevices(self, number: Any) -> int:
-        self._orchestras[_plain_number(number)].instruments.clear()
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_LoadMusic(self, number: Any, path: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        name = path.value.decode()
-        orchestra.file, orchestra.played, orchestra.since = None, 0.0, None
-        if not Path(name).is_file():
-            return StatusCode.MUSIC_FILE_NOT_FOUND.value
-        orchestra.file = name
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Play(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.file is None:
-            return _NO_ACTION
-        if orchestra.since is None:
-            orchestra.since = self.emulator.clock.now
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Pause(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.since is None:
-            return _NO_ACTION
-        orchestra.played += self.emulator.clock.now - orchestra.since
-        orchestra.since = None
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_Stop(self, number: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        if orchestra.file is None:
-            return _NO_ACTION
-        orchestra.played, orchestra.since = 0.0, None
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_IsPlaying(self, number: Any, out: Any) -> int:
-        target_of(out).value = int(self._orchestras[_plain_number(number)].since is not None)
-        return _OK
-
-    def c_ctre_phoenix6_orchestra_GetCurrentTime(self, number: Any, out: Any) -> int:
-        orchestra = self._orchestras[_plain_number(number)]
-        running = 0.0 if orchestra.since is None else self.emulator.clock.now - orchestra.since
-        target_of(out).value = orchestra.played + running
+        target_of(out).value = next(self._numbers)
         return _OK
 
 

@@ -1,6 +1,6 @@
 """Emulated sensors and lights: CANcoder, CANdi (what is wired to its two pins), Pigeon 2, CANrange and CANdle.
 
-The lights of a CANdle move nothing; the requests of robot code are recorded.
+The lights of a CANdle move nothing; what they show, `simcore.phoenix6.candle_lights` notes.
 """
 
 from __future__ import annotations
@@ -505,13 +505,7 @@ class EmulatedCANdle(EmulatedDevice):
 
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
-        self.shows: list[tuple[str, tuple[Any, ...]]] = []
-        """Requests since the device was built, with their numbers as the library sends them; the newest 100."""
         self.send_frame()
-
-    def record(self, name: str, args: tuple[Any, ...]) -> None:
-        """A request of robot code."""
-        self.shows = [*self.shows[-99:], (name, args)]
 
     def sample(self) -> float:
         """Supply at this moment [V]."""

@@ -13,14 +13,10 @@ from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
 from simcore.phoenix6_emulator.control_laws import (
-    PROFILE_LOOPS,
     REQ_BRAKE,
     REQ_COAST,
     ControlPlan,
-    Expo,
-    Law,
-    SCurve,
-    VelocityRamp,
+    LoopState,
     build_plan,
     limits_of,
 )
@@ -42,10 +38,9 @@ from simcore.phoenix6_emulator.output_stage import (
     ARRANGEMENTS,
     KRAKEN_X44,
     KRAKEN_X60,
-    LIMITER_GAIN,
     OVER_VOLTAGE,
     Bridge,
-    MotorConstants,
+    ConnectedMotor,
     Stage,
 )
 from simcore.quantities import DeviceAddress
@@ -259,13 +254,13 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
             if not -HALF_RANGE <= turns < HALF_RANGE:
                 turns = within_range(turns)
             scale = turn / ratio
-            talon.pos = turns / ratio + zero
-            talon.vel = talon.rotor_rps * scale
-            talon.acc = talon.rotor_acceleration * scale
+            talon.loop.pos = turns / ratio + zero
+            talon.loop.vel = talon.rotor_rps * scale
+            talon.loop.acc = talon.rotor_acceleration * scale
 
         def present() -> float:
             measure()
-            return talon.pos
+            return talon.loop.pos
 
         return Feedback(measure, is_rotor=is_rotor, ratio=ratio, present=present)
 
@@ -284,9 +279,9 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
 
     def measure() -> None:
         p, v = sensor(device.frame)
-        talon.pos = p / mechanism
-        talon.vel = v / mechanism
-        talon.acc = 0.0
+        talon.loop.pos = p / mechanism
+        talon.loop.vel = v / mechanism
+        talon.loop.acc = 0.0
 
     def present() -> float:
         return sensor(device.sample())[0] / mechanism
@@ -295,7 +290,7 @@ def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback
 
 
 def _rest(talon: EmulatedTalon) -> None:
-    talon.pos = talon.vel = talon.acc = 0.0
+    talon.loop.pos = talon.loop.vel = talon.loop.acc = 0.0
 
 
 _OPPOSED = 1
@@ -335,8 +330,6 @@ def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
     if leader is None:
         return lambda loops: _alone(talon)
     found = leader
-    if talon not in found.followers:
-        found.followers.append(talon)
     is_strict = talon.kind.name == "StrictFollower"
     sign = -1.0 if not is_strict and _opposes(talon) else 1.0
     unit: Unit | None = None
@@ -345,10 +338,10 @@ def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
     def drive(loops: int) -> None:
         nonlocal unit, stage
         talon.turn = turn = talon.sign if is_strict else sign * found.turn
-        bridge.rps, bridge.late_rps = talon.rotor_rps * turn, talon.late_rps * turn
+        bridge.rps = talon.rotor_rps * turn
         frame: TalonFrame = found.frame
         if frame.is_neutral:
-            bridge.neutral(frame.current != 0.0)  # a leader that brakes, not one that coasts
+            bridge.neutral(frame.is_braking)
             return
         if stage is None or unit is not found.kind.unit:
             unit = found.kind.unit
@@ -379,10 +372,9 @@ class TalonFrame(NamedTuple):
     rotor_velocity: float
     volts: float
     current: float
-    supply_current: float
     supply: float
-    duty: float
     is_neutral: bool
+    is_braking: bool
     bridge_rps: float
     """Rotor velocity at the last run of the output stage."""
     ref: float
@@ -401,7 +393,7 @@ class TalonFrame(NamedTuple):
     has_arrived: bool
     """Whether the setpoint has reached its goal."""
     plan: ControlPlan
-    motor: MotorConstants
+    motor: ConnectedMotor
 
     @property
     def rotor_position(self) -> float:
@@ -409,17 +401,27 @@ class TalonFrame(NamedTuple):
         return within_range(self.turns)
 
     @property
+    def duty(self) -> float:
+        """Share of the supply at the motor."""
+        return self.volts / self.supply
+
+    @property
+    def supply_current(self) -> float:
+        """From the battery [A]."""
+        return self.current * self.volts / self.supply
+
+    @property
     def bridge(self) -> int:
         """`BridgeOutputValue`."""
         if not self.is_neutral:
             return self.plan.drives
-        return REQ_BRAKE if self.current else REQ_COAST
+        return REQ_BRAKE if self.is_braking else REQ_COAST
 
     @property
     def status(self) -> int:
         """`MotorOutputStatusValue`."""
         if self.is_neutral:
-            return _BRAKING if self.current else _OFF
+            return _BRAKING if self.is_braking else _OFF
         if self.supply_current < 0.0:
             return _REGENERATING
         return _DISCORDANT if self.current * self.bridge_rps < 0.0 else _MOTORING
@@ -488,8 +490,8 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_PID_OUTPUT_SLOT.value: lambda f: f.slot,
     SpnValue.TALON_FX_MOTOR_CONSTANTS_K_T.value: lambda f: f.motor.kt,
     SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.reported_stall,
-    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.connected,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.stall_current,
+    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.number,
     # Differential requests are refused, so that these say what they say without one.
     **{spn.value: _constant(0.0) for spn in _DIFFERENTIAL},
     **{spn.value: _constant(0.0) for spn in _RAW_INPUTS},
@@ -544,14 +546,14 @@ def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
 
 def frame_of(talon: EmulatedTalon) -> TalonFrame:
     """The status frame of this moment."""
-    b, plan, turn, devices = talon.bridge, talon.plan, talon.turn, talon.devices
+    b, m, plan, turn, devices = talon.bridge, talon.loop, talon.plan, talon.turn, talon.devices
     profile = plan.profile
     # 0.9 us, because it bypasses TalonFrame.__new__, a Python function, and rarely read values are computed when they
     # are read; 7 us by name and all at once. 17 motors make 34 frames a tick.
     return _new(TalonFrame, (
-        talon.pos, talon.vel, talon.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
-        b.volts, b.current, b.supply_current, b.supply, b.duty, b.is_neutral, b.rps,
-        talon.ref, talon.slope, talon.err, talon.derr, talon.integral, talon.feed_forward, talon.pid_out,
+        m.pos, m.vel, m.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
+        b.volts, b.current, b.supply, b.is_neutral, b.is_braking, b.rps,
+        m.ref, m.slope, m.err, m.derr, m.integral, m.feed_forward, m.pid_out,
         talon.slot, talon.enabled, talon.forward.is_closed(devices), talon.reverse.is_closed(devices), turn,
         profile is not None and profile.done, plan, b.motor,
     ))  # fmt: skip
@@ -578,17 +580,6 @@ class EmulatedTalon(EmulatedDevice):
         devices: Those on its bus by type and id: remote sensors and leaders are found among them.
     """
 
-    # With an attribute dictionary, which Python 3.11 shares up to 30 names only, a step takes a tenth more.
-    __slots__ = (
-        *("acc", "args", "bridge", "derr", "devices", "enabled", "err", "expo", "feed_forward", "followers", "forward"),
-        *("goal_a", "goal_p", "goal_v", "integral", "kind", "late_rps", "limits", "limits_hit", "output", "pid_out"),
-        *("plan", "pos", "profile_loops", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset", "rotor_rps"),
-        *("scurve", "settled_rps", "shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp"),
-        *("_autosets", "_expires", "_follow", "_has_warned", "_holds", "_is_blind", "_law", "_limit_flags"),
-        *("_limits_are_plain", "_measure", "_no_forward", "_no_reverse", "_pending", "_plans", "_remote", "_seen_ns"),
-        *("_senses", "_stage", "_unseen", "feedback"),
-        *("_rests", "_seen_raw"),
-    )
     model = "talon fx"
     type_number = 4
     signals = SIGNALS
@@ -608,8 +599,6 @@ class EmulatedTalon(EmulatedDevice):
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
         """As physics writes it [rotations/s^2]."""
-        self.late_rps = 0.0
-        """Rotor velocity at which the limits of a voltage work, counter-clockwise [rotations/s]."""
         self.shift = 0.0
         """Of the rotor's zero, by `set_position`, counter-clockwise [rotations]."""
         self.rotor_offset = 0.0
@@ -618,8 +607,8 @@ class EmulatedTalon(EmulatedDevice):
         """-1 with a clockwise configuration."""
         self.turn = 1.0
         """-1 where positive in robot code is clockwise: as configured, or for a follower as its leader turns."""
-        # measured position, velocity and acceleration of the configured sensor [mechanism rotations, 1/s, 1/s^2]
-        self.pos = self.vel = self.acc = 0.0
+        self.loop = LoopState()
+        """State of its control loop."""
         # request
         self.kind: RequestKind = IDLE
         """The last request that has arrived."""
@@ -629,50 +618,20 @@ class EmulatedTalon(EmulatedDevice):
         """How it is carried out."""
         self.slot = 0
         self.enabled = False
-        self.output = 0.0
-        """Of an open loop, in the unit of the request."""
-        self.goal_p = self.goal_v = self.goal_a = 0.0
-        """Set points [mechanism rotations, 1/s, 1/s^2]."""
-        self.feed_forward = 0.0
-        self.limits = (0.0, 0.0, 0.0)
-        """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
-        # control
-        self.integral = self.pid_out = 0.0
-        """Integral part of the output, and all of it."""
-        self.err = self.derr = 0.0
-        """Error of the loop, and its rate."""
-        self.ref = self.slope = 0.0
-        """What the loop follows, and its rate."""
-        self.scurve, self.expo, self.velocity_ramp = SCurve(), Expo(), VelocityRamp()
-        self.profile_loops = 0
-        """Control loops since the profile's reference last moved."""
         self.limits_hit = (False, False, False, False)
         """Soft limits forward and reverse, switches forward and reverse."""
-        self.settled_rps = math.nan
-        """Rotor velocity at the last loop if the output stays while the rotor does; else not a number."""
-        self.followers: list[EmulatedTalon] = []
-        """Controllers whose leader this one is."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         """The request of the next control frame, and when that frame arrives [ns]."""
         self._expires: int | None = None
         """When the request ends that was sent once [ns]."""
         self._plans: dict[tuple[str, int, bool], ControlPlan] = {}
-        self._law: Law | None = None
-        self._stage: Stage | None = None
         self._follow: Callable[[int], None] | None = None
         self._seen_ns = -1
         """Time of the remote sensor's frame that the law has used last [ns]."""
         self._unseen = 0
         """Control loops since then."""
-        self._holds = False
-        """Whether the output follows from request, rotor and supply alone."""
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
-        self._no_forward = self._no_reverse = False
         self._has_warned = False
-        self._seen_raw = 0.0
-        """Rotor position at the last loop."""
-        self._rests = False
-        """Whether the output does not depend on the position either: in neutral, or of a follower."""
         self.configured()
         self.send_frame()
 
@@ -699,12 +658,9 @@ class EmulatedTalon(EmulatedDevice):
 
     def resolve(self) -> None:
         """Find the configured sensor and the leader, which robot code may build after this controller."""
-        self._stir()
         self.feedback = feedback_of(self, self.config)
-        self._measure = self.feedback.measure
-        self._is_blind = self.feedback.is_missing and self.kind.axis is not Axis.OPEN
+        self.measure = self.feedback.measure
         self._follow = following(self)
-        self._remote = self.feedback.remote
 
     def command(self, spn: int, value: float) -> None:
         """A new position."""
@@ -724,7 +680,6 @@ class EmulatedTalon(EmulatedDevice):
             self._has_warned = True
             return
         ratio = self.config[SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value] or 1.0
-        self._stir()
         self.shift += self.turn * (position * ratio - self.rotor_position)
         self.measure()
 
@@ -790,27 +745,17 @@ class EmulatedTalon(EmulatedDevice):
         self.kind, self.args = kind, args
         self.turn = turning(self)
         field = kind.slots
-        axis = kind.axis
         self._expires = self.clock.ns + _ONE_SHOT_NS if args[0] == 0.0 and kind is not IDLE else None
         self.slot = slot = int(args[field["slot"]]) if "slot" in field else 0
         foc = bool(args[field["enable_foc"]]) if "enable_foc" in field else True
         plan = self._plans.get((kind.name, slot, foc))
         if plan is None:
-            plan = self._plans[kind.name, slot, foc] = build_plan(self, kind, slot, foc)
+            if "slot" in field and self.config[SpnValue.SLOT0_GAIN_SCHED_BEHAVIOR.value + slot]:
+                raise NotImplementedError(f"{self!r}: gain scheduling (slot{slot}) is not modelled in simulated time")
+            plan = build_plan(self.loop, self.bridge, self.config, kind, slot, foc)
+            self._plans[kind.name, slot, foc] = plan
         self.plan = plan
-        self._law, self._stage = plan.law, plan.stage
         self._follow = following(self)
-        self._stir()
-        self._holds = (
-            (axis is Axis.OPEN or axis is Axis.POSITION or axis is Axis.VELOCITY or axis is Axis.FOLLOW)
-            and (self.feedback.is_rotor or not plan.reads_sensor)
-            and self._limits_are_plain
-            and not plan.has_memory
-            and self._expires is None
-            and not self._autosets
-        )
-        self._senses = axis is not Axis.OPEN or not self._limits_are_plain
-        self._is_blind = self.feedback.is_missing and axis is not Axis.OPEN
         self._take_goals(plan)
         if plan.law is not None:
             self._take_options()
@@ -822,50 +767,34 @@ class EmulatedTalon(EmulatedDevice):
         """Read the set points of the request."""
         axis, args = self.kind.axis, self.args
         if axis is Axis.OPEN:
-            self.output = float(args[1])
+            self.loop.output = float(args[1])
         elif axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY):
-            self.goal_v, self.goal_a = float(args[1]), float(args[2])
+            self.loop.goal_v, self.loop.goal_a = float(args[1]), float(args[2])
         elif axis is Axis.POSITION:
-            self.goal_p, self.goal_v = float(args[1]), float(args[2])
+            self.loop.goal_p, self.loop.goal_v = float(args[1]), float(args[2])
         elif plan.profile is not None:
-            self.goal_p = float(args[1])
+            self.loop.goal_p = float(args[1])
         if plan.profile is not None:
-            self.limits = limits_of(self.config, self.kind, args)
+            self.loop.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
         """Read feed-forward, neutral, deadband and limits of a request that drives."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
-        self.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
+        self.loop.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES
         bridge.override = bool(args[field["override_coast_dur_neutral" if torque else "override_brake_dur_neutral"]])
         bridge.deadband = float(args[field["deadband"]]) if "deadband" in field else 0.0
         bridge.max_duty = float(args[field["max_abs_duty_cycle"]]) if "max_abs_duty_cycle" in field else 1.0
         # the last six fields of every request that drives
         self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
-        self._no_forward, self._no_reverse = self._limit_flags[:2]
 
     def _begin(self) -> None:
-        """Reset integral and profiles: a new request starts from the present state."""
-        self.integral = self.pid_out = 0.0
+        """Let the loop start anew from the present state."""
         self._unseen = 0
-        self.profile_loops = PROFILE_LOOPS // 2
-        if self._remote is not None:
-            self._seen_ns = self._remote.frame_ns
+        if self.feedback.remote is not None:
+            self._seen_ns = self.feedback.remote.frame_ns
         self.measure()
-        self.scurve.start(self.pos, self.vel)
-        self.expo.start(self.pos, self.vel)
-        self.velocity_ramp.start(0.0, self.vel)
-        self.velocity_ramp.v = self.vel
-
-    def measure(self) -> None:
-        """Read the sensors."""
-        self._measure()
-
-    def _stir(self) -> None:
-        """Have the next loop of this motor and of its followers computed even if their rotors rest."""
-        self.settled_rps = math.nan
-        for follower in self.followers:
-            follower.settled_rps = math.nan
+        self.loop.start()
 
     # ---- physics
 
@@ -876,7 +805,6 @@ class EmulatedTalon(EmulatedDevice):
 
     def set_input(self, name: str, value: float) -> None:
         """Write what `sim_state` and SimDevices set, by the names of CTRE's library; rotors turn counter-clockwise."""
-        self._stir()
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
@@ -927,15 +855,7 @@ class EmulatedTalon(EmulatedDevice):
     def run(self, loops: int, enabled: bool) -> None:
         """Advance by this many control loops."""
         pending = self._pending
-        if pending is None:
-            # Odometry cuts a step in two, and motors rest: half of all loops would change nothing. 0.06 ms a tick.
-            if (
-                self.rotor_rps == self.settled_rps
-                and (self._rests or self.raw == self._seen_raw)
-                and enabled is self.enabled
-            ):
-                return
-        else:
+        if pending is not None:
             before = (pending[0] - self.clock.loop_ns + LOOP_NS - 1) // LOOP_NS
             if before < loops:
                 self._pending = None
@@ -946,14 +866,8 @@ class EmulatedTalon(EmulatedDevice):
         self._loop(loops, enabled)
 
     def _loop(self, loops: int, enabled: bool) -> None:
-        bridge = self.bridge
-        rps, late = self.rotor_rps, self.late_rps
-        if late != rps:
-            late += LIMITER_GAIN[loops if loops < 64 else 64] * (rps - late)
-            self.late_rps = late = late if abs(rps - late) > 1e-3 else rps
-        turn = self.turn
-        bridge.rps = rps * turn
-        bridge.late_rps = late * turn
+        bridge, loop = self.bridge, self.loop
+        bridge.rps = self.rotor_rps * self.turn
         if self._expires is not None and self.clock.loop_ns >= self._expires:
             self._accept(IDLE, (0.0,))
         if self._autosets:
@@ -963,38 +877,33 @@ class EmulatedTalon(EmulatedDevice):
                     self.set_position(value)
         if enabled is not self.enabled:
             self.enabled = enabled
-            self.settled_rps = math.nan
             if not enabled:
                 bridge.rest()
             self._begin()
-        law, stage = self._law, self._stage
+        law, stage = self.plan.law, self.plan.stage
         if law is None or stage is None or not enabled:
             self._neutral_or_follow(loops)
             return
-        remote = self._remote
+        remote = self.feedback.remote
         is_stale = remote is not None and remote.frame_ns == self._seen_ns
-        if self._senses and not is_stale:
-            self._measure()
+        if not is_stale:
+            self.measure()
         if self._limits_are_plain and not self.forward.closed and not self.reverse.closed:
-            bridge.blocked_forward = self._no_forward
-            bridge.blocked_reverse = self._no_reverse
+            bridge.blocked_forward, bridge.blocked_reverse = self._limit_flags[:2]
         else:
             self._check_limits()
-        if self._is_blind:
-            self.pid_out = 0.0
-        elif self.kind.axis is Axis.OPEN:
-            self.pid_out = law(loops)
+        if self.kind.axis is Axis.OPEN:
+            loop.pid_out = law(loops)
+        elif self.feedback.is_missing:
+            loop.pid_out = 0.0
         elif is_stale:
             self._unseen += loops
         else:
             if remote is not None:
                 self._seen_ns = remote.frame_ns
-            self.pid_out = law(loops + self._unseen)
+            loop.pid_out = law(loops + self._unseen)
             self._unseen = 0
-        stage(self.pid_out, loops)
-        self.settled_rps = late if self._holds and not bridge.is_supply_limited and late == rps else math.nan
-        self._seen_raw = self.raw
-        self._rests = False
+        stage(loop.pid_out, loops)
 
     def _neutral_or_follow(self, loops: int) -> None:
         """Neutral, or the output of the leader."""
@@ -1004,22 +913,15 @@ class EmulatedTalon(EmulatedDevice):
             bridge.neutral(bridge.brake and not coasts)
         elif self._follow is not None:
             self._follow(loops)
-            is_settled = self._holds and not bridge.is_supply_limited and self.late_rps == self.rotor_rps
-            self.settled_rps = self.rotor_rps if is_settled else math.nan
-            self._rests = True
-            return
         else:
             bridge.rest()
             bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
-        is_settled = self._expires is None and not self._autosets and self.late_rps == self.rotor_rps
-        self.settled_rps = self.rotor_rps if is_settled else math.nan
-        self._rests = is_settled
 
     def _check_limits(self) -> None:
         forward, reverse, bridge = self.forward, self.reverse, self.bridge
         no_forward, no_reverse, ignore_hard, ignore_soft = self._limit_flags
-        soft_f, hard_f = forward.stops(self.devices, self.pos, ignore_soft, ignore_hard)
-        soft_r, hard_r = reverse.stops(self.devices, self.pos, ignore_soft, ignore_hard)
+        soft_f, hard_f = forward.stops(self.devices, self.loop.pos, ignore_soft, ignore_hard)
+        soft_r, hard_r = reverse.stops(self.devices, self.loop.pos, ignore_soft, ignore_hard)
         bridge.blocked_forward = no_forward or soft_f or hard_f
         bridge.blocked_reverse = no_reverse or soft_r or hard_r
         self.limits_hit = (soft_f, soft_r, hard_f, hard_r)
@@ -1036,24 +938,22 @@ class EmulatedTalon(EmulatedDevice):
         feedback, axis = self.feedback, self.kind.axis
         if not self.enabled or feedback.is_missing or self.plan.law is None or axis is Axis.OPEN:
             return None
-        is_rotor, turns = feedback.remote is None, self.goal_v
+        is_rotor, turns = feedback.remote is None, self.loop.goal_v
         if not self.plan.on_velocity:
-            turns = self.goal_p - feedback.present()
+            turns = self.loop.goal_p - feedback.present()
             if self.config[SpnValue.CONFIG_CONTINUOUS_WRAP.value]:
                 turns -= math.floor(turns + 0.5)
         return self.plan.on_velocity, is_rotor, turns * feedback.ratio * (self.turn if is_rotor else 1.0)
 
     def sample(self) -> TalonFrame:
         """A frame of this moment."""
-        self._measure()
+        self.measure()
         return frame_of(self)
 
     def send_frame(self) -> None:
         """Send a status frame with the present faults."""
         self.fault_flags.set_active(active_faults(self, self.feedback.is_missing))
         super().send_frame()
-        for follower in self.followers:
-            follower.settled_rps = math.nan
 
     def units_of(self, spn: int) -> int:
         """Number of the signal whose units this one has in the last frame."""

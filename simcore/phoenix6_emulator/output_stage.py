@@ -1,15 +1,13 @@
-"""The output stage of a motor controller: peaks, ramps, deadband, limit switches, current limits, neutral.
+"""The output stage of a motor controller: what it asks of the motor, within peaks, ramp, deadband and limit switches.
 
-Order of the steps: peak output, ramp, deadband, soft and hard limits, supply voltage, stator limit, supply limit.
+Order of the steps: peak output, ramp, deadband, soft and hard limits. Volts, amperes and supply current are those of
+the model that turns the motor (`show`), which keeps the current limits that the stage names. Where no model does, as in
+a test that writes the rotor through `sim_state`, they are those of a motor held at the rotor's speed, by the law of the
+loop's motors.
 
-Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds, and with its speed changed while volts
-and amperes were polled. Its limits act in all four quadrants; a deadband is subtracted and the rest stretched; a brake
-with volts (`VoltageOut(0)`) keeps the stator limit, a static brake does not; no bridge carries more than 200 A.
-
-The limits of a voltage allow the back-EMF, plus what the limit makes in the winding; and the rotor speed that they use
-follows the real one late. So a motor that spins up a light load gets less than its limit: 39 A of 60 A on average at
-680 rotations/s^2, which is what the azimuth of a swerve module does, and 50 A at 340. A new request acts at once;
-torque currents do not lag.
+Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Its limits act in all four quadrants; a
+deadband is subtracted and the rest stretched; a brake with volts (`VoltageOut(0)`) keeps the stator limit, a static
+brake does not; no bridge carries more than 200 A.
 """
 
 from __future__ import annotations
@@ -20,118 +18,60 @@ from dataclasses import dataclass
 
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.errors import ConfigError
+from simcore.loop.motor import solve_limited
 from simcore.phoenix6_emulator.emulated_device import LOOP, Setting, Unit
+from simcore.robot.dc_motor import MotorModel, motor
 
-__all__ = [
-    "ARRANGEMENTS",
-    "KRAKEN_X44",
-    "KRAKEN_X60",
-    "LIMITER_GAIN",
-    "OVER_VOLTAGE",
-    "Bridge",
-    "MotorConstants",
-    "Stage",
-]
+__all__ = ["ARRANGEMENTS", "KRAKEN_X44", "KRAKEN_X60", "OVER_VOLTAGE", "Bridge", "ConnectedMotor", "Stage"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotorConstants:
-    """A motor without its mechanism, at 12 V.
+@dataclass(frozen=True, slots=True)
+class ConnectedMotor:
+    """A motor, and what a controller reports of it."""
 
-    Source: stall current and free speed measured on CTRE's simulation 26.3, torque current at 1, 3 and 6 V with the
-    rotor held at 0, 20 and 60 rotations/s; the Kraken X60 is WPILib's `DCMotor.krakenX60FOC`.
-    """
-
-    name: str
-    """As robot code calls it."""
-    stall_current: float
-    """[A]"""
-    free_rps: float
-    """Rotor speed without load [rotations/s]."""
-    trapezoidal_stall: float
-    """Stall current without FOC [A]."""
-    trapezoidal_rps: float
-    """Free speed without FOC [rotations/s]."""
+    model: MotorModel
+    """Under field-oriented control, where it has that."""
+    trapezoidal: MotorModel
     kt: float
-    """What `get_motor_kt` answers [N m/A]."""
+    """Answer of `get_motor_kt` [N m/A]."""
     kv: float
-    """What `get_motor_kv` answers [rpm/V]."""
-    reported_stall: float
-    """What `get_motor_stall_current` answers [A]."""
-    connected: int
+    """Answer of `get_motor_kv` [rpm/V]."""
+    stall_current: float
+    """Answer of `get_motor_stall_current` [A]."""
+    number: int
     """`ConnectedMotorValue`."""
 
-    def __post_init__(self) -> None:
-        for field in ("stall_current", "free_rps", "trapezoidal_stall", "trapezoidal_rps"):
-            value = getattr(self, field)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ConfigError(f"{self.name}: {field} must be finite and > 0, got {value}")
+
+def _brushless(name: str, kt: float, kv: float, stall_current: float, number: int) -> ConnectedMotor:
+    return ConnectedMotor(motor(name), motor(name), kt, kv, stall_current, number)
 
 
-KRAKEN_X60 = MotorConstants(
-    name="Kraken X60",
-    stall_current=483.0,
-    free_rps=5800.0 / 60.0,
-    trapezoidal_stall=366.0,
-    trapezoidal_rps=100.0,
-    kt=0.0198,
-    kv=490.0,
-    reported_stall=476.0,
-    connected=2,
+KRAKEN_X60 = ConnectedMotor(motor("Kraken X60 FOC"), motor("Kraken X60"), 0.0198, 490.0, 476.0, 2)
+KRAKEN_X44 = ConnectedMotor(  # the simulated device reports the number 2 for both motors
+    motor("Kraken X44 FOC"), motor("Kraken X44"), 0.0154, 625.0, 329.0, 2
 )
-KRAKEN_X44 = MotorConstants(
-    name="Kraken X44",
-    stall_current=329.0,
-    free_rps=125.0,
-    trapezoidal_stall=277.5,
-    trapezoidal_rps=130.0,
-    kt=0.0154,
-    kv=625.0,
-    reported_stall=329.0,
-    connected=2,  # the simulated device reports this for both motors
-)
-
-
-def _jst(name: str, stall: float, rps: float, kt: float, kv: float, reported: float, connected: int) -> MotorConstants:
-    return MotorConstants(
-        name=name,
-        stall_current=stall,
-        free_rps=rps,
-        trapezoidal_stall=stall,
-        trapezoidal_rps=rps,
-        kt=kt,
-        kv=kv,
-        reported_stall=reported,
-        connected=connected,
-    )
-
-
-ARRANGEMENTS: dict[int, MotorConstants] = {
-    1: _jst("Minion", 211.0, 126.9, 0.0152, 633.0, 212.0, 4),
-    2: _jst("brushed motor", 129.1, 89.0, 0.0, 444.0, 0.0, 5),
-    5: _jst("NEO", 103.5, 94.6, 0.0196, 490.0, 216.0, 8),
-    6: _jst("NEO 550", 98.9, 185.0, 0.0097, 975.0, 111.0, 9),
-    7: _jst("Vortex", 207.8, 113.6, 0.0154, 565.0, 391.0, 10),
+ARRANGEMENTS: dict[int, ConnectedMotor] = {
+    1: _brushless("Minion", 0.0152, 633.0, 212.0, 4),
+    2: _brushless("CIM", 0.0, 444.0, 0.0, 5),
+    5: _brushless("NEO", 0.0196, 490.0, 216.0, 8),
+    6: _brushless("NEO 550", 0.0097, 975.0, 111.0, 9),
+    7: _brushless("NEO Vortex", 0.0154, 565.0, 391.0, 10),
 }
 """Motors of a TalonFXS by `MotorArrangementValue`; a brushed motor is a CIM."""
 
-
 Stage = Callable[[float, int], None]
-"""Drives the motor with an output for a number of control loops."""
+"""Asks the motor for an output for a number of control loops."""
 
 OVER_VOLTAGE = 16.5
 """Above this supply the bridge is off [V]; measured between 16 and 18."""
 _HARD_CAP = 200.0
-"""What the simulated bridge carries at most, also with its limits off [A]."""
+"""Most that a bridge carries, also with its limits off [A]."""
 _SUPPLY_SLACK = 0.4
-"""The simulated limiters oscillate within 1 A of their limit; the supply current is this much below on average [A]."""
-_LIMITER_LAG = 6.0
-"""Time constant with which the limits of a voltage follow a new rotor speed, in control loops. The measured lag is not
-quite one pole: a quarter of a jump in one loop, the last tenth in 30; this one gives the same mean current."""
-LIMITER_GAIN = (*(-math.expm1(-loops / _LIMITER_LAG) for loops in range(64)), 1.0)
-"""Share of a jump of the rotor speed that the limits of a voltage use after so many control loops; the last is for
-more."""
+"""The simulated limiter oscillates within 1 A of its limit; the supply current is this much below on average [A]."""
+_LIMITED = 0.98
+"""Share of a limit at which it counts as reached: the model's battery is not to the last digit the device's [-]."""
+_HELD = 1e12
+"""Stiffness of a shaft that no torque moves."""
 _TORQUE_RANGE = 327.67
 """Full scale of a torque current request, to which a deadband stretches the rest [A]."""
 _MAX_REQUEST_DEADBAND = 15.0
@@ -148,59 +88,37 @@ _RAMPS = {
 }
 
 
+def _emf(model: MotorModel) -> float:
+    """Return the back-EMF per speed [V s/rotation]; CTRE's simulation reckons without the current of a free motor."""
+    return model.nominal_voltage * math.tau / model.free_speed
+
+
 class Bridge:
-    """Drives one motor; all numbers have robot code's signs.
+    """Asks one motor for volts, a duty cycle or amperes; all numbers have robot code's signs.
 
     Args:
-        motor: The motor that it drives.
+        motor: The motor, where no model of a robot turns it.
     """
 
-    __slots__ = (
-        "_ampere_cap",
-        "_deadband",
-        "_last",
-        "_lower",
-        "_lower_time",
-        "_lowered",
-        "_over",
-        "_ramps",
-        "_supply_limit",
-        "_torque_deadband",
-        "_volt_cap",
-        "blocked_forward",
-        "blocked_reverse",
-        "brake",
-        "current",
-        "deadband",
-        "duty",
-        "has_ramp",
-        "holds_duty",
-        "is_blocked",
-        "is_neutral",
-        "is_stator_limited",
-        "is_supply_limited",
-        "late_rps",
-        "max_duty",
-        "motor",
-        "override",
-        "peaks",
-        "rps",
-        "supply",
-        "supply_current",
-        "volts",
-    )
-
-    def __init__(self, motor: MotorConstants) -> None:
+    def __init__(self, motor: ConnectedMotor) -> None:
         self.motor = motor
-        self.volts = self.current = self.supply_current = self.duty = 0.0
-        self.holds_duty = False
-        """Whether it holds `duty` until its next loop, and not `volts`: no limit lowers an output in duty cycles."""
+        self.unit = Unit.VOLTS
+        """Of `asked`."""
+        self.asked = 0.0
+        """Asked of the motor, in its unit."""
+        self.is_neutral = True
+        """Whether it does not drive."""
+        self.is_braking = False
+        """Whether a bridge that does not drive shorts the motor; else the circuit is open."""
+        self._volts = self._current = 0.0
+        self._is_due = False
+        """Whether nobody has asked yet what flows since the last loop: the answer costs more than the loop."""
+        self.has_model = False
+        """Whether a model of a robot has said what flows."""
         self.supply = 12.0
         """At its terminals [V]."""
         self.rps = 0.0
         """Of the rotor, robot code's sign [rotations/s]."""
-        self.late_rps = 0.0
-        """The same, late, as the limits of a voltage use it."""
         self.brake = False
         """Configured neutral mode."""
         self.override = False
@@ -211,10 +129,10 @@ class Bridge:
         """Of the torque request."""
         self.blocked_forward = self.blocked_reverse = False
         """Whether a limit forbids this direction."""
-        self.is_neutral = True
-        self.is_blocked = self.is_stator_limited = self.is_supply_limited = False
+        self.is_blocked = False
+        self._foc = True
         self._last = self._over = 0.0
-        self._lowered = False
+        self._is_lowered = False
 
     def configure(self, config: Mapping[int, Setting]) -> None:
         """Apply limits, peaks, deadbands and ramps."""
@@ -222,15 +140,13 @@ class Bridge:
         def get(name: str, default: float = 0.0) -> float:
             return config.get(SpnValue[name].value, default)
 
-        self._volt_cap, self._ampere_cap = math.inf, _HARD_CAP
+        self._stator_limit, self._supply_limit = _HARD_CAP, math.inf
         if get("CONFIG_STATOR_CURR_LIMIT_EN"):
-            limit = get("CONFIG_STATOR_CURRENT_LIMIT")
-            self._ampere_cap = min(limit, _HARD_CAP)
-            self._volt_cap = max(limit, 0.0)
-        self._supply_limit = math.inf
+            self._stator_limit = min(max(get("CONFIG_STATOR_CURRENT_LIMIT"), 0.0), _HARD_CAP)
         if get("CONFIG_SUPPLY_CURR_LIMIT_EN"):
             self._supply_limit = max(get("CONFIG_SUPPLY_CURRENT_LIMIT") - _SUPPLY_SLACK, 0.0)
-        self._lower = max(get("CONFIG_SUPPLY_CURRENT_LOWER_LIMIT") - _SUPPLY_SLACK, 0.0)
+        lower = max(get("CONFIG_SUPPLY_CURRENT_LOWER_LIMIT") - _SUPPLY_SLACK, 0.0)
+        self._lower = min(lower, self._supply_limit)
         self._lower_time = get("CONFIG_SUPPLY_CURRENT_LOWER_TIME")
         self.brake = get("CONFIG_NEUTRAL_MODE") == 1
         self._deadband = get("CONFIG_DUTY_CYCLE_NEUTRAL_DB")
@@ -242,116 +158,158 @@ class Bridge:
         }
         self._ramps = {key: _FULL[key[0]] / period if (period := config.get(spn, 0.0)) > 0.0 else 0.0
                        for key, spn in _RAMPS.items()}  # fmt: skip
-        self.has_ramp = any(self._ramps.values())
+
+    # ---- what it asks for
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
-        """The output stage for one kind of request."""
+        """Build the output stage for one kind of request."""
         high, low = self.peaks[unit]
         rate = self._ramps[unit, closed] * LOOP
-        motor = self.motor
-        foc = foc or unit is Unit.AMPERES
-        resistance = 12.0 / (motor.stall_current if foc else motor.trapezoidal_stall)
-        emf_per_rps = 12.0 / (motor.free_rps if foc else motor.trapezoidal_rps)
-        is_duty, is_torque = unit is Unit.DUTY, unit is Unit.AMPERES
-        cap = (self._ampere_cap if is_torque else self._volt_cap) * resistance
-        hard_cap = _HARD_CAP * resistance
-        limit, deadband = self._supply_limit * resistance, self._deadband
+        is_torque, is_duty = unit is Unit.AMPERES, unit is Unit.DUTY
 
         def drive(out: float, loops: int) -> None:
+            self._time_limit(loops)
             out = high if out > high else (low if out < low else out)
             if rate:
                 step = rate * loops
-                last = self._last
-                out = last + step if out > last + step else (last - step if out < last - step else out)
-                self._last = out
-            supply = self.supply
-            emf = self.rps * emf_per_rps
-            if is_torque:
-                out = self._past_deadband(out)
-                v = emf + out * resistance
-            else:
-                v = out * supply if is_duty else out
-                if deadband:
-                    size = abs(v) / supply
-                    v = math.copysign((size - deadband) / (1.0 - deadband) * supply, v) if size > deadband else 0.0
-            self.is_blocked = blocked = (self.blocked_forward and out > 0.0) or (self.blocked_reverse and out < 0.0)
-            if supply > OVER_VOLTAGE:
+                out = self._last = min(max(out, self._last - step), self._last + step)
+            asked = self._past_deadband(out) if is_torque else self._stretched(out, 1.0 if is_duty else self.supply)
+            self.is_blocked = (self.blocked_forward and out > 0.0) or (self.blocked_reverse and out < 0.0)
+            if self.supply > OVER_VOLTAGE:
                 self.neutral(False)
-                return
-            if blocked or out == 0.0 or (v == 0.0 and not is_torque):
-                if is_torque:  # zero torque is neutral as configured; its override coasts
-                    self.neutral(self.brake and not self.override)
-                    return
-                if not (self.brake or self.override):
-                    self.neutral(False)
-                    return
-                v = 0.0  # a bridge that drives zero volts brakes, within the current limits
-            top = self.max_duty * supply if is_torque else supply
-            v = asked = top if v > top else (-top if v < -top else v)
-            known = emf if is_torque else self.late_rps * emf_per_rps
-            self.is_stator_limited = False
-            if v > known + cap:
-                v = known + cap
-                self.is_stator_limited = True
-            elif v < known - cap:
-                v = known - cap
-                self.is_stator_limited = True
-            if self._over or (v - known) * v > limit * supply:
-                v = self._limit_supply(v, known, resistance, loops)
-            if v > emf + hard_cap:
-                v = emf + hard_cap
-                self.is_stator_limited = True
-            elif v < emf - hard_cap:
-                v = emf - hard_cap
-                self.is_stator_limited = True
-            current = (v - emf) / resistance
-            self.is_neutral = False
-            self.volts = v
-            self.current = current
-            self.supply_current = current * v / supply
-            self.duty = v / supply
-            self.holds_duty = is_duty and v == asked
+            elif asked != 0.0 and not self.is_blocked:
+                self._ask(unit, asked, foc or is_torque)
+            elif is_torque:  # zero torque is neutral as configured; its override coasts
+                self.neutral(self.brake and not self.override)
+            elif self.brake or self.override:
+                self._ask(Unit.VOLTS, 0.0, foc)  # a bridge that drives zero volts brakes, within the current limits
+            else:
+                self.neutral(False)
 
         return drive
 
     def neutral(self, brake: bool) -> None:
         """Open the circuit (coast), or short it (brake)."""
-        self.is_neutral = True
-        self.holds_duty = False
-        self.volts = self.duty = self.supply_current = 0.0
-        self.is_stator_limited = self.is_supply_limited = False
-        motor = self.motor
-        self.current = -self.rps * motor.trapezoidal_stall / motor.trapezoidal_rps if brake else 0.0
+        self.is_neutral, self.is_braking = True, brake
+        self.unit, self.asked = Unit.VOLTS, 0.0
+        self._is_due = not self.has_model
+
+    def _ask(self, unit: Unit, asked: float, foc: bool) -> None:
+        self.is_neutral = False
+        self.unit, self.asked, self._foc = unit, asked, foc
+        self._is_due = not self.has_model
 
     def carry(self, unit: Unit) -> None:
         """Start the ramp of another kind of request at the present output."""
-        self._last = {Unit.DUTY: self.duty, Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
-        if self.is_neutral:
-            self._last = 0.0
+        present = {Unit.DUTY: self.duty, Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
+        self._last = 0.0 if self.is_neutral else present
 
     def rest(self) -> None:
         """Reset the ramp and the time over the limit."""
         self._last = self._over = 0.0
-        self._lowered = self.is_blocked = False
+        self._is_lowered = self.is_blocked = False
+
+    def _stretched(self, out: float, full: float) -> float:
+        """Return an output past the deadband of duty cycles; the rest reaches to the full output."""
+        if not self._deadband:
+            return out
+        rest = abs(out) / full - self._deadband
+        return math.copysign(rest / (1.0 - self._deadband) * full, out) if rest > 0.0 else 0.0
 
     def _past_deadband(self, amperes: float) -> float:
-        """What is left of a torque current after the deadbands of request and configuration."""
+        """Return a torque current past the deadbands of request and configuration."""
         band = max(min(self.deadband, _MAX_REQUEST_DEADBAND), self._torque_deadband)
-        if band == 0.0:
-            return amperes
         rest = abs(amperes) - band
         return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
 
-    def _limit_supply(self, v: float, emf: float, resistance: float, loops: int) -> float:
-        """Volts with which the supply limit is kept, at the back-EMF that the limit uses [V]."""
-        if (v - emf) * v <= (self._lower if self._lowered else self._supply_limit) * resistance * self.supply:
-            self._over = 0.0
-            self._lowered = self.is_supply_limited = False
-            return v
+    # ---- what flows
+
+    @property
+    def asked_volts(self) -> float:
+        """Volts that it asks for, or that a torque current takes [V]."""
+        if self.unit is Unit.AMPERES:
+            return self.volts
+        return self.asked * self.supply if self.unit is Unit.DUTY else self.asked
+
+    @property
+    def share(self) -> float | None:
+        """Share of its supply that it asks for, within `limits`; None: volts.
+
+        A torque current is the greatest voltage with the current as the limit.
+        """
+        if self.unit is Unit.AMPERES:
+            return math.copysign(self.max_duty, self.asked)
+        return self.asked if self.unit is Unit.DUTY else None
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Limits of stator and supply in force [A]."""
+        stator = min(abs(self.asked), self._stator_limit) if self.unit is Unit.AMPERES else self._stator_limit
+        return stator, self._lower if self._is_lowered else self._supply_limit
+
+    @property
+    def volts(self) -> float:
+        """At the motor [V]."""
+        if self._is_due:
+            self._hold_rotor()
+        return self._volts
+
+    @property
+    def current(self) -> float:
+        """In the motor [A]."""
+        if self._is_due:
+            self._hold_rotor()
+        return self._current
+
+    @property
+    def duty(self) -> float:
+        """Share of its supply at the motor."""
+        return self.volts / self.supply
+
+    @property
+    def supply_current(self) -> float:
+        """From the battery [A]."""
+        return self.current * self.volts / self.supply
+
+    @property
+    def is_stator_limited(self) -> bool:
+        """Whether the stator limit is what bounds the current."""
+        return not self.is_neutral and abs(self.current) > _LIMITED * self._stator_limit
+
+    @property
+    def is_supply_limited(self) -> bool:
+        """Whether the supply limit is what bounds the current, when somebody last asked what flows."""
+        return not self.is_neutral and self._current * self._volts > _LIMITED * self.limits[1] * self.supply
+
+    def show(self, volts: float, current: float) -> None:
+        """Take from a model of a robot what is at the motor [V], and what flows in it [A]."""
+        self.has_model = True
+        self._is_due = False
+        self._volts, self._current = volts, current
+
+    def _hold_rotor(self) -> None:
+        """Compute what flows in a motor whose rotor is held at its present speed."""
+        self._is_due = False
+        model = self.motor.model if self._foc and not self.is_neutral else self.motor.trapezoidal
+        ohm, emf, w = model.resistance, _emf(model), self.rps
+        if self.is_neutral:
+            self._volts, self._current = 0.0, -emf * w / ohm if self.is_braking else 0.0
+            return
+        top = self.supply
+        if self.unit is Unit.AMPERES:
+            volts, top = emf * w + self.asked * ohm, self.max_duty * self.supply
+        else:
+            volts = self.asked_volts
+        volts = min(max(volts, -top), top)
+        stator, power = self._stator_limit, self.limits[1] * self.supply
+        held = _HELD * w, volts / ohm, emf / ohm, stator, emf, ohm, 1.0, 1.0, 0.0, 0.0, w, power
+        _, self._current, self._volts, _, _ = solve_limited(_HELD, *held)  # type: ignore[no-untyped-call]
+
+    def _time_limit(self, loops: int) -> None:
+        """Lower the supply limit after some time at it."""
+        limit = self._lower if self._is_lowered else self._supply_limit
+        if self._current * self._volts <= _LIMITED * limit * self.supply:
+            self._over, self._is_lowered = 0.0, False
+            return
         self._over += loops * LOOP
-        self._lowered = self._lowered or self._over > self._lower_time > 0.0
-        limit = self._lower if self._lowered and self._lower < self._supply_limit else self._supply_limit
-        self.is_supply_limited = True
-        # v (v - emf) / R = limit * supply, solved for the v with the sign that was asked for
-        root = math.sqrt(emf * emf + 4.0 * resistance * limit * self.supply)
-        return 0.5 * (emf + root) if v > 0.0 else 0.5 * (emf - root)
+        self._is_lowered = self._is_lowered or self._over > self._lower_time > 0.0

@@ -75,7 +75,7 @@ class SparkMotorSim(MotorSim):
         rotor, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         turns = self._encoder_gearing / math.tau
         for port in self._ports:
-            port.show_current(m.current / m.motors)
+            port.show_motor(0.0, m.current / m.motors)
             port.write(rotor, rps, (m.position * turns, m.velocity * turns))
 
 

@@ -99,7 +99,7 @@ class SparkPort(MotorPort):
         port.set_supply(12.0)
         port.run(0.005)
         volts = port.volts(emf=0.0, resistance=0.11)
-        port.show_current(3.0)
+        port.show_motor(0.33, 3.0)
         port.write(1.5, 0.2, encoder=(0.1, 0.01))
     """
 
@@ -223,8 +223,8 @@ class SparkPort(MotorPort):
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
         return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
 
-    def show_current(self, amps: float) -> None:
-        """Show the current of one motor, positive as for the mechanism [A]."""
+    def show_motor(self, volts: float, amps: float) -> None:
+        """Show the current of one motor, positive as for the mechanism [A]; its volts are those of its loop."""
         self._amps = amps * self._sign
         self._current.set(abs(amps))
 

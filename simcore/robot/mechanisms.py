@@ -138,8 +138,13 @@ class ShaftSim:
 
     @property
     def volts(self) -> float:
-        """Voltage asked for, before the battery limits it [V]; `set_volts` sets it."""
-        return float(self.record["request"][0])
+        """Voltage asked for, before the battery limits it [V], or that a duty cycle makes; `set_volts` sets it."""
+        return float(self.record["volts" if self.record["mode"][0] == DUTY else "request"][0])
+
+    @property
+    def motor_output(self) -> tuple[float, float]:
+        """Voltage at each motor [V] and current in it [A] at the end of the last step."""
+        return float(self.record["volts"][0]), float(self.record["current"][0])
 
     @property
     def current(self) -> float:
@@ -193,6 +198,12 @@ class ShaftSim:
     def set_load(self, torque: float) -> None:
         """Let this torque [N m] act from outside, along positive motion, from the next step on."""
         self.record["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
+
+    def keep_limits(self, stator: float, supply: float) -> None:
+        """Keep each motor within these currents [A] from the next step on, and within the gearbox's own."""
+        record, box = self.record, self.gearbox
+        record["stator_limit"] = min(stator, box.stator_current_limit)
+        record["supply_limit"] = min(supply, box.supply_current_limit)
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""

@@ -312,6 +312,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._static_loads: list[float] = []
         self._stand(config)
         self._free_speeds = [free_speed(s, self._wheel_configs, self._static_loads) for s in shafts]
+        self._own_limits: Records | None = None
+        self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
         """Of the drive shafts."""
 
@@ -489,6 +491,20 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """
         name = type(self).__name__
         self._command(kinds, [checked_number(f"{name} request of shaft {k}", value) for k, value in enumerate(values)])
+
+    def keep_limits(self, limits: Sequence[tuple[float, float]]) -> None:
+        """Keep the current of each motor within limits of stator and supply [A], and within the configured ones.
+
+        Args:
+            limits: Of each shaft: wheels, then azimuths.
+        """
+        if limits != self._kept_limits:
+            self._kept_limits = list(limits)
+            if self._own_limits is None:
+                self._own_limits = self.shafts[["stator_limit", "supply_limit"]].copy()
+            stator, supply = zip(*limits, strict=True)
+            self.shafts["stator_limit"] = np.minimum(self._own_limits["stator_limit"], stator)
+            self.shafts["supply_limit"] = np.minimum(self._own_limits["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
         """Ask the motors of the first shafts for something."""

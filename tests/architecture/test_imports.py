@@ -59,7 +59,7 @@ ALLOWED = {
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},
     "revlib": CORE | {"robot_file", "devices"},
     "navx": CORE | {"robot_file", "devices"},
-    "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
+    "phoenix6_emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; knows motors, but no adapters
     "robotpy": CORE
     | {"devices", "robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }

@@ -189,7 +189,7 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     talon = bench.talon(number)
     bench.hold(talon, rotations=3.0)
     bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
-    season.hal.sim_periodic_before()
+    (getattr(season.hal, "sim_periodic_before", None) or season.hal.simPeriodicBefore)()
     sim_device = season.wpilib_simulation.SimDeviceSim
     volts = sim_device(f"CANMotor:Talon FX (v6)[{number}]").get_double("motorVoltage").get()
     rotor = sim_device(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").get_double("position").get()

@@ -17,8 +17,8 @@ def names(statuses):
     return [status.name for status in statuses]
 
 
-def test_generated_telemetry_writes_structs_into_a_log_that_runs_or_not(bench):
-    """CTRE's generated telemetry.py does this 250 times a second; the codes are those of its simulation."""
+def test_generated_telemetry_writes_structs_into_a_log_that_takes_everything(bench):
+    """CTRE's generated telemetry.py does this 250 times a second."""
     from phoenix6 import SignalLogger
     from phoenix6.hoot_schema_type import HootSchemaType
 
@@ -40,16 +40,11 @@ def test_generated_telemetry_writes_structs_into_a_log_that_runs_or_not(bench):
             )
         )
 
-    assert write() == ["LOGGER_NOT_RUNNING"] * 4
-    assert SignalLogger.start().is_ok()
+    assert SignalLogger.set_path("/tmp").is_ok() and SignalLogger.start().is_ok()
     assert write() == ["OK"] * 4
     assert SignalLogger.add_schema("struct:Mine", HootSchemaType.STRUCT, "double x").is_ok()
-    assert SignalLogger.has_schema("struct:Mine", HootSchemaType.STRUCT)
-    assert not SignalLogger.has_schema("struct:Mine", HootSchemaType.PROTOBUF)
-    assert SignalLogger.write_schema_value("m", "struct:Other", HootSchemaType.STRUCT, b"1").name == "MISSING_SCHEMA"
+    assert SignalLogger.write_schema_value("m", "struct:Mine", HootSchemaType.STRUCT, b"1").is_ok()
     assert SignalLogger.stop().is_ok()
-    assert not SignalLogger.has_schema("struct:Mine", HootSchemaType.STRUCT)
-    assert SignalLogger.set_path("/no/such/folder").name == "DIRECTORY_MISSING"
 
 
 def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
@@ -68,21 +63,13 @@ def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
     assert not HootReplay.is_file_loaded() and HootReplay.is_playing() and HootReplay.is_finished()
 
 
-def test_an_orchestra_plays_in_simulated_time(bench, tmp_path):
+def test_an_orchestra_takes_every_call_and_makes_no_sound(bench):
     from phoenix6 import Orchestra, hardware
 
     orchestra = Orchestra([hardware.TalonFX(1, bench.bus)])
-    assert names((orchestra.load_music("nowhere.chrp"), orchestra.play(), orchestra.pause())) == [
-        "MUSIC_FILE_NOT_FOUND", "INVALID_ORCHESTRA_ACTION", "INVALID_ORCHESTRA_ACTION",
-    ]  # fmt: skip
-    song = tmp_path / "song.chrp"
-    song.write_bytes(b"la")
-    assert orchestra.load_music(str(song)).is_ok() and orchestra.play().is_ok() and orchestra.is_playing()
-    bench.emulator.step(0.3)
-    assert orchestra.pause().is_ok() and not orchestra.is_playing()
-    bench.emulator.step(0.2)
-    assert orchestra.get_current_time() == pytest.approx(0.3)
-    assert orchestra.stop().is_ok() and orchestra.get_current_time() == 0.0
+    calls = (orchestra.load_music("song.chrp"), orchestra.play(), orchestra.pause(), orchestra.stop())
+    assert names(calls) == ["OK"] * 4
+    assert not orchestra.is_playing() and orchestra.get_current_time() == 0.0
 
 
 @pytest.mark.parametrize("name", DEVICES)

@@ -32,9 +32,9 @@ def simulated():
 
 @pytest.mark.parametrize("name", RECORDED["figures"])
 def test_a_request_moves_its_plant_as_on_ctres_simulation(simulated, name):
-    """t90 within 20 ms, overshoot within 3 % and final value within 0.5 % of the step."""
+    """t90 within 20 ms (30 ms at a supply limit), overshoot within 3 % and final value within 0.5 % of the step."""
     real, ours = RECORDED["figures"][name], simulated["figures"][name]
-    assert not compare.misses(real, ours), (real, ours)
+    assert not compare.misses(name, real, ours), (real, ours)
 
 
 def test_every_run_in_every_process_is_bit_identical(simulated):
@@ -49,7 +49,7 @@ def test_the_recording_is_still_what_ctres_simulation_does(simulated):
     real = compare.run("real", names)
     if real["lateness_ms"] > compare.TOO_LATE_MS:
         pytest.skip(f"machine too busy for real time: physics came {real['lateness_ms']:.1f} ms late")
-    wrong = {n: compare.misses(real["figures"][n], simulated["figures"][n]) for n in names}
+    wrong = {n: compare.misses(n, real["figures"][n], simulated["figures"][n]) for n in names}
     assert not any(wrong.values()), (wrong, real["figures"])
 
 
