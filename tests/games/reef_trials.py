@@ -72,29 +72,6 @@ def branch(number: int, level: int) -> tuple[float, np.ndarray, np.ndarray]:
     return math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6]), tip, (tip - start) / np.linalg.norm(tip - start)
 
 
-def laid_across(level: int, off: float) -> tuple[int, int]:
-    """Of twelve coral laid across the ends of blue's branches: how many count there, and how many still lie there.
-
-    Args:
-        level: 2 to 4.
-        off: From the end of the branch to the middle of the coral, along the coral [m].
-    """
-    with Match(REEFSCAPE, robots=FAR) as match:
-        state = match.pieces.state
-        match.pieces.score(np.nonzero(state.kind == ALGAE)[0])
-        coral = np.nonzero((state.kind == CORAL) & (state.status == PieceStatus.STAGED))[0][:12]
-        up = 0.5 * (dim.CORAL_OUTER_DIAMETER + dim.BRANCH_DIAMETER) + 0.01
-        ends = [branch(number, level) for number in range(12)]
-        along = [np.array([-math.sin(yaw), math.cos(yaw), 0.0]) for yaw, _, _ in ends]
-        centers = np.array(
-            [tip + off * way + np.array([0.0, 0.0, up]) for (_, tip, _), way in zip(ends, along, strict=True)]
-        )
-        match.pieces.release(coral, centers, np.array([from_rpy(0.5 * math.pi, 0.0, yaw) for yaw, _, _ in ends]))
-        match.play(4.0)
-        stay = np.linalg.norm(state.pos[coral] - centers, axis=1) < 0.1
-        return match.pieces.places.count(level=f"BlueL{level}"), int(stay.sum())
-
-
 def bumped(speed: float) -> tuple[list[int], list[int], float]:
     """What a robot knocks off blue's reef that drives against a face of it at a speed [m/s].
 

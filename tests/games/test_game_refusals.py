@@ -19,10 +19,8 @@ INSIDE = {
     "rebuilt": (4.6, 4.0, 0.0),
     "reefscape": (4.5, 4.0, 0.0),
     "crates": (0.3, 5.0, 0.0),
-    "crescendo": (3.1, 4.1, 0.0),
-    "charged_up": (0.4, 1.1, 0.0),
 }
-"""A start inside of an element: the hub, the reef, the dock, a leg of the stage, the grid."""
+"""A start inside of an element: the hub, the reef, the dock."""
 
 
 @pytest.mark.parametrize("seed", [None, -1, 1.5, True, "3"])

@@ -20,7 +20,7 @@ from simcore.telemetry.wpilog import WpilogSink
 from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
-SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0, "crescendo": 3.0, "charged_up": 3.0}
+SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
 """Until something that chance decides has been met."""
 
 CODE = """

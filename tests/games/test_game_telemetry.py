@@ -92,24 +92,6 @@ def test_the_keys_of_the_clock_agree_with_each_other(game):
     assert seen == {phase.name for phase in game.clock.phases[:3]}
 
 
-def test_one_key_has_one_kind_and_all_values_are_plain(game):
-    with Match(game) as match:
-        match.last_tick_ms = 1.0
-        match.play(0.1)
-        s = match.snapshot()
-    names = [*s.doubles, *s.integers, *s.booleans, *s.strings, *s.poses, *s.pose_arrays, *s.integer_arrays]
-    assert len(set(names)) == len(names)
-    for values, kind in ((s.doubles, float), (s.integers, int), (s.booleans, bool), (s.strings, str)):
-        assert all(type(value) is kind for value in values.values())
-    for rows in (*s.poses.values(), *s.pose_arrays.values()):
-        assert np.linalg.norm(rows.reshape(-1, 7)[:, 3:], axis=1) == pytest.approx(1.0)
-        assert not rows.flags.writeable or rows.ndim == 1
-    for row in match.rules.telemetry():
-        assert row in names
-    wanted = {f"Sim/Score/{name}" for name in (*match.tracker.pieces, *match.rules.breakdown(), "Total", "Red", "Blue")}
-    assert wanted <= set(s.integers)
-
-
 @pytest.mark.engines("bullet", "mujoco")
 def test_a_robot_at_rest_logs_nothing_but_the_clock(tmp_path):
     """It has driven, stopped and let its mechanisms run down: wheels, rollers and pose stand to the last bit."""

@@ -379,9 +379,3 @@ def test_a_robot_that_holds_on_to_the_tower_until_the_assessment_is_over_has_its
         hangs = True
         match.play(0.1)
         assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 0, "the assessment is over"
-
-
-def test_nothing_is_lost_while_fuel_is_counted():
-    with RebuiltSim(options=["hub_exits", "human_players"]) as match:
-        match.play(3.0)
-        assert match.count.is_conserved and match.pieces.count(PieceStatus.SCORED) == 0

@@ -6,14 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from reef_trials import ALGAE, CORAL, FAR, bumped, faults, laid_across, let_go, placed_share
-from scipy.integrate import solve_ivp
+from reef_trials import ALGAE, CORAL, FAR, bumped, faults, let_go, placed_share
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.field import FIELD
 from games.reefscape.human_players import station_faces
-from games.reefscape.pieces import ALGAE as ALGAE_KIND
 from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
 
@@ -69,30 +67,6 @@ def test_pieces_dropped_over_everything_lie_in_nothing_and_sleep_within_ten_seco
         assert len(awake) <= (20 if whole else 0), awake  # what rolls against something at last: one in a thousand
 
 
-def test_algae_stay_on_the_reef_and_a_thrown_one_flies_as_the_differential_equation_says():
-    gravity = 9.80665
-
-    def rates(_: float, y: np.ndarray) -> np.ndarray:
-        air = -ALGAE_KIND.air.drag * np.linalg.norm(y[3:]) * y[3:]
-        return np.concatenate((y[3:], air - np.array([0.0, 0.0, gravity])))
-
-    with Match(REEFSCAPE, robots=FAR) as match:
-        state = match.pieces.state
-        on_reef = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] > 0.8))[0]
-        before = state.pos[on_reef].copy()
-        assert len(on_reef) == 12
-        thrown = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] < 0.8))[0][:1]
-        start, vel = np.array([7.0, 2.0, 1.0]), np.array([3.0, 2.0, 8.0])
-        match.pieces.release(thrown, start[None])
-        match.pieces.push(thrown, vel[None], flying=True)
-        match.play(1.0)
-        wanted = solve_ivp(rates, (0.0, 1.0), np.concatenate((start, vel)), rtol=1e-9).y[:3, -1]
-        way = np.linalg.norm(wanted - start)
-        assert np.linalg.norm(state.pos[thrown[0]] - wanted) < 0.03 * way
-        match.play(5.0)
-        assert (state.pos[on_reef] == before).all() and (state.status[on_reef] == PieceStatus.ASLEEP).all()
-
-
 @pytest.mark.engines("bullet", "mujoco")
 def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     """30 mm are free in its bore: with 23 mm aside all stay, with 51 mm none. With --whole it prints the tables."""
@@ -112,14 +86,6 @@ def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
             up = [placed_share(level, pitch=-math.radians(angle)) for angle in ANGLES]
             print(f"L{level}", *(np.round(row, 2) for row in (aside, tilt, down, up)))
             assert aside[1] == tilt[0] == down[0] == up[0] == 1.0 and aside[-1] == tilt[-1] == 0.0
-
-
-def test_a_coral_across_the_end_of_a_branch_does_not_count_and_falls(whole):
-    """Off balance by 30 mm it falls; in balance on an upright end it may stay, and does not count."""
-    for level in (2, 3, 4) if whole else (4,):
-        assert laid_across(level, 0.03) == (0, 0)
-    if whole:
-        assert laid_across(4, 0.0)[0] == 0
 
 
 def test_a_robot_that_bumps_the_reef_leaves_its_coral_where_they_are(whole):
