@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-import socket
 import time
 
 import numpy as np
-import pytest
+from dashboard import Dashboard
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as rebuilt
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
-from simcore import Match, RobotEntry, season
+from simcore import Match, RobotEntry
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.control_topics import ControlTopics
 
@@ -184,42 +183,19 @@ def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """A client that knows the topics: pulses, manual and back, misspelled alliances, numbers where buttons are."""
-    pytest.importorskip("ntcore")
-    from simcore.telemetry.networktables_sink import start_local_server
-
-    ntcore, folder = season.ntcore, "/Sim/HumanPlayer/"
-    server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
-    start_local_server(server, port=port)
-    of_2026 = hasattr(client, "startClient4")
-    kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
-    kept.set(True)  # of a simulation that was here before
-    wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
-    wrong.set(1.0)
-    everything = ntcore.MultiSubscriber(client, [folder])
-    (client.startClient4 if of_2026 else client.start_client)("dashboard")
-    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
-    deadline = time.monotonic() + 10.0
-    while not (client.isConnected if of_2026 else client.is_connected)() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    time.sleep(0.2)
-    with outposts(seed=2) as match:
-        topics = ControlTopics(match, server)
-
-        def until(condition, seconds: float = 10.0) -> None:
-            deadline = time.monotonic() + seconds
-            while not condition():
-                assert time.monotonic() < deadline, [str(result) for result in match.control.results]
-                match.tick()
-                client.flush()
-                server.flush()
-                time.sleep(0.005)
+    """Pulses, manual and back, misspelled alliances, numbers where buttons are."""
+    folder = "/Sim/HumanPlayer/"
+    with Dashboard() as board, outposts(seed=2) as match:
+        client = board.client
+        kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
+        kept.set(True)
+        wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
+        wrong.set(1.0)
+        board.connect(folder)
+        topics = ControlTopics(match, board.server)
 
         def done(number: int) -> str:
-            until(lambda: match.control.count >= number)
+            board.until(match, lambda: match.control.count >= number)
             assert match.control.count == number and match.count.is_conserved
             return str(match.control.results[-1])
 
@@ -228,17 +204,17 @@ def test_a_dashboard_plays_human_players_over_networktables():
         status = client.get_string_topic("/Sim/Control/Status").subscribe("")
         manual = client.get_boolean_topic(folder + "Blue/Manual").get_entry(False)
         button = client.get_boolean_topic(folder + "Blue/ThrowFuel").get_entry(False)
-        until(lambda: ready.get() > 0)
+        board.until(match, lambda: ready.get() > 0)
         assert list(names.get()) == ["OpenDoor", "ThrowFuel", "PushFuel"]
         assert match.control.count == 0 and not match.persons, "what was kept is no command"
         button.set(True)
         assert done(1).startswith("1 done: blue's human player: throw a fuel at the hub, ")
-        until(lambda: not button.get())  # it is let go of
-        until(lambda: manual.get() and not match.persons["blue"])
+        board.until(match, lambda: not button.get())  # it is let go of
+        board.until(match, lambda: manual.get() and not match.persons["blue"])
         left = ready.get()
         button.set(True)
         assert done(2).startswith("2 done")
-        until(lambda: ready.get() == left - 1)
+        board.until(match, lambda: ready.get() == left - 1)
         manual.set(False)
         assert done(3) == "3 done: the game itself plays blue's human player" and not match.persons
         manual.set(True)
@@ -254,12 +230,9 @@ def test_a_dashboard_plays_human_players_over_networktables():
         text = client.get_string_topic(folder + "Blue/Dump").publish()
         text.set("now")
         assert done(8).endswith("a button is a boolean that is set to true, got 'now'")
-        until(lambda: status.get() == str(match.control.results[-1]))
+        board.until(match, lambda: status.get() == str(match.control.results[-1]))
         topics.close()
         button.set(True)
         time.sleep(0.3)
         match.play(0.1)
         assert match.control.count == 8
-    everything.close()
-    for instance in (client, server):
-        ntcore.NetworkTableInstance.destroy(instance)
