@@ -126,7 +126,6 @@ SEED = "--seed: must be a whole number from 0 to 4294967295, got"
         *((f"--seed={seed}", f"{SEED} '{seed}'") for seed in ("1.5", "-1", "x", "nan")),
         ("--alliance green", "green"),
         ("--sedd 1", "--sedd"),
-        ("--field nowhere.obj", "nowhere.obj"),
     ],
 )
 def test_what_cannot_be_is_refused_and_leaves_nothing_behind(here, capsys, words, said):
@@ -135,10 +134,11 @@ def test_what_cannot_be_is_refused_and_leaves_nothing_behind(here, capsys, words
 
 
 @pytest.mark.parametrize(
-    "content", ["", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
+    "content", [None, "", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
 )
-def test_a_broken_mesh_is_named(here, capsys, content):
-    (here / "broken.obj").write_text(content)
+def test_a_missing_or_broken_mesh_is_named(here, capsys, content):
+    if content is not None:
+        (here / "broken.obj").write_text(content)
     assert "broken.obj" in refused(capsys, "--field", "broken.obj")
 
 

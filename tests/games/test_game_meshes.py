@@ -219,16 +219,12 @@ def test_algae_fit_between_the_pipes_and_touch_four_of_them():
 # --- AprilTags --------------------------------------------------------------------------------------------------------
 
 
-def tags_of(game: str, dim) -> dict:
-    """Places of the tags of WPILib's layout for a field, whose size is the game's."""
-    apriltag = pytest.importorskip("robotpy_apriltag")
-    layout = apriltag.AprilTagFieldLayout.loadField(getattr(apriltag.AprilTagField, game))
-    assert (layout.getFieldLength(), layout.getFieldWidth()) == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH))
-    return {tag.ID: tag.pose.translation() for tag in layout.getTags()}
-
-
 def test_tags_of_2026_are_on_hubs_trenches_towers_and_outposts():
-    tag, dim = tags_of("k2026RebuiltWelded", rebuilt), rebuilt
+    """Those of 2025 are in test_reefscape_tags.py."""
+    apriltag, dim = pytest.importorskip("robotpy_apriltag"), rebuilt
+    layout = apriltag.AprilTagFieldLayout.loadField(apriltag.AprilTagField.k2026RebuiltWelded)
+    assert (layout.getFieldLength(), layout.getFieldWidth()) == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH))
+    tag = {one.ID: one.pose.translation() for one in layout.getTags()}
     assert (tag[26].x + tag[20].x) / 2 == pytest.approx(dim.HUB_CENTER[0], abs=1e-3)
     assert tag[26].y == pytest.approx(dim.HUB_CENTER[1], abs=1e-3)
     assert (tag[17].x + tag[28].x) / 2 == pytest.approx(dim.TRENCH_X, abs=1e-3)
@@ -236,17 +232,3 @@ def test_tags_of_2026_are_on_hubs_trenches_towers_and_outposts():
     assert tag[31].y == pytest.approx(dim.TOWER_Y, abs=1e-4)
     assert tag[29].y == pytest.approx(dim.OUTPOST_Y, abs=1e-3)
     assert REBUILT.field.symmetry.flip_point(tag[26].x, tag[26].y) == pytest.approx((tag[10].x, tag[10].y), abs=1e-3)
-
-
-def test_tags_of_2025_are_on_reefs_stations_and_processors():
-    tag, dim = tags_of("k2025ReefscapeWelded", reefscape), reefscape
-    assert (tag[18].x + tag[21].x) / 2 == pytest.approx(dim.REEF_CENTER[0], abs=1e-4)
-    for number, yaw_deg in zip((18, 19, 20, 21, 22, 17), dim.REEF_FACE_YAWS_DEG, strict=True):
-        yaw = math.radians(yaw_deg)
-        dx, dy = tag[number].x - dim.REEF_CENTER[0], tag[number].y - dim.REEF_CENTER[1]
-        assert math.cos(yaw) * dx + math.sin(yaw) * dy == pytest.approx(dim.REEF_APOTHEM, abs=1.2e-3)
-        assert math.cos(yaw) * dy - math.sin(yaw) * dx == pytest.approx(0.0, abs=3e-4)
-    assert (tag[12].x, tag[12].y) == pytest.approx(dim.STATION_FACE_CENTER, abs=1e-5)
-    assert tag[16].x == pytest.approx(dim.PROCESSOR_X, abs=1e-5)
-    assert (tag[14].y, tag[4].x - tag[14].x) == pytest.approx((dim.NET_Y, dim.NET_WIDTH), abs=5e-3)
-    assert REEFSCAPE.field.symmetry.flip_point(tag[12].x, tag[12].y) == pytest.approx((tag[2].x, tag[2].y), abs=1e-3)

@@ -153,23 +153,6 @@ def test_a_second_auto_begins_at_zero(game):
         assert match.count.is_conserved
 
 
-def test_a_driver_station_runs_the_clock(game):
-    """The clock stands before the first enable and while disabled, and goes on through the pauses of the match."""
-    with Match(game, robots=(RobotEntry(preload=0),)) as match:
-        match.timer.follow_driver_station()
-        match.play(0.5)
-        assert match.timer.time == 0.0 and not match.timer.is_enabled
-        match.timer.set_enabled(True)
-        match.start_mode("auto")
-        match.play(0.5)
-        assert match.timer.time == pytest.approx(0.5) and match.timer.is_enabled
-        match.timer.set_enabled(False)
-        match.play(0.5)
-        assert match.timer.time == pytest.approx(0.5)
-        match.start_mode("teleop")
-        assert match.timer.time == game.clock.start_of_mode("teleop")
-
-
 def test_the_end_comes_once(game):
     ends = []
     with Match(game, robots=(RobotEntry(preload=0),)) as match:

@@ -66,25 +66,6 @@ def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its
         assert people.stock["blue"] == 8 and people.stock["red"] < 7
 
 
-def test_fuel_comes_out_of_a_hub_one_after_the_other_and_back_over_the_guardrail_when_it_is_due():
-    """At most ten a second; three to eight seconds until people have brought it."""
-    with outposts(seed=3) as match:
-        ways, state = match.rules.ways, match.pieces.state
-        *inside, outside = match.pieces.on_field()[:4].tolist()
-        match.pieces.score(np.array(inside))
-        match.pieces.set_aside(np.array(inside))
-        ways._hubs["blue"].extend((0.0, slot) for slot in inside)
-        assert ways.leave_field(outside) and 3.0 <= ways._outside[outside][0] - match.time <= 8.0
-        left = []
-        for _ in range(15):
-            match.tick()
-            left.append(ways.in_hub("blue"))
-        assert left == [2] * 5 + [1] * 5 + [0] * 5 and state.status[outside] == PieceStatus.STAGED
-        ways._outside[outside] = (match.time, 8.0, 0.5)
-        match.tick()
-        assert state.status[outside] == PieceStatus.ASLEEP and match.count.is_conserved
-
-
 def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
     with outposts(seed=6) as match:
         (text,) = said(match, ("blue", "OpenDoor"))
@@ -124,15 +105,6 @@ def test_what_comes_too_early_waits_once_and_what_is_gone_is_refused():
         assert [text.partition(": ")[2] for text in texts] == ["no piece is left for it"] * 3
         match.timer.set_enabled(False)
         assert "wait until robots are enabled" in said(match, ("blue", "OpenDoor"))[0]
-
-
-def test_names_that_are_not_known_are_told_with_what_would_work():
-    with outposts() as match:
-        texts = said(match, ("green", "ThrowFuel"), ("blue", "ThrowFule"))
-        assert texts[0].startswith("no alliance named 'green'") and "'blue', 'red'" in texts[0]
-        assert "Did you mean 'ThrowFuel'" in texts[1]
-    with RebuiltSim() as match:
-        assert said(match, ("blue", "ThrowFuel"))[0].startswith("this run of rebuilt has no human players")
 
 
 def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():

@@ -263,23 +263,11 @@ def drop(match, alliance, time):
         ("... in 0.3 s it does not", "blue", 57.7, 0),
         ("a shot after the hub went inactive has 3 s until the sensors, not until the rim", "blue", 35.7, 1),
         ("... a tenth later it has not", "blue", 35.8, 0),
-        ("fuel in auto counts for both", "red", 5.0, 1),
-        ("fuel after the match counts for 3 s", "red", 165.7, 1),
-        ("... and no longer", "red", 165.8, 0),
     ],
 )
 def test_hubs_count_as_their_sensors_see_the_fuel(sentence, alliance, time, points):
     with RebuiltSim() as match:
         assert drop(match, alliance, time) == points, sentence
-
-
-def test_game_data_is_empty_in_auto_and_names_who_is_inactive_first_from_teleop_on():
-    with RebuiltSim() as match:
-        assert match.rules.game_data() == ""
-        drop(match, "blue", 22.9)
-        assert match.rules.game_data() == ""
-        show = [(match.timer.__setattr__("time", time), match.rules.game_data())[1] for time in (23.0, 60.0, 163.0)]
-        assert show == ["B", "B", "B"]
 
 
 def test_a_human_players_throw_counts_in_auto():

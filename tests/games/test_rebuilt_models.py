@@ -66,26 +66,6 @@ def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
             assert along @ shot == pytest.approx(1.0, abs=0.02)
 
 
-def test_rollers_ride_on_the_intake_and_clear_the_bumper():
-    names = [c.name for c in COMPONENTS]
-    with RebuiltSim() as sim:
-        robot = sim.robots[0]
-        for _ in range(60):
-            robot.mechanisms["intake_deploy"].set_volts(6.0)
-            for mechanism in robot.mechanisms.values():
-                mechanism.step(0.02)
-            rows = robot.component_poses()
-            for name in ("intake roller, lower", "intake roller, upper"):
-                x, _, z = rows[names.index(name), :3]
-                if -0.427 < x < -0.31:
-                    assert z - 0.027 > robot.chassis.config.bumper_top, "through the bumper"
-        roller = rows[names.index("intake roller, lower")]
-        assert roller[0] == pytest.approx(
-            COMPONENTS[2].joints[-1].origin[0] - robot.config.mechanisms["intake_deploy"].travel, abs=1e-3
-        )
-        assert 0.15 < roller[2] + 0.027 and roller[2] - 0.027 < 0.15, "it touches fuel that lies on the carpet"
-
-
 def test_tags_and_driver_stations_stand_where_they_are_on_the_field():
     """In the frame of the model: origin in the middle, the red wall at -x."""
     config = json.loads((FOLDER / "Field3d_SimcoreRebuilt" / "config.json").read_text())

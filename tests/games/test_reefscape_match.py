@@ -85,16 +85,6 @@ def test_coral_counts_by_level_and_period_and_takes_its_points_along():
         ) | set(match.pieces.places.slots(level="BlueL2"))
 
 
-def test_a_coral_that_is_let_go_beside_a_branch_falls_and_does_not_count():
-    with Match(REEFSCAPE, robots=FAR) as match:
-        _, tip = branch_ends(0, 4)
-        slot = staged(match, "Coral")
-        match.pieces.release(slot, np.array([[tip[0] - 0.09, tip[1], tip[2] + 0.17]]))
-        match.play(3.0)
-        assert match.pieces.state.pos[slot[0], 2] < 1.0 and match.count.is_conserved
-        assert not rows(match).get("teleopReef/topRow") and match.count.placed in (0, 1)
-
-
 def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor():
     """A robot without coral at a station gets one; algae through blue's processor come from red's human in teleop."""
     x, y, yaw = station_faces("blue")["right"]

@@ -94,20 +94,3 @@ def test_a_robot_that_bumps_the_reef_leaves_its_coral_where_they_are(whole):
         before, after, deepest = bumped(speed)
         assert before == [12, 12, 6, 6]
         assert after[:3] == [12, 12, 6] and deepest < 0.010
-
-
-def test_algae_stay_on_the_reef_while_a_robot_drives_round_and_bumps_it(whole):
-    """With --whole through the 150 s of a match."""
-    with Match(REEFSCAPE, robots=FAR) as match:
-        state, robot = match.pieces.state, match.robots[0]
-        on_reef = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] > 0.8))[0]
-        before = state.pos[on_reef].copy()
-        for lap in range(75 if whole else 2):
-            yaw = math.radians(dim.REEF_FACE_YAWS_DEG[lap % 6])
-            out = dim.REEF_APOTHEM + 0.4 + 0.6
-            x, y = dim.REEF_CENTER[0] + out * math.cos(yaw), dim.REEF_CENTER[1] + out * math.sin(yaw)
-            robot.carry_to((x, y, yaw + math.pi))
-            robot.drive.set_chassis_speeds((1.0, 2.0, 3.0)[lap % 3], 0.0, 0.5)
-            match.play(2.0)
-        assert np.abs(state.pos[on_reef] - before).max() < 0.02
-        assert match.count.is_conserved

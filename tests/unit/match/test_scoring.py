@@ -69,10 +69,6 @@ def test_totals_are_the_sum_of_the_events():
     assert sum(tracker.pieces.values()) == len(tracker.events)
 
 
-def test_no_pieces_no_events():
-    assert fall(ScoringTracker([BLUE]), 0.0) == []
-
-
 def test_two_zones_of_one_name_are_refused():
     with pytest.raises(ConfigError, match="names must differ"):
         ScoringTracker([BLUE, BLUE])

@@ -64,14 +64,6 @@ def follow(script, robot, *, ticks=2000, **more):
     raise AssertionError("the script does not end")
 
 
-def test_it_drives_to_a_pose_and_stops_there():
-    robot = Ideal((2.0, 3.0, 0.0))
-    follow(lambda r: r.drive_to(4.0, 4.0, 1.0), robot)
-    assert robot.pose[:2] == pytest.approx((4.0, 4.0), abs=0.08)
-    assert robot.pose[2] == pytest.approx(1.0, abs=math.radians(3.5))
-    assert robot.asked[-1] == (0.0, 0.0, 0.0)
-
-
 def test_it_keeps_to_its_speed_and_acceleration():
     robot = Ideal((2.0, 3.0, 0.0))
     follow(lambda r: r.drive_to(7.0, 3.0, 0.0, speed=2.0), robot)
@@ -115,18 +107,6 @@ def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
     robot = Ideal((3.0, 6.0, 0.0))
     assert follow(lambda r: r.collect_in(**region, timeout=4.0), robot, pieces=there) == 201
     assert robot.pose[:2] == pytest.approx((0.3 + 0.62, 6.1), abs=0.05), "with the intake, 0.62 m behind, over the fuel"
-
-
-def test_waiting_takes_as_long_as_it_says():
-    assert follow(lambda r: r.wait(0.5), Ideal((2.0, 3.0, 0.0))) == 25
-
-
-def test_the_intake_can_be_ahead_as_well():
-    """With the heading at pi the robot takes from the other side."""
-    robot, there = Ideal((1.0, 6.0, math.pi)), np.array([[3.0, 6.1, 0.075]])
-    region = {"low": (2.0, 5.0), "high": (4.0, 7.0), "aside": 0.2, "yaw": math.pi}
-    follow(lambda r: r.collect_in(**region, timeout=4.0), robot, pieces=there)
-    assert robot.pose[:2] == pytest.approx((3.0 - 0.62, 6.1), abs=0.05)
 
 
 def test_a_script_that_has_ended_stops_the_robot_and_a_new_robot_begins_it_anew():
