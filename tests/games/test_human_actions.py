@@ -86,27 +86,6 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         assert match.count.is_conserved and match.pieces.recovered == 0
 
 
-def test_what_comes_too_early_waits_once_and_what_is_gone_is_refused():
-    with outposts() as match:
-        assert "24 stood ready" in said(match, ("red", "ThrowFuel"))[0]
-        texts = said(match, ("red", "ThrowFuel"), ("red", "ThrowFuel"))
-        assert "23 stood ready" in texts[0]
-        assert texts[1] == (
-            "red's human player cannot throw a fuel at the hub: the one before is still to come, one takes 1.3 s"
-        )
-        assert match.rules.human_players.stock["red"] == 23
-        match.play(1.4)
-        assert match.rules.human_players.stock["red"] == 22, "as fast as people are"
-        for _ in range(3):
-            said(match, ("red", "OpenDoor"))
-            match.play(1.2)
-        assert match.rules.human_players.stock["red"] == 0
-        texts = said(match, ("red", "OpenDoor"), ("red", "ThrowFuel"), ("red", "PushFuel"))
-        assert [text.partition(": ")[2] for text in texts] == ["no piece is left for it"] * 3
-        match.timer.set_enabled(False)
-        assert "wait until robots are enabled" in said(match, ("blue", "OpenDoor"))[0]
-
-
 def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():
     with outposts(seed=3) as match:
         match.play(1.0)

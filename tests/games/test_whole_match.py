@@ -92,21 +92,6 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul():
         assert [foul for foul in match.tracker.fouls if foul.alliance == "red"] == []
 
 
-def test_a_defender_lowers_what_the_other_side_scores(whole):
-    """Of the same collector beside an opponent that stands still and beside one that defends."""
-    if not whole:
-        pytest.skip("a minute of two matches: with --whole")
-
-    def score(opponent, seed):
-        with played({"blue": "collector:3", "red": opponent}, at=MATCH.start("transition"), seed=seed) as match:
-            match.play(60.0)
-            return match.score.blue
-
-    for seed in range(6):
-        free, defended = score("idle", seed), score("defender:3", seed)
-        assert defended < 0.8 * free, f"seed {seed}: {defended} of {free}"
-
-
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)
 def test_a_player_gets_off_the_fuel_under_its_robot(under):
     """Let down on fuel, it drives toward the side that hangs lower until it stands on its wheels."""

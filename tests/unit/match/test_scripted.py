@@ -78,27 +78,6 @@ def test_it_gives_up_after_the_timeout_when_something_is_in_the_way():
     assert follow(lambda r: r.drive_to(7.0, 3.0, 0.0, timeout=1.0), robot) == 51
 
 
-def test_it_passes_all_corners_in_order():
-    robot, corners = Ideal((1.0, 1.0, 0.0)), [(3.0, 1.0), (3.0, 3.0), (1.0, 3.0)]
-    track = []
-    drive = robot.set_chassis_speeds
-    robot.set_chassis_speeds = lambda *v: (drive(*v), track.append(tuple(robot.pose[:2])))
-    follow(lambda r: r.drive_through(corners, 0.0), robot)
-    nearest = [min(range(len(track)), key=lambda i, c=c: math.dist(track[i], c)) for c in corners]
-    assert nearest == sorted(nearest)
-    assert all(math.dist(track[i], c) < 0.4 for i, c in zip(nearest, corners, strict=True))
-
-
-@pytest.mark.parametrize("symmetry", ["rotate", "mirror"])
-def test_a_red_robot_does_the_same_flipped(symmetry):
-    flip = FieldSymmetry(symmetry, SIZE).flip_pose
-    blue, red = Ideal((2.0, 3.0, 0.3)), Ideal(flip(2.0, 3.0, 0.3))
-    for robot, alliance in ((blue, "blue"), (red, "red")):
-        follow(lambda r: r.drive_to(4.0, 4.0, 1.0), robot, alliance=alliance, symmetry=symmetry)
-    assert flip(*red.pose)[:2] == pytest.approx(blue.pose[:2], abs=1e-9)
-    assert math.remainder(flip(*red.pose)[2] - blue.pose[2], math.tau) == pytest.approx(0.0, abs=1e-9)
-
-
 def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
     region = {"low": (0.0, 5.0), "high": (1.0, 7.0), "aside": 0.2}
     elsewhere = np.array([[5.0, 5.0, 0.075], [0.5, 6.0, 0.9]])  # the second lies too high to be on the carpet

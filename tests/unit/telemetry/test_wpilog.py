@@ -86,19 +86,6 @@ def test_schemas_are_those_of_wpimath(tmp_path: Path) -> None:
     assert {name.removeprefix("NT:/.schema/"): rows[0][1] for name, rows in values.items()} == expected
 
 
-def test_wpilib_unpacks_the_poses(tmp_path: Path, snapshots: list[Snapshot]) -> None:
-    geometry = pytest.importorskip("wpimath.geometry")
-    from wpiutil import wpistruct
-
-    _, values = read(written(tmp_path / "run.wpilog", snapshots))
-    pose = wpistruct.unpack(geometry.Pose3d, values["NT:/Sim/Robot/Pose3d"][3][1])
-    assert (pose.X(), pose.Y(), pose.Z()) == (4.0, 2.0, 0.0)
-    assert pose.rotation().Z() == pytest.approx(1.0)
-    fuel = wpistruct.unpackArray(geometry.Pose3d, values["NT:/Sim/GamePieces/Fuel"][3][1])
-    assert len(fuel) == 504
-    assert (fuel[7].X(), fuel[7].Y()) == (7.003, -3.0)
-
-
 def test_numbers_are_written_when_they_change(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     _, values = read(written(tmp_path / "run.wpilog", snapshots))
     assert len(values["NT:/Sim/Robot/GroundClearance"]) == 20
@@ -149,30 +136,6 @@ def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_p
     assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/ShotIds"]) == 65
 
 
-def test_wpilib_unpacks_states_of_swerve_modules(tmp_path: Path) -> None:
-    pytest.importorskip("wpimath.geometry")
-    from wpimath.kinematics import SwerveModuleState
-    from wpiutil import wpistruct
-
-    states = np.array([(1.5, -0.25), (-2.0, 3.0)])
-    rows = [
-        Snapshot(
-            time=0.02, tick=0, state_arrays={"Sim/Robot/SwerveStates": states, "Sim/Robot/SwerveSetpoints": states[:0]}
-        )
-    ]
-    path = written(tmp_path / "run.wpilog", rows)
-    types, values = read(path)
-    assert types["NT:/Sim/Robot/SwerveStates"] == "struct:SwerveModuleState[]"
-    found = wpistruct.unpackArray(SwerveModuleState, values["NT:/Sim/Robot/SwerveStates"][0][1])
-    assert [(one.speed, one.angle.radians()) for one in found] == [(1.5, -0.25), (-2.0, 3.0)]
-    assert values["NT:/Sim/Robot/SwerveSetpoints"] == [(20_000, b"")]
-    again = read_log(path).snapshot_at(0.02).state_arrays
-    assert again["Sim/Robot/SwerveStates"].tolist() == states.tolist() and again["Sim/Robot/SwerveSetpoints"].shape == (
-        0,
-        2,
-    )
-
-
 def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> None:
     """Four bytes of microseconds are 71.6 minutes."""
     times = (4294.96, 4294.98, 5000.0)
@@ -183,18 +146,34 @@ def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> No
     assert read_log(path).series("x")[0].tolist() == list(times)
 
 
-def test_wpilib_reads_texts_and_arrays_of_integers(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_wpilib_unpacks_every_kind(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    """Poses, states of modules, texts and arrays of integers; arrays without a row are said once."""
+    geometry = pytest.importorskip("wpimath.geometry")
+    from wpimath.kinematics import SwerveModuleState
+    from wpiutil import wpistruct
+
+    states = np.array([(1.5, -0.25), (-2.0, 3.0)])
+    arrays = {"Sim/Robot/SwerveStates": states, "Sim/Robot/SwerveSetpoints": states[:0]}
+    snapshots[0] = replace(snapshots[0], state_arrays=arrays)
     path = written(tmp_path / "run.wpilog", snapshots)
-    names: dict[int, str] = {}
-    ids, periods = [], []
-    for record in log.DataLogReader(str(path)):
-        if record.isStart():
-            names[record.getStartData().entry] = record.getStartData().name
-        elif names[record.getEntry()] == "NT:/Sim/PieceIds/Fuel":
-            ids.append((record.getTimestamp(), list(record.getIntegerArray())))
-        elif names[record.getEntry()] == "NT:/Sim/Match/Period":
-            periods.append((record.getTimestamp(), record.getString()))
+    types, values = read(path)
+    pose = wpistruct.unpack(geometry.Pose3d, values["NT:/Sim/Robot/Pose3d"][3][1])
+    assert (pose.X(), pose.Y(), pose.Z()) == (4.0, 2.0, 0.0) and pose.rotation().Z() == pytest.approx(1.0)
+    fuel = wpistruct.unpackArray(geometry.Pose3d, values["NT:/Sim/GamePieces/Fuel"][3][1])
+    assert len(fuel) == 504 and (fuel[7].X(), fuel[7].Y()) == (7.003, -3.0)
+    assert [payload for _, payload in values["NT:/Sim/Robot/ComponentPoses"]] == [b""]
+    assert types["NT:/Sim/Robot/SwerveStates"] == "struct:SwerveModuleState[]"
+    found = wpistruct.unpackArray(SwerveModuleState, values["NT:/Sim/Robot/SwerveStates"][0][1])
+    assert [(one.speed, one.angle.radians()) for one in found] == [(1.5, -0.25), (-2.0, 3.0)]
+    assert values["NT:/Sim/Robot/SwerveSetpoints"] == [(20_000, b"")]
+    again = read_log(path).snapshot_at(0.02).state_arrays
+    assert np.array_equal(again["Sim/Robot/SwerveStates"], states) and again["Sim/Robot/SwerveSetpoints"].shape == (
+        0,
+        2,
+    )
+    ids = [(stamp, np.frombuffer(raw, "<i8").tolist()) for stamp, raw in values["NT:/Sim/PieceIds/Fuel"]]
     assert ids == [(t, [*range(n, n + 504)]) for t, n in ((20_000, 0), (180_000, 1), (340_000, 2))], "when they change"
+    periods = [(stamp, raw.decode()) for stamp, raw in values["NT:/Sim/Match/Period"]]
     assert periods == [(20_000, "auto"), (320_000, "Übergang")]
 
 
