@@ -10,7 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
@@ -21,7 +21,6 @@ from page_reader import PageReader
 from rich.console import Console
 
 import simcore
-from games.rebuilt import REBUILT
 from simcore.match.game import Auto
 from simcore.match.match import Match
 from simcore.match.runner import play_auto, print_report
@@ -341,26 +340,3 @@ def test_a_row_of_a_project_says_what_its_match_saw():
     way = sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path))
     assert 0.94 * row["distance_m"] < way < row["distance_m"]
     assert row["shots"] >= row["hits"] > 0
-
-
-def test_columns_of_a_record_are_its_shots_and_intakes_and_stay_as_they_were_read():
-    """Checked whenever something happens in the depot's auto; what was read before never changes."""
-    read = []
-
-    def lists(columns):
-        return [getattr(columns, part.name).tolist() for part in fields(columns)]
-
-    def check(match):
-        record, columns = match.record, match.record.columns
-        if read and read[-1][0] is columns:
-            return
-        assert columns.shot_ids.tolist() == [shot.slot for shot in record.shots]
-        assert columns.shot_robots.tolist() == [shot.robot for shot in record.shots]
-        assert columns.shot_hits.tolist() == [shot.scored for shot in record.shots]
-        assert columns.shot_ticks.tolist() == [round(shot.time / 0.02) for shot in record.shots]
-        places = [round(1e3 * place) for one in record.taken_in for place in one.place[:2]]
-        assert columns.taken_places.tolist() == places
-        read.append((columns, lists(columns)))
-
-    play_auto(REBUILT, "depot", seconds=8.0, on_tick=check).match.close()
-    assert len(read) > 10 and all(lists(columns) == was for columns, was in read)
