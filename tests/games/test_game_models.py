@@ -12,7 +12,6 @@ import trimesh
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
-from simcore import Match
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
@@ -78,22 +77,3 @@ def test_red_robots_have_a_model_of_their_own(game):
         for name, mesh in trimesh.load_scene(robot.body.path).geometry.items():
             if "bumper" in name:
                 assert np.argmax(mesh.visual.material.baseColorFactor[:3]) == channel, name
-
-
-def test_the_arm_of_the_drawn_robot_goes_up_with_its_elevator():
-    """Every stage goes its share, so that none leaves the next; the coral in the claw is where the arm is."""
-    names = [part.name for part in REEFSCAPE.robot().components]
-    with Match(REEFSCAPE) as match:
-        robot = match.robots[0]
-        before = dict(zip(names, robot.component_poses(), strict=True))
-        for _ in range(60):
-            robot.mechanisms["elevator"].set_volts(8.0)
-            for mechanism in robot.mechanisms.values():
-                mechanism.step(0.02)
-        after = dict(zip(names, robot.component_poses(), strict=True))
-        rise = {name: float(after[name][2] - before[name][2]) for name in names}
-        height = robot.mechanisms["elevator"].height
-        assert height > 0.8 and rise["carriage"] == pytest.approx(height, abs=1e-9) == pytest.approx(rise["arm"])
-        assert rise["elevator stage 1"] == pytest.approx(height / 3.0)
-        assert rise["elevator stage 2"] == pytest.approx(height / 1.5)
-        assert rise["hook"] == rise["funnel roller"] == 0.0

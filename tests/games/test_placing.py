@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from match_laws import require_one_owner
 
 from games.rebuilt.dimensions import HUB_CENTER
 from simcore.errors import SimcoreError
@@ -209,13 +208,3 @@ def test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick(
         with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
             other.reset((2.0 + 0.4 + 0.4 + 0.03, 4.0, 0.0))
         other.reset((2.0 + 0.4 + 0.4 + 0.06, 4.0, 0.0))
-
-
-def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():
-    with Match(find_game("rebuilt"), robots=[RobotEntry()]) as match:
-        robot, slot = match.robots[0], match.robots[0].held[0]
-        match.pieces.release(np.array([slot]), np.array([[6.0, 4.0, 0.075]]))
-        assert slot not in robot.held and slot not in robot.storage.pieces
-        match.play(0.1)
-        assert match.count.held == len(robot.held) == 7
-        require_one_owner(match)

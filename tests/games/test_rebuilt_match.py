@@ -121,13 +121,6 @@ def test_counts_are_configurable_and_add_up(staging, preload, total, on_field):
         assert match.pieces.count(PieceStatus.FREE) == 0
 
 
-def test_practice_counts_every_fuel():
-    with RebuiltSim(practice=True) as match:
-        assert all(match.rules.is_active(alliance, 50.0) for alliance in ("blue", "red"))
-    with RebuiltSim() as match:
-        assert not all(match.rules.is_active(alliance, 50.0) for alliance in ("blue", "red"))
-
-
 def test_game_data_follows_the_auto_that_a_driver_station_started():
     """Practice for a while, then a match: game data comes with teleop, of the auto fuel of this match alone."""
     with RebuiltSim() as match:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import partial
 
 import numpy as np
@@ -44,17 +42,6 @@ def test_no_fuel_is_lost_at_any_tick(whole):
             rows = run.report.breakdown
             assert match.timer.is_over and rows["Blue/rp"] + rows["Red/rp"] >= 2
             assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
-
-
-def test_two_processes_play_the_same_match(whole):
-    code = (
-        "from games.rebuilt import REBUILT; from simcore.players.lineup import lineup, play_match\n"
-        f"run = play_match(REBUILT, lineup(REBUILT, **{SIX!r}), seconds={None if whole else 8.0}, seed=7)\n"
-        "print(run.report.digest)"
-    )
-    runs = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    first, second = (run.communicate()[0].strip() for run in runs)
-    assert len(first) == 64 and first == second
 
 
 def test_a_collector_follows_the_shifts():
