@@ -301,7 +301,7 @@ def test_the_page_of_a_failed_test_says_what_the_test_saw_and_networktables_said
     (project / "tests").mkdir()
     (project / "tests" / "auto_test.py").write_text(TEST.replace("SECONDS", "9.0"))
     run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "tests"],
+        [sys.executable, "-m", "robotpy", "test", "--", "-p", "no:cacheprovider"],
         cwd=project, env={**os.environ, "PYTHONPATH": str(PACKAGES)}, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     (page,) = project.rglob("test_output/**/*.html")
