@@ -28,10 +28,9 @@ from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.climber import ClimberConfig, Rung
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RollerConfig
+from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
@@ -52,10 +51,7 @@ _TABLE = {  # name: smallest corner, largest corner [m]
     "goal_right": ((0.0, 2.3, 0.0), (0.4, 2.4, 2.1)),
     "goal_left": ((0.0, 3.6, 0.0), (0.4, 3.7, 2.1)),
     "dock": ((0.0, 4.4, 0.0), (0.5, 5.6, 0.5)),
-    "post_right": ((3.0, 0.0, 0.0), (3.1, 0.1, 0.8)),
-    "post_left": ((3.0, 1.3, 0.0), (3.1, 1.4, 0.8)),
 }
-RUNGS = tuple(Rung(name=f"rung at {x} m", start=(x, 0.1, 0.75), end=(x, 1.3, 0.75)) for x in (3.05, 8.95))
 _ZONES = {  # name: smallest corner, largest corner [m], kind of piece, points
     "Goal": ((0.0, 2.4, 1.2), (0.4, 3.6, 2.0), BALL.name, 2),
     "Dock": ((0.0, 4.4, 0.5), (0.5, 5.6, 0.75), CRATE.name, 5),
@@ -83,7 +79,7 @@ def _zones() -> Iterator[ScoringZone]:
         yield ScoringZone(name=name, alliance=alliance, zone=zone, points=points, kinds=(kind,))
 
 
-FIELD = FieldDefinition(size=SIZE, symmetry=SYMMETRY, elements=tuple(_elements()), rungs=RUNGS)
+FIELD = FieldDefinition(size=SIZE, symmetry=SYMMETRY, elements=tuple(_elements()))
 
 
 def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
@@ -98,11 +94,11 @@ def staging(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Sta
 
 
 class CratesRules(Rules):
-    """Balls count double in auto; one of the two kinds, by chance, brings a point more; hanging robots get 10."""
+    """Balls count double in auto; one of the two kinds, by chance, brings a point more."""
 
     def start(self) -> None:
         self.bonus = BALL.name if self.match.rules_rng.random() < 0.5 else CRATE.name
-        self.auto = self.hanging = dict.fromkeys(ALLIANCES, 0)
+        self.auto = dict.fromkeys(ALLIANCES, 0)
         self.has_ended = False
 
     def start_mode(self, mode: str) -> None:
@@ -128,14 +124,8 @@ class CratesRules(Rules):
         if self.match.timer.phase.name == "auto":
             self.auto = {**self.auto, event.alliance: self.auto[event.alliance] + 1}
 
-    def after_tick(self) -> None:
-        hanging = [self.match.alliances[r.number] for r in self.match.robots for c in r.climbers if c.rung is not None]
-        self.hanging = {alliance: hanging.count(alliance) for alliance in ALLIANCES}
-
     def end(self) -> None:
         self.has_ended = True
-        for alliance in ALLIANCES:
-            self.match.tracker.add(alliance, 10 * self.hanging[alliance])
 
     def game_data(self) -> str:
         return self.bonus[0]
@@ -146,8 +136,6 @@ class CratesRules(Rules):
     def telemetry(self) -> Mapping[str, float | int | bool | str]:
         return {
             "Sim/Crates/Bonus": self.bonus,
-            "Sim/Crates/BlueHanging": self.hanging["blue"],
-            "Sim/Crates/RedHanging": self.hanging["red"],
             "Sim/Crates/HasEnded": self.has_ended,
             "Sim/Crates/BallsWaiting": self.match.pieces.count(PieceStatus.STAGED),
             "Sim/Crates/CratesLeft": len(self.match.pieces.on_field(CRATE.name)),
@@ -161,7 +149,7 @@ def gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConf
 
 
 def crates_robot() -> RobotConfig:
-    """45 kg; arm and claw ahead, intake behind, shooter with a fixed hood, a hook that lifts."""
+    """45 kg; arm and claw ahead, intake behind, shooter with a fixed hood."""
     module = SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=60.0, steer_stator_limit=40.0)
     mechanisms: dict[str, MechanismConfig] = {
         "arm": ArmConfig(
@@ -171,12 +159,10 @@ def crates_robot() -> RobotConfig:
         "intake": RollerConfig(gearbox=gearbox(3.0), inertia=0.001, radius=0.025),
         "wheels": FlywheelConfig(gearbox=gearbox(1.5, motors=2), inertia=0.01),
         "feeder": RollerConfig(gearbox=gearbox(4.0), inertia=0.002, radius=0.025),
-        "hook": ElevatorConfig(gearbox=gearbox(60.0, motors=2), carriage_mass=2.0, drum_radius=0.02, max_height=0.6),
     }  # fmt: skip
     # a parallel linkage: what the claw holds stays level
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.45))
     claw = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=(ARM, 0.0, 0.0))
-    hook = Joint(mechanism="hook", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.35), slides=True, ratio=0.02)
     behind = IntakeZone(x_min=-0.55, x_max=-0.36, y_min=-0.30, y_max=0.30, z_max=0.25)
     grip = IntakeZone(x_min=-0.10, x_max=0.10, y_min=-0.15, y_max=0.15, z_max=0.10)
     shooter = ShooterConfig(
@@ -190,7 +176,6 @@ def crates_robot() -> RobotConfig:
         storage=StorageConfig(capacity=5, low=(-0.3, -0.3, 0.1), high=(0.2, 0.3, 0.5)),
         shooters=(shooter,),
         placers=(PlacerConfig(joints=(arm, claw), roller="claw", kinds=(CRATE.name,), zone=grip),),
-        climbers=(ClimberConfig(joints=(hook,)),),
     )
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from match_laws import show_time
+
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-
-__all__ = ["flipped", "foul_trials", "show_time"]
 
 
 def flipped(game: Game, alliance: str, pose: Pose) -> Pose:
@@ -16,11 +16,15 @@ def flipped(game: Game, alliance: str, pose: Pose) -> Pose:
     return pose if alliance == "blue" else game.field.symmetry.flip_pose(*pose)
 
 
-def show_time(match: Match, time: float) -> None:
-    """Let the match clock of an auto that has just begun show a time [s]."""
+def begin(match: Match, time: float) -> None:
+    """Let the clock of an auto that has just begun show a time [s]."""
     match.start_mode("auto")
-    match.timer._start, match.timer._ticks = time, 0
-    match.timer.time = time
+    show_time(match, time)
+
+
+def told(match: Match) -> list[tuple[str, str, int]]:
+    """Fouls by rule, alliance that commits them and points."""
+    return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
 
 
 def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Match]]:
@@ -46,12 +50,12 @@ def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Ma
             entries = tuple(RobotEntry(alliance=a, preload=0) for a in (side, other, side)[:crew])
             matches[side, crew] = Match(game, robots=entries)
         match = matches[side, crew]
-        show_time(match, time)
+        begin(match, time)
         for robot in match.robots:
             robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
             robot.put(flipped(game, side, poses.get(robot.number, far[robot.number])), believed=None)
         match.tick()
-        show_time(match, time)
+        begin(match, time)
         for number, speeds in (drive or {}).items():
             match.robots[number].drive.set_chassis_speeds(*speeds)
         if act is not None:

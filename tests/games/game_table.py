@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from charged_up import CHARGED_UP
 from crates import CRATES
-from crescendo import CRESCENDO
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
@@ -16,13 +14,7 @@ from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.pieces.pool import PieceStatus
 
-GAMES: dict[str, Game] = {
-    "rebuilt": REBUILT,
-    "reefscape": REEFSCAPE,
-    "crates": CRATES,
-    "crescendo": CRESCENDO,
-    "charged_up": CHARGED_UP,
-}
+GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
 LONG = {("reefscape", "station_cycle"), ("reefscape", "algae"), ("reefscape", "climb")}
 """Autos that are played with `--whole` only: another of their game stands for them."""

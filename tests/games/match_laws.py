@@ -26,10 +26,16 @@ def require_one_owner(match):
         assert own.battery.min_voltage <= robot.battery.voltage
 
 
+def show_time(match: Match, time: float) -> None:
+    """Let the match clock show a time [s]."""
+    match.timer._start, match.timer._ticks = time, 0
+    match.timer.time = time
+
+
 def match_of(game, sides, *, at=0.0, seed=1, options=()):
     """A match with its players, whose clock has come to a time [s]."""
     seats = lineup(game, **sides)
     match = Match(game, robots=entries(game, seats), seed=seed, options=options)
-    match.timer._start = match.timer.time = at
+    show_time(match, at)
     take_seats(match, seats)
     return match

@@ -11,6 +11,7 @@ import pytest
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
@@ -104,24 +105,12 @@ def test_a_robot_in_front_covers_a_tag():
     assert 13 in seen(at_lens(1.2, pitch_deg=10.0), 13.4, 7.403, others=other)
 
 
-def test_its_own_body_does_not_blind_a_camera():
-    """Low behind the bumper, looking over its own frame."""
-    low = CameraConfig(name="eye", mount=CameraMount(x=-0.3, z=0.15, pitch_deg=-20.0))
-    other = ((2.5, 1.0, 0.0),)  # a second robot elsewhere: then bodies are rays' business
-    assert 26 in seen(low, 2.5, 4.0345, others=other)
-
-
 @pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.1, False), (0.2, True)])
 def test_fuel_in_the_line_of_sight_covers_a_tag(aside, expected):
     """A fuel (radius 0.075 m) halfway to tag 26: the tag is half as large there, 0.041 m to its edge, so it is free
     when the fuel is more than 0.116 m aside."""
     middle = (0.5 * (2.5 + 4.0219), 4.0346 + aside, 0.5 * (0.5 + 1.124))
     assert (26 in seen(at_lens(0.5, pitch_deg=-15.0), 2.5, 4.0346, fuel=[middle])) is expected
-
-
-def test_a_carpet_full_of_fuel_hides_nothing():
-    row = [(x, 4.0346, 0.075) for x in (3.05, 3.25, 3.45)]
-    assert 26 in seen(at_lens(0.5, pitch_deg=-15.0), 2.5, 4.0346, fuel=row)
 
 
 # --- game pieces ----------------------------------------------------------------------------------------------------
@@ -194,32 +183,6 @@ def test_a_closed_gate_gives_empty_frames():
     assert frame.pieces == () and not frame.has_target
 
 
-def test_the_frustum_tilts_with_the_robot():
-    """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
-    from simcore.geometry.rotation import from_rpy
-    from simcore.vision.camera_scene import CameraScene
-    from simcore.vision.heading import PoseHistory
-    from simcore.vision.limelight import LimelightSim
-
-    config = CameraConfig(
-        name="eye",
-        type=limelight_type("LL3"),
-        mount=CameraMount(z=0.5, pitch_deg=20.0),
-        pipelines=(PiecePipeline(box_noise=0.0),),
-    )
-    angles = []
-    for pitch in (0.0, -10.0):
-        camera = LimelightSim(config, official_layout("2026-welded"), np.random.default_rng(0))
-        history = PoseHistory()
-        quat = from_rpy(0.0, math.radians(pitch), 0.0)
-        for k in range(10):
-            history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
-        assert camera.last is not None and camera.last.primary_piece is not None
-        angles.append(camera.last.primary_piece.ty_deg)
-    assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
-
-
 # --- the match ------------------------------------------------------------------------------------------------------
 
 
@@ -256,20 +219,16 @@ def test_the_bias_is_that_of_the_seed_and_tags_are_misplaced_for_all_cameras_ali
     assert math.dist(places[1], places[2]) > 0.02
 
 
-def test_two_cameras_of_one_name_end_the_build():
-    from simcore.errors import ConfigError
-
-    robot = with_cameras(at_lens(0.5), at_lens(0.6))
-    with pytest.raises(ConfigError, match="'eye' comes twice"):
-        RebuiltSim(robots=(RobotEntry(config=robot),))
-
-
-def test_an_unknown_layout_ends_the_build_and_names_the_known():
-    from simcore.errors import UnknownNameError
-
-    robot = with_cameras(at_lens(0.5))
-    with pytest.raises(UnknownNameError, match="2026-welded"):
-        RebuiltSim(robots=(RobotEntry(config=robot),), tags="2026-weldet")
+@pytest.mark.parametrize(
+    ("cameras", "tags", "error", "said"),
+    [
+        ((at_lens(0.5), at_lens(0.6)), None, ConfigError, "'eye' comes twice"),
+        ((at_lens(0.5),), "2026-weldet", UnknownNameError, "2026-welded"),
+    ],
+)
+def test_cameras_and_layouts_that_cannot_be_end_the_build(cameras, tags, error, said):
+    with pytest.raises(error, match=said):
+        RebuiltSim(robots=(RobotEntry(config=with_cameras(*cameras)),), tags=tags)
 
 
 def test_a_field_without_tags_has_cameras_all_the_same():

@@ -113,55 +113,42 @@ def test_outputs_go_where_they_are_told_and_folders_are_made(here, capsys):
 
 # --- bad input ----------------------------------------------------------------------------------------------------
 
-
-def test_an_unknown_auto_offers_the_nearest(here, capsys):
-    said = refused(capsys, "--auto", "dept")
-    assert "no auto named 'dept'. Did you mean 'depot'" in said
-    assert "['depot', 'neutral', 'tour']" in said
-    assert list(here.iterdir()) == [], "and leaves nothing behind"
-
-
-@pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf", "ten"])
-def test_seconds_must_be_a_positive_number(here, capsys, seconds):
-    assert f"--seconds: must be a number above 0 and up to 3600 s, got '{seconds}'" in refused(
-        capsys, f"--seconds={seconds}"
-    )
-
-
-@pytest.mark.parametrize("seed", ["1.5", "-1", "x", "nan"])
-def test_a_seed_must_be_whole(here, capsys, seed):
-    assert f"--seed: must be a whole number from 0 to 4294967295, got '{seed}'" in refused(capsys, f"--seed={seed}")
-
-
-def test_an_unknown_alliance_and_an_unknown_option_are_refused(here, capsys):
-    assert "green" in refused(capsys, "--alliance", "green")
-    assert "--sedd" in refused(capsys, "--sedd", "1")
-
-
-def test_a_missing_mesh_is_named(here, capsys):
-    assert "nowhere.obj" in refused(capsys, "--field", "nowhere.obj")
+AUTOS = "no auto named 'dept'. Did you mean 'depot'?"
+SECONDS = "--seconds: must be a number above 0 and up to 3600 s, got"
+SEED = "--seed: must be a whole number from 0 to 4294967295, got"
 
 
 @pytest.mark.parametrize(
-    "content", ["", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
+    ("words", "said"),
+    [
+        ("--auto dept", AUTOS),
+        *((f"--seconds={seconds}", f"{SECONDS} '{seconds}'") for seconds in ("-1", "0", "nan", "inf", "ten")),
+        *((f"--seed={seed}", f"{SEED} '{seed}'") for seed in ("1.5", "-1", "x", "nan")),
+        ("--alliance green", "green"),
+        ("--sedd 1", "--sedd"),
+    ],
 )
-def test_a_broken_mesh_is_named(here, capsys, content):
-    (here / "broken.obj").write_text(content)
+def test_what_cannot_be_is_refused_and_leaves_nothing_behind(here, capsys, words, said):
+    assert said in refused(capsys, *words.split())
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "content", [None, "", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
+)
+def test_a_missing_or_broken_mesh_is_named(here, capsys, content):
+    if content is not None:
+        (here / "broken.obj").write_text(content)
     assert "broken.obj" in refused(capsys, "--field", "broken.obj")
 
 
-@pytest.mark.parametrize(("what", "name"), [("--log", "folder.x"), ("--page", "folder.html")])
-def test_an_output_that_is_a_folder_is_refused_before_the_run(here, capsys, what, name):
-    (here / name).mkdir()
-    said = refused(capsys, what, name, "--seconds", "160")
-    assert name in said and "cannot write" in said
-
-
 @pytest.mark.parametrize(("what", "name"), [("--log", "run.x"), ("--page", "run.html")])
-def test_an_output_below_a_file_is_refused(here, capsys, what, name):
+def test_an_output_that_is_a_folder_or_below_a_file_is_refused_before_the_run(here, capsys, what, name):
+    (here / f"folder.{name}").mkdir()
     (here / "file").write_text("keep me")
-    said = refused(capsys, what, f"file/{name}", "--seconds", "160")
-    assert name in said and "cannot write" in said
+    for path in (f"folder.{name}", f"file/{name}"):
+        said = refused(capsys, what, path, "--seconds", "160")
+        assert name in said and "cannot write" in said
     assert (here / "file").read_text() == "keep me"
 
 
@@ -223,16 +210,11 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 # --- watching -----------------------------------------------------------------------------------------------------
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.mark.realtime
 def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here, capsys):
     """A client that never asked us anything sees the match time go by; its button resets the field."""
-    pytest.importorskip("ntcore")
+    from dashboard import free_port, start_client
+
     ntcore = season.ntcore
     port = free_port()
     client = ntcore.NetworkTableInstance.create()
@@ -247,10 +229,9 @@ def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here
             button.set(True)
         seen_status.append(event.data.value.value())
 
-    of_2026 = hasattr(client, "startClient4")
-    (client.addListener if of_2026 else client.add_listener)(status, ntcore.EventFlags.VALUE_ALL, press)
-    (client.startClient4 if of_2026 else client.start_client)("watcher")
-    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
+    listen = getattr(client, "addListener", None) or client.add_listener
+    listen(status, ntcore.EventFlags.VALUE_ALL, press)
+    start_client(client, "watcher", port)
     start = time.monotonic()
     seen: list[float] = []
 

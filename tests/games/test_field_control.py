@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import logging
 import math
-import socket
 import struct
 import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from dashboard import Dashboard
 from game_table import GAMES
 
-from simcore import season
 from simcore.errors import ConfigError
 from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
@@ -123,42 +122,21 @@ def test_a_robot_is_placed_among_pieces_and_never_into_anything(caplog):
 
 
 def test_a_dashboard_does_the_same_over_networktables():
-    """A client that only knows the topics: buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
-    pytest.importorskip("ntcore")
-    from simcore.telemetry.networktables_sink import start_local_server
-
-    ntcore = season.ntcore
-    server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
-    start_local_server(server, port=port)
-    kept = client.get_boolean_topic("/Sim/Control/ResetField").publish()
-    kept.set(True)  # of a simulation that was here before
-    everything = ntcore.MultiSubscriber(client, ["/Sim/Control/"])
-    of_2026 = hasattr(client, "startClient4")
-    (client.startClient4 if of_2026 else client.start_client)("dashboard")
-    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
-    with Match(GAMES["rebuilt"], seed=2) as match:
-        deadline = time.monotonic() + 10.0
-        is_connected = client.isConnected if of_2026 else client.is_connected
-        while not is_connected() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        time.sleep(0.1)
-        topics = ControlTopics(match, server)
-        folder = "/Sim/Control/"
+    """Buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
+    folder = "/Sim/Control/"
+    with Dashboard() as board, Match(GAMES["rebuilt"], seed=2) as match:
+        client = board.client
+        kept = client.get_boolean_topic(folder + "ResetField").publish()
+        kept.set(True)
+        board.connect(folder)
+        topics = ControlTopics(match, board.server)
         status = client.get_string_topic(folder + "Status").subscribe("")
         count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
             """Play until so many commands are done and the dashboard knows of it."""
-            deadline = time.monotonic() + 10.0
-            while count.get() != number and time.monotonic() < deadline:
-                match.tick()
-                client.flush()
-                server.flush()
-                time.sleep(0.005)
-            assert (count.get(), match.control.count) == (number, number), (status.get(), match.control.results)
+            board.until(match, lambda: count.get() == number)
+            assert match.control.count == number
             return str(status.get())
 
         assert done(0) == "0 ready"
@@ -167,10 +145,7 @@ def test_a_dashboard_does_the_same_over_networktables():
         button = client.get_boolean_topic(folder + "PlaceRobot").get_entry(False)
         button.set(True)
         assert done(1) == "1 done: robot 0 stands at (6.50, 6.00) m, 0 deg"
-        deadline = time.monotonic() + 10.0
-        while button.get() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        assert not button.get()  # it is let go of
+        board.until(match, lambda: not button.get())  # it is let go of
         pose = client.get_raw_topic(folder + "RobotPose").publish("struct:Pose2d")
         pose.set(struct.pack("<3d", 3.0, 2.5, 1.0))
         assert done(2) == "2 done: robot 0 stands at (3.00, 2.50) m, 57 deg"
@@ -199,9 +174,6 @@ def test_a_dashboard_does_the_same_over_networktables():
         time.sleep(0.2)
         match.play(0.1)
         assert match.control.count == 7
-    everything.close()
-    for instance in (client, server):
-        ntcore.NetworkTableInstance.destroy(instance)
 
 
 @pytest.mark.parametrize("name", ["rebuilt", "reefscape"])

@@ -119,18 +119,6 @@ def test_a_claw_on_an_arm_on_an_elevator_is_handed_a_piece_lifts_it_and_lets_it_
     assert match.pieces.state.pos[slot, 2] < 1.5
 
 
-def test_a_storage_hands_on_where_the_file_says_and_nowhere_else(played):
-    """With the arm upright and the lift down; the arm starts 10 degrees under the horizontal."""
-    match = played(CLAW + "handover = [0.2, 0.0, 0.5]")
-    robot = match.robots[0]
-    robot.mechanisms["grip"].set_volts(4.0)
-    match.play(0.2)
-    assert robot.placers[0].piece is None and len(robot.storage.pieces) == 1
-    robot.mechanisms["arm"].set_volts(3.0)
-    match.play(1.5)
-    assert robot.placers[0].piece == robot.held[0] and not robot.storage.pieces
-
-
 def test_a_climber_lifts_the_robot_on_a_rung_of_the_tower(played):
     """Between the uprights, its hook in its middle 0.054 m above the low rung (0.6858 m): it rises by the rest."""
     match = played(CLIMBER)
@@ -157,3 +145,15 @@ def test_a_climber_lifts_the_robot_on_a_rung_of_the_tower(played):
 def test_starts_that_cannot_be_are_refused_in_the_words_of_the_file(played, text, said):
     with pytest.raises(ConfigError, match=said):
         played(text)
+
+
+def test_a_storage_hands_on_where_the_file_says_and_nowhere_else(played):
+    """With the arm upright and the lift down; the arm starts 10 degrees under the horizontal."""
+    match = played(CLAW + "handover = [0.2, 0.0, 0.5]")
+    robot = match.robots[0]
+    robot.mechanisms["grip"].set_volts(4.0)
+    match.play(0.2)
+    assert robot.placers[0].piece is None and len(robot.storage.pieces) == 1
+    robot.mechanisms["arm"].set_volts(3.0)
+    match.play(1.5)
+    assert robot.placers[0].piece == robot.held[0] and not robot.storage.pieces

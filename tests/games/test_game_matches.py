@@ -81,46 +81,6 @@ def test_nothing_tunnels(name, speed):
 # --- a tick in parts ------------------------------------------------------------------------------------------------
 
 
-def _drive_and_spin(robot, time):
-    """Out and to a stop, every mechanism up and down again: all by the time, so that no threshold comes in between."""
-    speed = max(0.0, min(2.0, 3.0 * time, 2.0 - 3.0 * (time - 2.0)))
-    robot.drive.set_chassis_speeds(0.8 * speed, 0.3 * speed, 0.0)
-    share = max(0.0, min(1.0, time - 0.4, 3.2 - time))
-    for number, mechanism in enumerate(robot.mechanisms.values()):
-        mechanism.set_volts((4.0 + number) * share)
-
-
-@pytest.mark.parametrize(("name", "start"), [("rebuilt", (2.0, 1.6, 0.0)), ("crates", (6.0, 1.0, 0.0))])
-def test_a_tick_in_four_parts_is_that_tick(name, start, engine_name):
-    """Battery within 0.1 V, mechanisms within 2 %, and the robot where it is, at every tick within 15 mm.
-
-    A sub-step moves the robot by the mean of its velocity, so its length leaves no trace in the path. What does is the
-    current of the mechanisms, which the battery sees once a part, and the moment at which a wheel meets the edge of a
-    bump: there, for a tick or two, the motors draw another current. On MuJoCo these are five ticks of 200, not four.
-    """
-    seen = []
-    for parts in (1, 4):
-        rows = []
-        entry = RobotEntry(start=start, preload=0)
-        with Match(GAMES[name], robots=(entry,), controllers=[_drive_and_spin]) as match:
-            for _ in range(200):
-                match.tick(parts)
-                assert match.substeps >= parts
-                robot = match.robots[0]
-                states = [(m.velocity, m.position) for m in robot.mechanisms.values()]
-                rows.append((*robot.chassis.pose, robot.battery.voltage, *np.array(states).ravel()))
-            assert match.ticks == 200
-        seen.append(np.array(rows))
-    one, four = seen
-    apart = np.abs(one - four)
-    assert np.ptp(one[:, 0]) > 2.0
-    assert np.hypot(apart[:, 0], apart[:, 1]).max() < 0.015
-    assert apart[:, 2].max() < 0.015
-    assert np.quantile(apart[:, 3], 0.98 if engine_name == "bullet" else 0.975) < 0.1
-    for column in range(4, one.shape[1]):
-        assert apart[:, column].max() <= 0.02 * max(np.ptp(one[:, column]), 1e-9)
-
-
 @pytest.mark.parametrize(
     ("name", "auto", "seconds"), [("rebuilt", "depot", 4.0), ("crates", "crate", 10.0), ("crates", "balls", 10.0)]
 )

@@ -20,7 +20,7 @@ from simcore.telemetry.wpilog import WpilogSink
 from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
-SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0, "crescendo": 3.0, "charged_up": 3.0}
+SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
 """Until something that chance decides has been met."""
 
 CODE = """
@@ -151,23 +151,6 @@ def test_a_second_auto_begins_at_zero(game):
         match.play(0.1)
         assert match.timer.time == pytest.approx(0.1)
         assert match.count.is_conserved
-
-
-def test_a_driver_station_runs_the_clock(game):
-    """The clock stands before the first enable and while disabled, and goes on through the pauses of the match."""
-    with Match(game, robots=(RobotEntry(preload=0),)) as match:
-        match.timer.follow_driver_station()
-        match.play(0.5)
-        assert match.timer.time == 0.0 and not match.timer.is_enabled
-        match.timer.set_enabled(True)
-        match.start_mode("auto")
-        match.play(0.5)
-        assert match.timer.time == pytest.approx(0.5) and match.timer.is_enabled
-        match.timer.set_enabled(False)
-        match.play(0.5)
-        assert match.timer.time == pytest.approx(0.5)
-        match.start_mode("teleop")
-        assert match.timer.time == game.clock.start_of_mode("teleop")
 
 
 def test_the_end_comes_once(game):

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-import socket
 import time
 
 import numpy as np
-import pytest
+from dashboard import Dashboard
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as rebuilt
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
-from simcore import Match, RobotEntry, season
+from simcore import Match, RobotEntry
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.control_topics import ControlTopics
 
@@ -67,25 +66,6 @@ def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its
         assert people.stock["blue"] == 8 and people.stock["red"] < 7
 
 
-def test_fuel_comes_out_of_a_hub_one_after_the_other_and_back_over_the_guardrail_when_it_is_due():
-    """At most ten a second; three to eight seconds until people have brought it."""
-    with outposts(seed=3) as match:
-        ways, state = match.rules.ways, match.pieces.state
-        *inside, outside = match.pieces.on_field()[:4].tolist()
-        match.pieces.score(np.array(inside))
-        match.pieces.set_aside(np.array(inside))
-        ways._hubs["blue"].extend((0.0, slot) for slot in inside)
-        assert ways.leave_field(outside) and 3.0 <= ways._outside[outside][0] - match.time <= 8.0
-        left = []
-        for _ in range(15):
-            match.tick()
-            left.append(ways.in_hub("blue"))
-        assert left == [2] * 5 + [1] * 5 + [0] * 5 and state.status[outside] == PieceStatus.STAGED
-        ways._outside[outside] = (match.time, 8.0, 0.5)
-        match.tick()
-        assert state.status[outside] == PieceStatus.ASLEEP and match.count.is_conserved
-
-
 def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
     with outposts(seed=6) as match:
         (text,) = said(match, ("blue", "OpenDoor"))
@@ -104,36 +84,6 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         match.play(0.5)
         assert match.rules.human_players.stock["blue"] == 10, "it does not come back at once"
         assert match.count.is_conserved and match.pieces.recovered == 0
-
-
-def test_what_comes_too_early_waits_once_and_what_is_gone_is_refused():
-    with outposts() as match:
-        assert "24 stood ready" in said(match, ("red", "ThrowFuel"))[0]
-        texts = said(match, ("red", "ThrowFuel"), ("red", "ThrowFuel"))
-        assert "23 stood ready" in texts[0]
-        assert texts[1] == (
-            "red's human player cannot throw a fuel at the hub: the one before is still to come, one takes 1.3 s"
-        )
-        assert match.rules.human_players.stock["red"] == 23
-        match.play(1.4)
-        assert match.rules.human_players.stock["red"] == 22, "as fast as people are"
-        for _ in range(3):
-            said(match, ("red", "OpenDoor"))
-            match.play(1.2)
-        assert match.rules.human_players.stock["red"] == 0
-        texts = said(match, ("red", "OpenDoor"), ("red", "ThrowFuel"), ("red", "PushFuel"))
-        assert [text.partition(": ")[2] for text in texts] == ["no piece is left for it"] * 3
-        match.timer.set_enabled(False)
-        assert "wait until robots are enabled" in said(match, ("blue", "OpenDoor"))[0]
-
-
-def test_names_that_are_not_known_are_told_with_what_would_work():
-    with outposts() as match:
-        texts = said(match, ("green", "ThrowFuel"), ("blue", "ThrowFule"))
-        assert texts[0].startswith("no alliance named 'green'") and "'blue', 'red'" in texts[0]
-        assert "Did you mean 'ThrowFuel'" in texts[1]
-    with RebuiltSim() as match:
-        assert said(match, ("blue", "ThrowFuel"))[0].startswith("this run of rebuilt has no human players")
 
 
 def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():
@@ -184,42 +134,19 @@ def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """A client that knows the topics: pulses, manual and back, misspelled alliances, numbers where buttons are."""
-    pytest.importorskip("ntcore")
-    from simcore.telemetry.networktables_sink import start_local_server
-
-    ntcore, folder = season.ntcore, "/Sim/HumanPlayer/"
-    server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
-    start_local_server(server, port=port)
-    of_2026 = hasattr(client, "startClient4")
-    kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
-    kept.set(True)  # of a simulation that was here before
-    wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
-    wrong.set(1.0)
-    everything = ntcore.MultiSubscriber(client, [folder])
-    (client.startClient4 if of_2026 else client.start_client)("dashboard")
-    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
-    deadline = time.monotonic() + 10.0
-    while not (client.isConnected if of_2026 else client.is_connected)() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    time.sleep(0.2)
-    with outposts(seed=2) as match:
-        topics = ControlTopics(match, server)
-
-        def until(condition, seconds: float = 10.0) -> None:
-            deadline = time.monotonic() + seconds
-            while not condition():
-                assert time.monotonic() < deadline, [str(result) for result in match.control.results]
-                match.tick()
-                client.flush()
-                server.flush()
-                time.sleep(0.005)
+    """Pulses, manual and back, misspelled alliances, numbers where buttons are."""
+    folder = "/Sim/HumanPlayer/"
+    with Dashboard() as board, outposts(seed=2) as match:
+        client = board.client
+        kept = client.get_boolean_topic(folder + "Red/OpenDoor").publish()
+        kept.set(True)
+        wrong = client.get_double_topic(folder + "Red/PushFuel").publish()  # the first to publish it says what it is
+        wrong.set(1.0)
+        board.connect(folder)
+        topics = ControlTopics(match, board.server)
 
         def done(number: int) -> str:
-            until(lambda: match.control.count >= number)
+            board.until(match, lambda: match.control.count >= number)
             assert match.control.count == number and match.count.is_conserved
             return str(match.control.results[-1])
 
@@ -228,17 +155,17 @@ def test_a_dashboard_plays_human_players_over_networktables():
         status = client.get_string_topic("/Sim/Control/Status").subscribe("")
         manual = client.get_boolean_topic(folder + "Blue/Manual").get_entry(False)
         button = client.get_boolean_topic(folder + "Blue/ThrowFuel").get_entry(False)
-        until(lambda: ready.get() > 0)
+        board.until(match, lambda: ready.get() > 0)
         assert list(names.get()) == ["OpenDoor", "ThrowFuel", "PushFuel"]
         assert match.control.count == 0 and not match.persons, "what was kept is no command"
         button.set(True)
         assert done(1).startswith("1 done: blue's human player: throw a fuel at the hub, ")
-        until(lambda: not button.get())  # it is let go of
-        until(lambda: manual.get() and not match.persons["blue"])
+        board.until(match, lambda: not button.get())  # it is let go of
+        board.until(match, lambda: manual.get() and not match.persons["blue"])
         left = ready.get()
         button.set(True)
         assert done(2).startswith("2 done")
-        until(lambda: ready.get() == left - 1)
+        board.until(match, lambda: ready.get() == left - 1)
         manual.set(False)
         assert done(3) == "3 done: the game itself plays blue's human player" and not match.persons
         manual.set(True)
@@ -254,12 +181,9 @@ def test_a_dashboard_plays_human_players_over_networktables():
         text = client.get_string_topic(folder + "Blue/Dump").publish()
         text.set("now")
         assert done(8).endswith("a button is a boolean that is set to true, got 'now'")
-        until(lambda: status.get() == str(match.control.results[-1]))
+        board.until(match, lambda: status.get() == str(match.control.results[-1]))
         topics.close()
         button.set(True)
         time.sleep(0.3)
         match.play(0.1)
         assert match.control.count == 8
-    everything.close()
-    for instance in (client, server):
-        ntcore.NetworkTableInstance.destroy(instance)

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from match_laws import require_one_owner
 
 from games.rebuilt.dimensions import HUB_CENTER
 from simcore.errors import SimcoreError
@@ -110,58 +109,6 @@ def test_a_place_in_a_wall_is_refused_and_a_free_one_named(place):
         assert match.robots[0].chassis.pose == before
 
 
-def public_calls(match, rng):
-    """Calls that a rule, a dashboard or a test may make, in any order, with good arguments and bad ones."""
-    robots, n = len(match.robots), len(match.pieces.state.status)
-    kinds = [kind.name for kind in match.pieces.types]
-    slots = np.unique(rng.integers(-1, n + 1, size=3))
-    place = (rng.uniform(-1.0, 18.0), rng.uniform(-1.0, 9.0), rng.uniform(-9.0, 9.0))
-    number = int(rng.integers(-1, robots + 1))
-    high = np.column_stack([rng.uniform(1.0, 7.0, (len(slots), 2)), rng.uniform(3.0, 5.0, len(slots))])
-
-    def hold():
-        match.pieces.hold(slots, number)
-        match.robots[number].storage.pieces.extend(slots.tolist())
-
-    return [
-        lambda: match.tick(int(rng.integers(-1, 4))),
-        lambda: match.tick(),
-        lambda: match.carry_to(number, place),
-        lambda: match.robots[number % robots].reset(place),
-        lambda: match.robots[number % robots].carry_to(place),
-        lambda: match.set_alliance(number, rng.choice(["blue", "red", "green"])),
-        lambda: match.pieces.release(slots, high),
-        lambda: match.pieces.push(slots, rng.normal(size=(len(slots), 3))),
-        lambda: match.pieces.score(slots),
-        lambda: match.pieces.set_aside(slots),
-        lambda: match.pieces.put_down(slots, high[:, :2]),
-        hold,
-        lambda: match.control.spawn(str(rng.choice(kinds)), [place[:2]]),
-        lambda: match.control.place_robot(place, robot=rng.choice(np.array([number, 1.0, None], dtype=object))),
-        lambda: match.control.spawn([kinds[0]], [place[:2]]),
-        lambda: match.control.start_auto(str(rng.choice([*match.game.autos, "none"])), number),
-        lambda: match.reset_field(),
-        lambda: match.start_mode(rng.choice(["auto", "teleop"])),
-    ]
-
-
-@pytest.mark.parametrize("name", GAMES)
-def test_laws_hold_whatever_is_called_in_whatever_order(name, whole):
-    with Match(find_game(name), seed=2) as match:
-        for seed in range(1000 if whole else 15):
-            rng = np.random.default_rng(seed)
-            match.reset(seed)
-            for _ in range(12):
-                calls = public_calls(match, rng)
-                try:
-                    calls[int(rng.integers(len(calls)))]()
-                except SimcoreError:
-                    pass
-                require_one_owner(match)
-            match.play(0.1)
-            require_one_owner(match)
-
-
 def test_algae_with_a_human_player_is_thrown_only_if_it_is_still_there():
     with Match(find_game("reefscape"), seed=2) as match:
         algae = np.array([int(match.pieces.on_field("Algae")[0])])
@@ -261,13 +208,3 @@ def test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick(
         with pytest.raises(StartError, match="robot 1 starts inside of robot 0"):
             other.reset((2.0 + 0.4 + 0.4 + 0.03, 4.0, 0.0))
         other.reset((2.0 + 0.4 + 0.4 + 0.06, 4.0, 0.0))
-
-
-def test_an_owner_is_told_of_a_piece_that_somebody_puts_on_the_field():
-    with Match(find_game("rebuilt"), robots=[RobotEntry()]) as match:
-        robot, slot = match.robots[0], match.robots[0].held[0]
-        match.pieces.release(np.array([slot]), np.array([[6.0, 4.0, 0.075]]))
-        assert slot not in robot.held and slot not in robot.storage.pieces
-        match.play(0.1)
-        assert match.count.held == len(robot.held) == 7
-        require_one_owner(match)

@@ -12,10 +12,8 @@ import trimesh
 from robotpy_apriltag import AprilTagField, AprilTagFieldLayout
 from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
-from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.robot import rebuilt_robot
-from simcore.geometry.rotation import rotate
 from simcore.show.view_models import load_models
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,48 +40,6 @@ def test_the_field_is_where_the_dimensions_say():
     assert low[0] == pytest.approx(dim.FIELD_LENGTH - dim.DEPOT_DEPTH, abs=1e-3)
     ball = trimesh.load_scene(field.pieces["Fuel"].path)
     assert ball.extents == pytest.approx([0.15] * 3, abs=8e-3)
-
-
-def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
-    """Its edge, seen from the axle, is at right angles to where the fuel flies: 110 degrees minus the hood's angle."""
-    part = load_models(FOLDER).robot().parts[[c.name for c in COMPONENTS].index("hood")]
-    points = trimesh.load_scene(part.path).to_geometry().vertices
-    shell = points[np.hypot(points[:, 0], points[:, 2]) > 0.19]
-    edge = max(math.atan2(z, -x) for x, _, z in shell)
-    with RebuiltSim() as sim:
-        robot = sim.robots[0]
-        for volts in (3.0, -3.0):
-            for _ in range(40):
-                robot.mechanisms["hood"].set_volts(volts)
-                for mechanism in robot.mechanisms.values():
-                    mechanism.step(0.02)
-            row = robot.component_poses()[[c.name for c in COMPONENTS].index("hood")]
-            w, x, y, z = row[3:]
-            to_edge = np.array(rotate((x, y, z, w), (-math.cos(edge), 0.0, math.sin(edge))))
-            shot = np.array((math.cos(robot.shooters[0].aim.elevation), 0.0, math.sin(robot.shooters[0].aim.elevation)))
-            assert to_edge @ shot == pytest.approx(0.0, abs=0.02)
-            along = np.cross((0.0, 1.0, 0.0), to_edge)  # the wheels turn about +y: what they touch moves this way
-            assert along @ shot == pytest.approx(1.0, abs=0.02)
-
-
-def test_rollers_ride_on_the_intake_and_clear_the_bumper():
-    names = [c.name for c in COMPONENTS]
-    with RebuiltSim() as sim:
-        robot = sim.robots[0]
-        for _ in range(60):
-            robot.mechanisms["intake_deploy"].set_volts(6.0)
-            for mechanism in robot.mechanisms.values():
-                mechanism.step(0.02)
-            rows = robot.component_poses()
-            for name in ("intake roller, lower", "intake roller, upper"):
-                x, _, z = rows[names.index(name), :3]
-                if -0.427 < x < -0.31:
-                    assert z - 0.027 > robot.chassis.config.bumper_top, "through the bumper"
-        roller = rows[names.index("intake roller, lower")]
-        assert roller[0] == pytest.approx(
-            COMPONENTS[2].joints[-1].origin[0] - robot.config.mechanisms["intake_deploy"].travel, abs=1e-3
-        )
-        assert 0.15 < roller[2] + 0.027 and roller[2] - 0.027 < 0.15, "it touches fuel that lies on the carpet"
 
 
 def test_tags_and_driver_stations_stand_where_they_are_on_the_field():

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from match_laws import show_time
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
@@ -44,7 +45,7 @@ def hung():
     entries = (entry("blue", 2), entry("red", 2), entry("blue", 1), entry("red", 3))
     options = ("blue_cage_1_shallow", "red_cage_3_shallow")
     with Match(REEFSCAPE, robots=entries, options=options) as match:
-        match.timer._start = match.timer.time = MATCH.duration - 5.0
+        show_time(match, MATCH.duration - 5.0)
         for number in range(4):
             climber(match, number, falls_at=5.2 if number == 3 else math.inf)
         match.play(4.9)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from foul_trials import foul_trials
+from foul_trials import foul_trials, told
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
@@ -21,10 +21,6 @@ HALF = 0.4
 def play():
     """Robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
-
-
-def told(match):
-    return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
 
 
 AT_REEF = (dim.REEF_CENTER[0] + dim.REEF_APOTHEM + HALF + 0.05, dim.REEF_CENTER[1], math.pi)

@@ -102,10 +102,3 @@ def test_who_parks_or_climbs_has_done_so_as_the_match_ends(role, points, before)
     with match_of(REEFSCAPE, {"blue": role}, at=MATCH.duration - before) as match:
         match.play(before + 3.0)
         assert match.rules.breakdown()["Blue/endGameBargePoints"] == points
-
-
-def test_an_idle_robot_stands():
-    with match_of(REEFSCAPE, {"red": "idle"}) as match:
-        match.play(3.0)
-        x, _, _ = match.robots[0].chassis.pose
-        assert x == pytest.approx(dim.FIELD_LENGTH - REEFSCAPE.starts[0][0], abs=0.02)

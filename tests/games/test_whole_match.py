@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import partial
 
 import numpy as np
@@ -46,17 +44,6 @@ def test_no_fuel_is_lost_at_any_tick(whole):
             assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
 
 
-def test_two_processes_play_the_same_match(whole):
-    code = (
-        "from games.rebuilt import REBUILT; from simcore.players.lineup import lineup, play_match\n"
-        f"run = play_match(REBUILT, lineup(REBUILT, **{SIX!r}), seconds={None if whole else 8.0}, seed=7)\n"
-        "print(run.report.digest)"
-    )
-    runs = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    first, second = (run.communicate()[0].strip() for run in runs)
-    assert len(first) == 64 and first == second
-
-
 def test_a_collector_follows_the_shifts():
     """In shifts 1 and 3 the hub of whoever was ahead in auto is off: a player that knows it shoots nothing there."""
     with played({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
@@ -90,21 +77,6 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul():
             touches += (0, 1) in match.contacts.robots
         assert touches > 25
         assert [foul for foul in match.tracker.fouls if foul.alliance == "red"] == []
-
-
-def test_a_defender_lowers_what_the_other_side_scores(whole):
-    """Of the same collector beside an opponent that stands still and beside one that defends."""
-    if not whole:
-        pytest.skip("a minute of two matches: with --whole")
-
-    def score(opponent, seed):
-        with played({"blue": "collector:3", "red": opponent}, at=MATCH.start("transition"), seed=seed) as match:
-            match.play(60.0)
-            return match.score.blue
-
-    for seed in range(6):
-        free, defended = score("idle", seed), score("defender:3", seed)
-        assert defended < 0.8 * free, f"seed {seed}: {defended} of {free}"
 
 
 @pytest.mark.parametrize("under", [[(0.0, 0.0)], [(0.3, -0.17)], [(0.02, 0.2), (0.0, -0.06), (0.3, 0.21)]], ids=str)

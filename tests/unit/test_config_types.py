@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import games
 import simcore
 from games.rebuilt import REBUILT
+from games.rebuilt.scoring import EventSettings
+from games.rebuilt.staging import Staging
 from games.reefscape import REEFSCAPE
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
@@ -47,12 +50,15 @@ _PACKAGES = ("geometry", "match", "physics", "pieces", "players", "robot", "swee
 def _configs() -> list[type]:
     """Every frozen dataclass that people give to simcore and that checks its fields."""
     found = set()
+    modules = [info.name for info in pkgutil.walk_packages(games.__path__, "games.") if "__main__" not in info.name]
     for package in _PACKAGES:
-        for info in pkgutil.walk_packages([f"{simcore.__path__[0]}/{package}"], f"simcore.{package}."):
-            for one in vars(importlib.import_module(info.name)).values():
-                if inspect.isclass(one) and one.__module__ == info.name and hasattr(one, "__dataclass_params__"):
-                    if one.__dataclass_params__.frozen and hasattr(one, "__post_init__") and one is not Results:
-                        found.add(one)
+        found_here = pkgutil.walk_packages([f"{simcore.__path__[0]}/{package}"], f"simcore.{package}.")
+        modules += [info.name for info in found_here]
+    for module in modules:
+        for one in vars(importlib.import_module(module)).values():
+            if inspect.isclass(one) and one.__module__ == module and hasattr(one, "__dataclass_params__"):
+                if one.__dataclass_params__.frozen and hasattr(one, "__post_init__") and one is not Results:
+                    found.add(one)
     return sorted(found, key=lambda one: (one.__module__, one.__qualname__))
 
 
@@ -71,6 +77,8 @@ FOUND = (
     CapsuleZone(start=(0.0, 0.0, 0.0), end=(1.0, 0.0, 0.0), radius=0.1),
     CylinderZone(center=(0.0, 0.0), radius=1.0, bottom=0.0, top=1.0),
     RobotEntry(),
+    Staging(),
+    EventSettings(),
     StagedPieces(kind="fuel", attitudes=np.zeros((0, 4)), lodged=5.0),
     HumanAction(name="Throw", summary="Throw", feeders={}, act=print, period=1.0),
     Scatter(),
@@ -154,7 +162,10 @@ def test_a_field_takes_nothing_of_another_type():
 def test_a_number_is_a_number_and_a_mass_is_above_zero():
     wrong = []
     for config, field in FIELDS:
-        if type(getattr(EXAMPLES[config], field)) not in (int, float):
+        before = getattr(EXAMPLES[config], field)
+        if isinstance(before, tuple) and before and all(type(one) in (int, float) for one in before):
+            wrong += _taken(config, field, [(*before[:-1], math.nan)], rf"\b{field}\b")
+        if type(before) not in (int, float):
             continue
         nonsense = [math.nan, -math.inf, "1", True, [1.0], *([-1.0] if field == "mass" else [])]
         if config.__dataclass_fields__[field].default is not None:  # type: ignore[attr-defined]

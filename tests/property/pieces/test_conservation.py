@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreError, UnknownNameError
+from simcore.errors import SimcoreError
 from simcore.match.motion import Motion
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
@@ -111,55 +110,3 @@ def test_pieces_are_conserved(steps):
             here = np.isin(state.status, ON_FIELD)
             assert (state.holder[state.status == PieceStatus.HELD] >= 0).all()
             assert (state.holder[here] == -1).all()
-
-
-@pytest.fixture
-def pieces():
-    with PhysicsWorld() as world:
-        yield GamePieceManager(world, [(FUEL, 5)], field_size=(16.0, 8.0))
-
-
-def test_more_pieces_than_there_is_room_for_are_refused_and_nothing_changes(pieces):
-    pieces.spawn("Fuel", np.array([[1.0, 1.0, 1.0]] * 3) * np.array([[1], [2], [3]]))
-    with pytest.raises(CapacityError, match="Fuel: 3 more pieces wanted, but only 2 of 5 are free"):
-        pieces.stage("Fuel", 3)
-    assert pieces.count(PieceStatus.FREE) == 2
-
-
-def test_a_negative_count_stages_nothing(pieces):
-    """It once staged all but one."""
-    with pytest.raises(ConfigError, match="count must be a whole number from 0"):
-        pieces.stage("Fuel", -1)
-    assert pieces.count(PieceStatus.FREE) == 5
-
-
-def test_an_empty_robot_cannot_launch(pieces):
-    pieces.hold(pieces.stage("Fuel", 1), 0)
-    with pytest.raises(CapacityError, match="robot 1 has no piece"):
-        pieces.launch(1, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
-
-
-def test_a_shot_that_is_no_number_stays_in_the_robot(pieces):
-    pieces.hold(pieces.stage("Fuel", 1), 0)
-    for pos, vel, spin in (
-        ((math.nan, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        ((1.0, 1.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, math.nan, 0.0)),
-    ):
-        with pytest.raises(NonFiniteError, match="3 rows of 3 finite numbers"):
-            pieces.launch(0, pos, vel, spin)
-    assert len(pieces.held(0)) == 1
-
-
-def test_an_unknown_kind_offers_the_nearest(pieces):
-    with pytest.raises(UnknownNameError, match="Did you mean 'Fuel'"):
-        pieces.spawn("Feul", np.array([[1.0, 1.0, 1.0]]))
-
-
-def test_holding_is_counted_by_robot(pieces):
-    slots = pieces.stage("Fuel", 5)
-    pieces.hold(slots[:2], 0)
-    pieces.hold(slots[2:], 7)
-    assert (len(pieces.held(0)), len(pieces.held(7)), len(pieces.held(1))) == (2, 3, 0)
-    pieces.launch(7, (1.0, 1.0, 1.0), (1.0, 0.0, 0.0))
-    assert (len(pieces.held(0)), len(pieces.held(7))) == (2, 2)

@@ -30,12 +30,6 @@ def test_the_sweep_finds_what_fine_samples_of_the_path_find(prev, now):
 
 
 @settings(max_examples=100)
-@given(near, near)
-def test_the_sweep_is_the_same_backward(prev, now):
-    assert np.array_equal(ZONE.captured(prev, now), ZONE.captured(now, prev))
-
-
-@settings(max_examples=100)
 @given(
     arrays(np.float64, (5, 3), elements=st.floats(-40, 40)), arrays(np.float64, (5, 3), elements=st.floats(-200, 200))
 )

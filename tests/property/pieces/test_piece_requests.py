@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from games.rebuilt.fuel import FUEL
-from simcore.errors import ConfigError, NonFiniteError
+from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
@@ -39,6 +39,15 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
             lambda: pieces.launch(0, (1.0, 1.0, 1.0), fast),
         ):
             with pytest.raises(ConfigError, match="speed must be a number from 0 to 1000 m/s, got 1131"):
+                request()
+        for request, error, said in (
+            (lambda: pieces.launch(1, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), CapacityError, "robot 1 has no piece"),
+            (lambda: pieces.launch(0, (math.nan, 1.0, 1.0), (0.0, 0.0, 0.0)), NonFiniteError, "3 rows of 3 finite"),
+            (lambda: pieces.stage("Fuel", 3), CapacityError, "Fuel: 3 more pieces wanted, but only 2 of 4 are free"),
+            (lambda: pieces.stage("Fuel", -1), ConfigError, "count must be a whole number from 0"),
+            (lambda: pieces.spawn("Feul", np.ones((1, 3))), UnknownNameError, "Did you mean 'Fuel'"),
+        ):
+            with pytest.raises(error, match=said):
                 request()
         assert pieces.count(PieceStatus.ASLEEP) == 1 and len(pieces.held(0)) == 1
 

@@ -56,20 +56,3 @@ def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, questi
     assert abs(time - shot.time_of_flight) < 0.001
     for name in ("elevation", "speed"):
         assert math.isclose(getattr(shot, name), question.get(name, getattr(shot, name)), abs_tol=1e-6)
-
-
-@settings(max_examples=60)
-@given(places, targets, speeds, asked)
-def test_red_is_blue_turned_by_half_a_turn(muzzle, target, velocity, question):
-    def turned(point):
-        return (FIELD[0] - point[0], FIELD[1] - point[1], point[2])
-
-    try:
-        blue = solve_shot(muzzle, target, drag=0.0232, robot_velocity=velocity, **question)
-    except NoShotError:
-        assume(False)
-    back = (-velocity[0], -velocity[1], 0.0)
-    red = solve_shot(turned(muzzle), turned(target), drag=0.0232, robot_velocity=back, **question)
-    assert abs(math.remainder(red.yaw - blue.yaw - math.pi, math.tau)) < 1e-7
-    for name in ("elevation", "speed", "time_of_flight", "entry_angle"):
-        assert math.isclose(getattr(red, name), getattr(blue, name), abs_tol=1e-7)

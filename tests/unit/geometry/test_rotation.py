@@ -35,11 +35,6 @@ def test_roll_pitch_yaw_mean_what_wpilib_means(roll, tilt, yaw):
     assert same_rotation(q.from_rpy(roll, tilt, yaw), (theirs.X(), theirs.Y(), theirs.Z(), theirs.W()))
 
 
-@given(angle, angle, angle)
-def test_roll_pitch_yaw_are_fixed_axes_in_the_order_x_y_z(roll, tilt, yaw):
-    assert same_rotation(q.from_rpy(roll, tilt, yaw), Rotation.from_euler("xyz", (roll, tilt, yaw)).as_quat())
-
-
 @given(angle, pitch, angle)
 def test_angles_come_back(roll, tilt, yaw):
     back = q.rpy(q.from_rpy(roll, tilt, yaw))
@@ -51,12 +46,6 @@ def test_angles_come_back(roll, tilt, yaw):
 def test_yaw_only(yaw):
     assert q.from_yaw(yaw) == pytest.approx(q.from_rpy(0.0, 0.0, yaw), abs=1e-15)
     assert math.remainder(q.yaw_of(q.from_yaw(yaw)) - yaw, math.tau) == pytest.approx(0.0, abs=1e-12)
-
-
-@given(rotation())
-def test_yaw_is_the_heading_of_the_rotated_x_axis(turn):
-    x, y, _ = q.rotate(turn, (1.0, 0.0, 0.0))
-    assert q.yaw_of(turn) == pytest.approx(math.atan2(y, x), abs=1e-6)
 
 
 def test_straight_up_has_a_pitch_of_ninety_degrees_and_no_domain_error():
@@ -90,11 +79,6 @@ def test_the_matrix_turns_as_the_quaternion_does(turn, v):
 @given(rotation(), rotation(), vector)
 def test_a_product_is_the_second_rotation_and_then_the_first(a, b, v):
     assert q.rotate(q.multiply(a, b), v) == pytest.approx(q.rotate(a, q.rotate(b, v)), abs=1e-8)
-
-
-def test_the_identity_changes_nothing():
-    assert q.rotate(q.IDENTITY, (1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)
-    assert q.multiply(q.IDENTITY, q.from_yaw(0.3)) == q.from_yaw(0.3)
 
 
 @given(rotation(), vector, st.floats(0.0, 1.0))

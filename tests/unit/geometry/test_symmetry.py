@@ -45,22 +45,6 @@ def test_a_turned_field_has_its_middle_between_and_a_mirrored_one_its_middle_lin
     assert ROTATE.keeps_hands and not MIRROR.keeps_hands
 
 
-def test_rows_flip_like_points_and_keep_their_height_and_the_original():
-    points = np.array([[1.0, 2.0, 0.3], [5.0, 8.0, 1.0]])
-    for symmetry in (ROTATE, MIRROR):
-        for before, after in zip(points, symmetry.flip_points(points), strict=True):
-            assert tuple(after[:2]) == pytest.approx(symmetry.flip_point(before[0], before[1]))
-            assert after[2] == before[2]
-    assert points[0].tolist() == [1.0, 2.0, 0.3]
-
-
-def test_a_robot_that_faces_the_red_wall_faces_the_blue_one_after_and_left_is_left_on_a_turned_field_only():
-    for symmetry in (ROTATE, MIRROR):
-        assert abs(symmetry.flip_pose(2.0, 3.0, 0.0)[2]) == pytest.approx(math.pi)
-    assert ROTATE.flip_pose(2.0, 3.0, math.pi / 2)[2] == pytest.approx(-math.pi / 2)
-    assert MIRROR.flip_pose(2.0, 3.0, math.pi / 2)[2] == pytest.approx(math.pi / 2)
-
-
 @given(any_angle)
 def test_wrapped_angles_are_the_same_direction_within_half_a_turn(angle):
     wrapped = wrap_angle(angle)

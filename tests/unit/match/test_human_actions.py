@@ -114,12 +114,16 @@ def test_what_cannot_be_says_why_and_takes_nothing_over(match):
         assert "this run of bare has no human players" in refusal(other, other.control.take_over, "blue")
 
 
-def test_what_was_asked_for_is_dropped_when_it_cannot_be_any_more(match):
+def test_what_comes_too_early_waits_once_and_is_dropped_when_it_cannot_be_any_more(match):
     match.control.human_action("blue", "Roll")
     match.play(0.02)
     match.control.human_action("blue", "Roll")
     match.play(0.02)
     assert match.persons == {"blue": {"Roll": pytest.approx(0.02)}}
+    match.control.human_action("blue", "Roll")
+    match.play(0.02)
+    said = "blue's human player cannot roll a ball: the one before is still to come, one takes 0.5 s"
+    assert match.control.results[-1].text == said
     match.timer.set_enabled(False)
     match.play(1.0)
     assert match.persons == {"blue": {}} and stocks(match)[0] == 2

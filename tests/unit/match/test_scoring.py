@@ -59,20 +59,6 @@ def test_worth_is_asked_per_piece_and_a_worthless_piece_is_still_counted():
     assert [e.points for e in tracker.events] == [2, 2, 0]
 
 
-def test_totals_are_the_sum_of_the_events():
-    rng = np.random.default_rng(0)
-    tracker = ScoringTracker([BLUE, RED])
-    for tick in range(50):
-        fall(tracker, 0.02 * tick, *rng.uniform(-1.0, 7.0, 4))
-    for alliance in ("blue", "red"):
-        assert tracker.totals[alliance] == sum(e.points for e in tracker.events if e.alliance == alliance) > 0
-    assert sum(tracker.pieces.values()) == len(tracker.events)
-
-
-def test_no_pieces_no_events():
-    assert fall(ScoringTracker([BLUE]), 0.0) == []
-
-
 def test_two_zones_of_one_name_are_refused():
     with pytest.raises(ConfigError, match="names must differ"):
         ScoringTracker([BLUE, BLUE])

@@ -64,14 +64,6 @@ def follow(script, robot, *, ticks=2000, **more):
     raise AssertionError("the script does not end")
 
 
-def test_it_drives_to_a_pose_and_stops_there():
-    robot = Ideal((2.0, 3.0, 0.0))
-    follow(lambda r: r.drive_to(4.0, 4.0, 1.0), robot)
-    assert robot.pose[:2] == pytest.approx((4.0, 4.0), abs=0.08)
-    assert robot.pose[2] == pytest.approx(1.0, abs=math.radians(3.5))
-    assert robot.asked[-1] == (0.0, 0.0, 0.0)
-
-
 def test_it_keeps_to_its_speed_and_acceleration():
     robot = Ideal((2.0, 3.0, 0.0))
     follow(lambda r: r.drive_to(7.0, 3.0, 0.0, speed=2.0), robot)
@@ -86,27 +78,6 @@ def test_it_gives_up_after_the_timeout_when_something_is_in_the_way():
     assert follow(lambda r: r.drive_to(7.0, 3.0, 0.0, timeout=1.0), robot) == 51
 
 
-def test_it_passes_all_corners_in_order():
-    robot, corners = Ideal((1.0, 1.0, 0.0)), [(3.0, 1.0), (3.0, 3.0), (1.0, 3.0)]
-    track = []
-    drive = robot.set_chassis_speeds
-    robot.set_chassis_speeds = lambda *v: (drive(*v), track.append(tuple(robot.pose[:2])))
-    follow(lambda r: r.drive_through(corners, 0.0), robot)
-    nearest = [min(range(len(track)), key=lambda i, c=c: math.dist(track[i], c)) for c in corners]
-    assert nearest == sorted(nearest)
-    assert all(math.dist(track[i], c) < 0.4 for i, c in zip(nearest, corners, strict=True))
-
-
-@pytest.mark.parametrize("symmetry", ["rotate", "mirror"])
-def test_a_red_robot_does_the_same_flipped(symmetry):
-    flip = FieldSymmetry(symmetry, SIZE).flip_pose
-    blue, red = Ideal((2.0, 3.0, 0.3)), Ideal(flip(2.0, 3.0, 0.3))
-    for robot, alliance in ((blue, "blue"), (red, "red")):
-        follow(lambda r: r.drive_to(4.0, 4.0, 1.0), robot, alliance=alliance, symmetry=symmetry)
-    assert flip(*red.pose)[:2] == pytest.approx(blue.pose[:2], abs=1e-9)
-    assert math.remainder(flip(*red.pose)[2] - blue.pose[2], math.tau) == pytest.approx(0.0, abs=1e-9)
-
-
 def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
     region = {"low": (0.0, 5.0), "high": (1.0, 7.0), "aside": 0.2}
     elsewhere = np.array([[5.0, 5.0, 0.075], [0.5, 6.0, 0.9]])  # the second lies too high to be on the carpet
@@ -115,18 +86,6 @@ def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
     robot = Ideal((3.0, 6.0, 0.0))
     assert follow(lambda r: r.collect_in(**region, timeout=4.0), robot, pieces=there) == 201
     assert robot.pose[:2] == pytest.approx((0.3 + 0.62, 6.1), abs=0.05), "with the intake, 0.62 m behind, over the fuel"
-
-
-def test_waiting_takes_as_long_as_it_says():
-    assert follow(lambda r: r.wait(0.5), Ideal((2.0, 3.0, 0.0))) == 25
-
-
-def test_the_intake_can_be_ahead_as_well():
-    """With the heading at pi the robot takes from the other side."""
-    robot, there = Ideal((1.0, 6.0, math.pi)), np.array([[3.0, 6.1, 0.075]])
-    region = {"low": (2.0, 5.0), "high": (4.0, 7.0), "aside": 0.2, "yaw": math.pi}
-    follow(lambda r: r.collect_in(**region, timeout=4.0), robot, pieces=there)
-    assert robot.pose[:2] == pytest.approx((3.0 - 0.62, 6.1), abs=0.05)
 
 
 def test_a_script_that_has_ended_stops_the_robot_and_a_new_robot_begins_it_anew():

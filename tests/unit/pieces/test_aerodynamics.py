@@ -53,17 +53,6 @@ def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
     assert lift[2] == pytest.approx(0.5 * 1.2 * math.pi * 0.075**2 * coefficient * 100.0 / 0.215)
 
 
-@pytest.mark.parametrize("spin_ratio", [0.1, 0.3, 0.6])
-def test_lift_coefficient_of_a_baseball(spin_ratio):
-    """Cl = 1.120 S / (0.583 + 2.333 S), within the rounding of its three numbers."""
-    radius, mass, speed = 0.037, 0.145, 40.0
-    spin = (0.0, -spin_ratio * speed / radius, 0.0)
-    factors = air_factors(BASEBALL, radius=radius, mass=mass)
-    lift = lift_acceleration((speed, 0.0, 0.0), spin, factors)[2]
-    coefficient = lift * mass / (0.5 * 1.2 * math.pi * radius**2 * speed**2)
-    assert coefficient == pytest.approx(1.120 * spin_ratio / (0.583 + 2.333 * spin_ratio), rel=0.002)
-
-
 def test_a_piece_at_rest_feels_nothing():
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
     for spin in ((0.0, 50.0, 0.0), (0.0, 0.0, 0.0)):

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -218,20 +214,6 @@ def test_a_knock_that_beats_the_belt_clears_a_jam():
     assert made.is_jammed
     run(made, 5, belt=BELT, pull=(-30.0, 0.0, -GRAVITY))
     assert not made.is_jammed
-
-
-def test_another_process_finds_the_same():
-    code = "from test_hopper import trace; print(trace())"
-    paths = os.pathsep.join((str(Path(__file__).parent), str(Path(__file__).resolve().parents[3])))
-    env = {**os.environ, "PYTHONPATH": paths}
-    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=120)
-    assert done.stdout.strip() == trace(), done.stderr
-
-
-def trace() -> str:
-    made = hopper(scattered(5, 10, 0.305), outlet_width=0.25, belt="belt", high=(0.3, 0.305, 0.5))
-    run(made, 60, belt=BELT, spin=(0.0, 0.1, 1.0))
-    return made.pos.tobytes().hex()[:200]
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------

@@ -104,25 +104,6 @@ def test_nan_is_never_taken():
     assert ZONE.captured(bad, good).tolist() == ZONE.captured(good, bad).tolist() == [False]
 
 
-def test_no_pieces_is_no_problem():
-    assert ZONE.captured(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)
-
-
-def test_field_positions_are_seen_from_the_robot():
-    """A robot at (5, 2), turned left by 90 degrees, has its rear intake towards smaller y."""
-    robot, rotation = np.array([5.0, 2.0, 0.1]), np.array([0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)])
-    seen = field_to_robot(points([5.0, 1.6, 0.175], [5.4, 2.0, 0.175]), robot, rotation)
-    assert seen == pytest.approx(points([-0.4, 0.0, 0.075], [0.0, -0.4, 0.075]))
-    assert ZONE.contains(seen).tolist() == [True, False]
-
-
-def test_a_pitched_robot_takes_its_zone_along():
-    """Nose up by 90 degrees (-90 about +y): what is under the robot's tail in the field is behind it."""
-    half = -math.pi / 4
-    rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
-    assert field_to_robot(points([0.0, 0.0, -0.4]), np.zeros(3), rotation) == pytest.approx(points([-0.4, 0.0, 0.0]))
-
-
 @pytest.mark.parametrize("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
 def test_boxes_that_cannot_be_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))[0]):

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
@@ -60,23 +59,6 @@ def through(x, rise):
     up = math.sqrt(2.0 * GRAVITY * rise)
     time = up / GRAVITY + math.sqrt(2.0 * (rise - (HEIGHT - 0.5)) / GRAVITY)
     return (x / time, 0.0, up)
-
-
-def test_a_shot_comes_through_when_and_where_the_equation_of_motion_says():
-    k, vel = 0.03, (4.5, 0.3, 8.0)
-
-    def law(t, y):
-        return [*y[3:], *(-k * np.linalg.norm(y[3:]) * y[3:] - [0.0, 0.0, GRAVITY])]
-
-    def falls_through(t, y):
-        return y[2] - HEIGHT if y[5] < 0.0 else 1.0
-
-    falls_through.terminal = True
-    exact = solve_ivp(law, (0.0, 5.0), [0.0, 0.0, 0.5, *vel], rtol=1e-10, atol=1e-12, events=falls_through)
-    found = fly(shots(vel, drag=k))
-    assert found.goes_in[0] and not found.by_rim[0]
-    assert found.time[0] == pytest.approx(exact.t_events[0][0], abs=4e-4)  # a step of 1 ms has drag at its begin
-    assert found.place[0] == pytest.approx(exact.y_events[0][0][:3], abs=2e-3)
 
 
 def test_the_surface_of_a_ball_clears_the_rim_before_and_behind():

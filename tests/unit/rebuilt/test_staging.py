@@ -81,11 +81,6 @@ def test_the_seed_decides():
     assert not np.array_equal(depot_places("blue", 24, rng(4)), depot_places("blue", 24, rng(5)))
 
 
-@pytest.mark.parametrize("count", [0, 1, 407])
-def test_any_count_is_staged_in_full(count):
-    assert neutral_places(count, rng()).shape == (count, 3)
-
-
 @pytest.mark.parametrize("field", ["neutral", "depot", "chute", "preload_per_robot", "robots"])
 @pytest.mark.parametrize("value", [-1, 2.5])
 def test_counts_must_be_whole(field, value):

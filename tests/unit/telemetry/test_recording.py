@@ -121,13 +121,6 @@ def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
     assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
 
 
-def test_after_close_nothing_is_due_and_all_is_readable() -> None:
-    recording = recorded(5)
-    recording.close()
-    assert not recording.due(99.0)
-    assert len(recording) == 5
-
-
 def test_unknown_names_and_bad_settings() -> None:
     recording = recorded(3)
     with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Blue'"):

@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_yaw, yaw_of
+from simcore.geometry.rotation import from_yaw
 from simcore.vision.heading import AngleHistory, PoseHistory
-
-
-def test_between_two_poses_it_moves_straight_and_turns_evenly():
-    history = PoseHistory()
-    history.add(1.00, (1.0, 2.0, 0.0), from_yaw(3.0))
-    history.add(1.02, (1.1, 2.0, 0.0), from_yaw(-3.0))  # over 180 degrees, the short way
-    pos, quat = history.at(1.005)
-    assert pos == pytest.approx((1.025, 2.0, 0.0))
-    turn = math.remainder(-3.0 - 3.0, math.tau)
-    assert math.remainder(yaw_of(quat) - (3.0 + 0.25 * turn), math.tau) == pytest.approx(
-        0.0, abs=abs(turn) ** 3 / 240.0
-    )
 
 
 def test_outside_of_what_it_knows_it_holds_the_ends():

@@ -115,21 +115,6 @@ def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
     assert (len(last.tags) == 1) is (topic == "fiducial_id_filters_set")
 
 
-def test_a_crop_window_and_downscaling_lose_tags():
-    def crop(camera, t, yaw):
-        camera.request(CameraRequest("crop", (-1.0, 0.0, -1.0, 1.0)), t)
-
-    def downscale(camera, t, yaw):
-        camera.request(CameraRequest("fiducial_downscale_set", (5.0,)), t)
-
-    _, plain = drive(CameraConfig(mount=MOUNT), 0.3)
-    _, left = drive(CameraConfig(mount=MOUNT), 0.3, each=crop)
-    _, coarse = drive(CameraConfig(mount=MOUNT), 0.3, each=downscale)
-    assert {tag.id for tag in left[-1].tags} < {tag.id for tag in plain[-1].tags}
-    assert all(tag.tx_deg < 0.0 for tag in left[-1].tags)
-    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # near: 70 px wide, 48 are needed
-
-
 def test_a_camera_that_was_told_a_wrong_place_gives_a_wrong_pose():
     """0.2 m ahead of where it is: the robot seems 0.2 m farther back."""
 
@@ -204,12 +189,6 @@ def test_the_perfect_camera_gives_the_exact_pose_wherever_it_looks():
     assert last.megatag2 == last.megatag1
 
 
-def test_equal_seeds_give_equal_noise():
-    corners = [drive(CameraConfig(mount=MOUNT), 0.3, seed=s)[1][-1].tags[0].corners for s in (1, 1, 2)]
-    assert np.array_equal(corners[0], corners[1])
-    assert not np.array_equal(corners[0], corners[2])
-
-
 # --- the IMU of a Limelight 4 ---------------------------------------------------------------------------------------
 
 
@@ -244,6 +223,21 @@ def test_imu_modes():
     assert drawn == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.01)
     assert turn_with(3, mt1=true) == pytest.approx(2.5 - 0.5 * math.exp(-2.0), abs=0.02)
     assert turn_with(4, told=true, assist=0.1) == pytest.approx(2.5, abs=1e-3)
+
+
+def test_a_crop_window_and_downscaling_lose_tags():
+    def crop(camera, t, yaw):
+        camera.request(CameraRequest("crop", (-1.0, 0.0, -1.0, 1.0)), t)
+
+    def downscale(camera, t, yaw):
+        camera.request(CameraRequest("fiducial_downscale_set", (5.0,)), t)
+
+    _, plain = drive(CameraConfig(mount=MOUNT), 0.3)
+    _, left = drive(CameraConfig(mount=MOUNT), 0.3, each=crop)
+    _, coarse = drive(CameraConfig(mount=MOUNT), 0.3, each=downscale)
+    assert {tag.id for tag in left[-1].tags} < {tag.id for tag in plain[-1].tags}
+    assert all(tag.tx_deg < 0.0 for tag in left[-1].tags)
+    assert {tag.id for tag in coarse[-1].tags} == {25, 26}  # near: 70 px wide, 48 are needed
 
 
 def test_mode_1_seeds_the_imu_for_mode_2():

@@ -15,7 +15,7 @@ from simcore.pieces.hopper import HopperConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import moved_points
 from simcore.robot.fixed_wheel_config import TankConfig
-from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
+from simcore.robot.mechanisms import ArmSim, FlywheelConfig
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import read_settings
@@ -107,17 +107,6 @@ def test_a_whole_robot(read):
     assert (camera.mount.x, camera.mount.z, camera.mount.pitch_deg) == (0.3, 0.4, -20.0)
 
 
-def test_an_elevator_and_a_rack(read):
-    robot = read(
-        '[[mechanism]]\nname = "lift"\nkind = "elevator"\nleader = 1\ngearing = 9\nmass = 6\ndrum_radius = 0.02\n'
-        'max_height = 1.2\n[[mechanism]]\nname = "slide"\nkind = "rack"\nleader = 2\ncontroller = "TalonFXS"\n'
-        'motor = "Minion"\ngearing = 10\nmass = 4\npinion_radius = 0.019\ntravel = 0.28\n'
-    )
-    assert build_mechanism(robot.mechanism("lift").config).stops == pytest.approx((0.0, 60.0))
-    slide = build_mechanism(robot.mechanism("slide").config)
-    assert isinstance(slide, RackSim) and slide.stops[1] * 0.019 == pytest.approx(0.28)
-
-
 SHOOTER = """
 [[shooter]]
 height = 0.5
@@ -133,36 +122,6 @@ inertia = 0.1
 min_deg = -180
 max_deg = 180
 """
-
-
-def test_several_intakes_and_shooters(read):
-    robot = read(
-        'game = "rebuilt"\n'
-        + WHEELS
-        + WHEELS.replace('"wheels"', '"upper"').replace("20", "50").replace("21, 22", "51, 52").replace("[22]", "[52]")
-        + ROLLER
-        + TURRET
-        + INTAKE.replace("[intake]", "[[intake]]")
-        + INTAKE.replace("[intake]", "[[intake]]").replace("-0.6", "0.4").replace("-0.4", "0.6")
-        + 'kinds = ["Cube", "Cone"]\n'
-        + SHOOTER
-        + 'wheels = ["wheels", "upper"]\nfeeder = ["roller"]\nturret = "turret"\nturret_ratio = 0.5\nturret_x = -0.1\n'
-        + SHOOTER
-        + 'wheels = "wheels"\nkinds = "Cube"\n'
-    )
-    assert robot.game == "rebuilt"
-    back, front = robot.intakes
-    assert (back.zone.x_min, front.zone.x_min) == (-0.6, 0.4)
-    assert back.kinds == () and front.kinds == ("Cube", "Cone")
-    two, one = robot.shooters
-    assert two.wheels == ("wheels", "upper") and two.gate == ("roller",)
-    assert (two.turret, two.turret_ratio, two.launch.pivot_x) == ("turret", 0.5, -0.1)
-    assert one.wheels == ("wheels",) and one.gate == () and one.turret is None and one.kinds == ("Cube",)
-    assert two.exit_efficiency == 2.0 * one.exit_efficiency
-    turret = build_mechanism(robot.mechanism("turret").config)
-    assert isinstance(turret, ArmSim) and turret.position == 0.0 and turret.holding_volts == 0.0
-    with pytest.raises(UnknownNameError, match=r"no kind of piece named 'Cube'\. Did you mean 'Cone'"):
-        robot.require_pieces(["Cone"])
 
 
 def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(read):
@@ -388,17 +347,24 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
         + INTAKE.replace("[intake]", "[[intake]]")
         + INTAKE.replace("[intake]", "[[intake]]")
         + 'storage = "back"\ntakes_in = "backward"\n'
+        + 'kinds = ["Cube", "Cone"]\n'
         + SHOOTER
         + 'wheels = ["wheels", "upper"]\nwheel_radius = [0.05, 0.03]\nside_by_side = true\nfeeder = "roller"\n'
         + SHOOTER
         + 'wheels = "wheels"\nfeeder = "roller"\nfeeder_backward = "roller"\nstorage = "back"\nturret = "turret"\n'
+        + 'turret_ratio = 0.5\nkinds = "Cube"\n'
     )
     assert [(s.name, s.capacity, s.order) for s in robot.storages] == [("front", 9, "lifo"), ("back", 4, "fifo")]
     assert [(i.storage, i.roller_reversed) for i in robot.intakes] == [("", False), ("back", True)]
+    assert [i.kinds for i in robot.intakes] == [(), ("Cube", "Cone")]
     first, second = robot.shooters
+    assert first.exit_efficiency == 2.0 * second.exit_efficiency and second.kinds == ("Cube",)
     assert first.wheel_radii == (0.05, 0.03) and first.wheel_places == "left and right"
     assert (first.gate_reversed, second.gate_reversed, second.storage) == ((), ("roller",), "back")
     assert (second.launch.pivot_x, second.launch.pivot_y) == (-0.1, 0.05), "where the turret is"
+    assert second.turret_ratio == 0.5 and build_mechanism(robot.mechanism("turret").config).holding_volts == 0.0
+    with pytest.raises(UnknownNameError, match=r"no kind of piece named 'Cube'\. Did you mean 'Cone'"):
+        robot.require_pieces(["Cone"])
     config = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0)))
     assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
 
