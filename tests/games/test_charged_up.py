@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
-import charged_up
 import numpy as np
 import pytest
 from charged_up import CHARGED_UP, COLUMNS, CONE, CUBE, LEVEL_WITHIN, POLES, SHELVES, STATION, links
