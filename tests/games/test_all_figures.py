@@ -189,7 +189,9 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
 
 def rows_of(folder: Path) -> list[dict[str, Any]]:
     with closing(RunStore(folder, must_exist=True)) as store:
-        return [dict(row) for row in store.results().rows]
+        experiment = store.experiment()
+        found = store.rows(experiment.run_keys(experiment.runs())).values()
+    return sorted(found, key=lambda row: int(row["run"]))
 
 
 def blocks_of(page: Path) -> list[dict[str, Any]]:
