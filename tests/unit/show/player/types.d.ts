@@ -58,14 +58,6 @@ interface ChartSpec extends DrawingSpec {
   series: SeriesSpec[]; marks?: { x: number; label?: string }[]; levels?: { y: number; label?: string }[]; xNames?: string[] | null;
   xRange?: [number, number] | null; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
 }
-interface HeatSpec extends DrawingSpec {
-  x: number[]; y: number[]; xNames?: string[] | null; yNames?: string[] | null; values: (number | null)[][]; unit?: string;
-  range?: [number, number]; marks?: { x: number; y: number; label?: string }[]; scale?: boolean;
-}
-interface FieldMapSpec extends DrawingSpec {
-  size: [number, number]; outlines?: [color: string, corners: [number, number][]][]; unit?: string; range?: [number, number];
-  points: { x: number; y: number; value?: number | null; label?: string; color?: string }[]; pointSize?: number | null;
-}
 interface RobotSpec extends DrawingSpec {
   solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
 }
