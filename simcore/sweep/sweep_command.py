@@ -244,7 +244,7 @@ def _draw(log: Path) -> None:
     if not log.is_file():  # the run failed before it began
         return
     try:
-        write_log_page(log)
+        print(f"page       {write_log_page(log)}")
     except SimcoreError as error:
         print(f"simcore: no page: {error}", file=sys.stderr)
     print(f"log        {log}")

@@ -46,7 +46,7 @@ def test_the_field_is_where_the_dimensions_say():
 
 def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
     """Its edge, seen from the axle, is at right angles to where the fuel flies: 110 degrees minus the hood's angle."""
-    part = load_models(FOLDER).robot().parts[[c.name for c in COMPONENTS].index("hood")]
+    part = load_models(FOLDER).robots[0].parts[[c.name for c in COMPONENTS].index("hood")]
     points = trimesh.load_scene(part.path).to_geometry().vertices
     shell = points[np.hypot(points[:, 0], points[:, 2]) > 0.19]
     edge = max(math.atan2(z, -x) for x, _, z in shell)

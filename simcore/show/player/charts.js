@@ -23,23 +23,6 @@ export function words(value) {
   return Math.abs(value) < 0.1 ? String(Number(value.toPrecision(2))) : value.toFixed(2);
 }
 
-/** Keep the first, lowest, highest and last point of each column of pixels; gaps stay. @param {[number, number | null][]} points */
-export function thinned(points) {
-  const kept = [];
-  for (let from = 0, to = 0; from < points.length; from = to) {
-    const column = Math.floor(points[from][0]), isGap = points[from][1] === null;
-    for (to = from + 1; to < points.length && Math.floor(points[to][0]) === column && (points[to][1] === null) === isGap;) to++;
-    if (isGap || to - from < 5) { kept.push(...points.slice(from, isGap ? from + 1 : to)); continue; }
-    let low = from, high = from;
-    for (let k = from; k < to; k++) {
-      if (points[k][1] < points[low][1]) low = k;
-      if (points[k][1] > points[high][1]) high = k;
-    }
-    kept.push(...[...new Set([from, low, high, to - 1])].sort((one, other) => one - other).map((k) => points[k]));
-  }
-  return kept;
-}
-
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 
 /** Lowest and highest of numbers that may be many; null without any. */
@@ -223,7 +206,7 @@ class Chart extends Drawing {
     if (kind === "dots") for (const [x, y] of points) if (y !== null) this.put("circle", { cx: f(x), cy: f(y), r: points.length > 200 ? 2 : 3.5, fill: color });
     if (kind !== "line" && kind !== "steps") return;
     let d = "", last = null;
-    for (const [x, y] of thinned(points)) {
+    for (const [x, y] of points) {
       if (y !== null) d += last === null ? `M${f(x)} ${f(y)}h.01` : kind === "steps" && y !== last ? `H${f(x)}V${f(y)}` : `L${f(x)} ${f(y)}`;
       last = y;
     }

@@ -19,7 +19,7 @@ interface KindData {
   name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
 }
 interface CurveData {
-  label: string; color: string; dashes: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
+  label: string; color: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
 }
 interface ChartData {
   title: string; unit: string; limit: number | null; limit_label: string; from_zero: boolean; group: string; curves: CurveData[];
@@ -51,7 +51,7 @@ interface Meta {
 // What a report lists (simcore/show/report.py), and what charts.js draws.
 interface SeriesSpec {
   name: string; x: ArrayLike<number>; y: ArrayLike<number | null>; low?: ArrayLike<number | null>; high?: ArrayLike<number | null>;
-  kind?: "line" | "dots" | "bars" | "steps"; color?: string; dashes?: string;
+  kind?: "line" | "dots" | "bars" | "steps"; color?: string;
 }
 interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }
 interface ChartSpec extends DrawingSpec {
