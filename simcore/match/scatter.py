@@ -151,21 +151,6 @@ class Scatter:
         require("Scatter", "factor", factor, FACTOR)
         return Scatter(**{name: factor * getattr(self, name) for name in self.names()})
 
-    def only(self, name: str) -> Scatter:
-        """One of these spreads alone; `all` keeps them all, `none` has none.
-
-        >>> Scatter().only("exit_speed") == Scatter.parse("0, exit_speed=0.03")
-        True
-
-        Raises:
-            UnknownNameError: There is no such spread.
-        """
-        if name == "all":
-            return self
-        if name != "none" and name not in self.names():
-            raise UnknownNameError("spread", name, ("all", "none", *self.names()))
-        return Scatter(**{spread: getattr(self, spread) if spread == name else 0.0 for spread in self.names()})
-
     @classmethod
     def parse(cls, text: str) -> Scatter:
         """Spreads as one line: a factor of the default ones (1 if it is left out), then single ones that are otherwise.

@@ -60,7 +60,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a shot that goes in, e.g. distance=2.8,rps=38 (from the robot's center [m], wheels [turns/s]; "
         "with a hood also elevation_deg=60 or hood_deg=20): which exit_efficiency it means",
     )
-    parser.add_argument("--no-look", action="store_true", help="do not start the robot program")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
             f"no robot.py and no {FILE_NAME} in {folder.resolve()}: go to your robot project, name its folder "
             "(simcore check FOLDER), or check a game's own robot (simcore check --game NAME)"
         )
-    subject = _described(folder, args.game, look=not args.no_look) if has_robot else _own_robot(find_game(args.game))
+    subject = _described(folder, args.game) if has_robot else _own_robot(find_game(args.game))
     runs = [_run(name, subject) for name in subject.config.mechanisms]
     found = [
         *subject.problems,
@@ -165,30 +164,33 @@ def _own_robot(game: Game) -> _Subject:
     return _Subject(name=name, config=game.robot(), game=game, about=f"described by the game {game.name}")
 
 
-def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
+def _described(folder: Path, game_name: str | None) -> _Subject:
     """The robot of a project: its file, and its program where it can be built."""
     settings = read_settings(folder / FILE_NAME)
     named = game_name or settings.game
     game = find_game(named) if named or game_names() else None
-    answer: dict[str, Any] | None = None
-    why_not = "asked not to" if not look else "there is no robot.py"
-    if look and (folder / "robot.py").is_file():
-        answer, why_not = _survey(folder / "robot.py")
+    answer: dict[str, Any] = {}
+    why_not = "there is no robot.py"
+    if (folder / "robot.py").is_file():
+        answer = survey((folder / "robot.py").resolve(), "described")
+        why_not = answer.get("error", answer.get("not_modelled", ""))
+    if why_not:
+        answer = {}
     about = "as the program builds it and " if answer else f"robot program not looked at ({why_not}); as "
     about += f"{FILE_NAME} says" if (folder / FILE_NAME).is_file() else f"without a {FILE_NAME}"
     problems: list[RobotFinding] = []
     drivetrain: SwerveConfig | TankConfig | MecanumConfig = _assumed_drivetrain(settings)
-    found = {} if answer is None else answer["drivetrain"]
+    found = answer.get("drivetrain", {})
     if "model" in found:
         drivetrain = _drivetrain(found["model"])
         problems += [RobotFinding(line, is_wrong=False) for line in found["lines"]]
     else:
-        why = "" if answer is None else f" ({found['problem']})"
-        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=answer is not None))
+        why = f" ({found['problem']})" if found else ""
+        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=bool(found)))
     if (folder / "physics.py").is_file():
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
-    if answer is not None:
+    if answer:
         motors = [_with_addresses(m) for m in answer["motors"]]
         settings = _with_program(settings, motors, answer["built"])
         codes = _codes(settings, motors)
@@ -208,13 +210,6 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
         name=folder.resolve().name, config=config, game=game, about=about, settings=settings, codes=codes,
         problems=problems,
     )  # fmt: skip
-
-
-def _survey(robot_file: Path) -> tuple[dict[str, Any] | None, str]:
-    """What the program is made of, and ""; or None, and why not."""
-    answer = survey(robot_file.resolve(), "described")
-    why_not = answer.get("error", answer.get("not_modelled", ""))
-    return (None if why_not else answer), why_not
 
 
 def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
@@ -275,42 +270,20 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
-    """Where the program's motors and those of the file differ."""
-    groups = {(m["controller"], m["leader"]): m for m in motors}
-    built = {(m["controller"], number): m for m in motors for number in (m["leader"], *m["followers"])}
-    described = set()
+    """Yield where the file names a motor that the program does not build, or that opposes its leader there alone."""
+    opposed = {
+        (m["controller"], number): number in m["opposed"] for m in motors for number in (m["leader"], *m["followers"])
+    }
     for m in settings.mechanisms:
-        if m.controller in PORT_CONTROLLERS:
-            continue
-        for number in m.devices:
-            described.add((m.controller, number))
-            if (m.controller, number) not in built:
-                there = ", ".join(str(at) for model, at in sorted(built) if model == m.controller)
+        for number in () if m.controller in PORT_CONTROLLERS else m.devices:
+            key = (m.controller, number)
+            if key not in opposed:
+                there = ", ".join(str(at) for model, at in sorted(opposed) if model == m.controller)
                 none = f"beside its drivetrain the program builds no {m.controller} {number}"
                 yield RobotFinding(f"{m.name}: {none}; it builds [{there}]")
-        group = groups.get((m.controller, m.leader))
-        if group is None:
-            continue
-        if "inertia" not in group:
-            text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
-            yield RobotFinding(text, is_wrong=False)
-        for number in m.followers:
-            is_opposed = number in group["opposed"]
-            if number in group["followers"] and is_opposed != (number in m.opposed):
-                said = f"{'opposes' if is_opposed else 'is aligned with'} its leader in the program"
+            elif number != m.leader and opposed[key] != (number in m.opposed):
+                said = f"{'opposes' if opposed[key] else 'is aligned with'} its leader in the program"
                 yield RobotFinding(f"{m.name}: {m.controller} {number} {said}, but not in the file: look at opposed")
-        more = [str(number) for number in group["followers"] if number not in m.followers]
-        if more:
-            yield RobotFinding(
-                f"{m.name}: {m.controller} [{', '.join(more)}] follow {m.leader} in the program: add them to followers"
-            )
-    rest: dict[str, list[str]] = {}
-    for model, number in sorted(built):
-        if (model, number) not in described:
-            rest.setdefault(model, []).append(str(number))
-    if rest:
-        text = ", ".join(f"{model} {' '.join(numbers)}" for model, numbers in rest.items())
-        yield RobotFinding(f"nobody describes {text}: they turn what is guessed of them", is_wrong=False)
 
 
 # --- what is printed --------------------------------------------------------------------------------------------------

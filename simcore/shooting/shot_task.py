@@ -1,6 +1,6 @@
-"""What is to be aimed: a robot's shooter, at a zone with an opening, from a place at a velocity.
+"""What is to be aimed: a robot's shooter, at a zone with an opening, from a place.
 
-Launches are those of `simcore.pieces.shooter`, for many shots at once: the robot stands level, does not turn, and its
+Launches are those of `simcore.pieces.shooter`, for many shots at once: the robot stands still and level, and its
 shooter points with the robot, a turret at zero.
 """
 
@@ -37,27 +37,17 @@ _CORRECTIONS = 4  # of the yaw; the muzzle turns with it
 
 
 class Stand(NamedTuple):
-    """Where a robot is as a shot leaves, and how it moves, seen from the target."""
+    """Place of a robot as a shot leaves, seen from the target."""
 
     distance: float
     """From the robot's origin to the middle of the opening, along the floor [m]."""
     bearing: float
     """From the robot to the target, field frame [rad]."""
-    radial: float = 0.0
-    """Speed toward the target [m/s]."""
-    tangential: float = 0.0
-    """Speed to the left, looking at the target [m/s]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Of the robot's origin [m], for the middle of an opening."""
+        """Return the place of the robot's origin [m], for the middle of an opening."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
-
-    @property
-    def velocity(self) -> FloatArray:
-        """Field frame [m/s], shape (3,)."""
-        c, s = math.cos(self.bearing), math.sin(self.bearing)
-        return np.array([c * self.radial - s * self.tangential, s * self.radial + c * self.tangential, 0.0])
 
 
 class ShotDraws(NamedTuple):
@@ -189,7 +179,7 @@ class ShotTask:
         return low, high
 
     def can_tilt(self, elevation: FloatArray) -> BoolArray:
-        """Which elevations [rad], shape (n,), the shooter can have."""
+        """Return which elevations [rad], shape (n,), the shooter can have."""
         low, high = self.elevations
         within: BoolArray = (elevation > low - 1e-9) & (elevation < high + 1e-9)
         return within
@@ -201,41 +191,39 @@ class ShotTask:
 
     # --- shots ------------------------------------------------------------------------------------------------------
 
-    def robot_pose(self, stand: Stand, yaw: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Place [m] and attitude (x, y, z, w) of robots whose shooters point in directions [rad], (n, 3) and (n, 4)."""
-        half, zero = 0.5 * (yaw - self.shooter.launch.heading), np.zeros(len(yaw))
-        x, y = stand.place(self.opening.middle)
-        return np.tile((x, y, 0.0), (len(yaw), 1)), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+    def robot_pose(self, stand: Stand, yaw: float) -> tuple[FloatArray, FloatArray]:
+        """Return place [m] and attitude (x, y, z, w) of a robot whose shooter points in a direction [rad]."""
+        half = 0.5 * (yaw - self.shooter.launch.heading)
+        return np.array([(*stand.place(self.opening.middle), 0.0)]), np.array(
+            [(0.0, 0.0, math.sin(half), math.cos(half))]
+        )
 
-    def muzzle(self, stand: Stand, yaw: FloatArray) -> FloatArray:
-        """Middle of the muzzles of robots that shoot in directions [rad], field frame [m], shape (n, 3)."""
+    def muzzle(self, stand: Stand, yaw: float) -> FloatArray:
+        """Return the middle of the muzzles of a robot that shoots in a direction [rad], field frame [m], shape (3,)."""
         pos, rotation = self.robot_pose(stand, yaw)
         middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
-        return pos + to_field(rotation, muzzle_offset(middle))
+        place: FloatArray = (pos + to_field(rotation, muzzle_offset(middle)))[0]
+        return place
 
-    def lead(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> FloatArray:
-        """Direction of shots whose middle goes through the target's, NaN if the robot is too fast [rad], shape (n,)."""
-        yaw: FloatArray = np.full(len(speed), stand.bearing)
-        turn: FloatArray = np.zeros(len(speed))
-        velocity, middle = stand.velocity, self.opening.middle
+    def aim(self, stand: Stand) -> float:
+        """Return the direction of shots whose middle goes through the target's [rad]."""
+        yaw = stand.bearing
         for _ in range(_CORRECTIONS):
-            way = middle[:2] - self.muzzle(stand, yaw)[:, :2]
-            bearing = np.arctan2(way[:, 1], way[:, 0])
-            across = np.cos(bearing) * velocity[1] - np.sin(bearing) * velocity[0]
-            with np.errstate(invalid="ignore"):
-                turn = np.arcsin(-across / (speed * np.cos(elevation)))
-            yaw = np.where(np.isfinite(turn), bearing + turn, stand.bearing)
-        return np.where(np.isfinite(turn), yaw, np.nan)
+            x, y, _ = (self.opening.middle - self.muzzle(stand, yaw)).tolist()
+            yaw = math.atan2(y, x)
+        return yaw
 
     def rows(
-        self, stand: Stand, elevation: FloatArray, speed: FloatArray, yaw: FloatArray, barrel: IntArray | int = 0,
+        self, stand: Stand, elevation: FloatArray, speed: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
     ) -> Balls:  # fmt: skip
-        """Shots in directions [rad] as they leave a barrel or each its own, with what they differ by; None: nothing."""
-        d = draws or ShotDraws.none(len(speed))
+        """Return shots as they leave a barrel, or each its own, with what they differ by; None: nothing."""
+        n = len(speed)
+        d = draws or ShotDraws.none(n)
+        pos, rotation = self.robot_pose(stand, self.aim(stand))
         pos, vel, spin = self.shooter.launched(
             Aim(elevation + d.elevation, speed * d.exit_speed, d.azimuth),
-            (*self.robot_pose(stand, yaw), stand.velocity, np.zeros(3)),
+            (np.tile(pos, (n, 1)), np.tile(rotation, (n, 1)), np.zeros(3), np.zeros(3)),
             wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels),
             radius=self.kind.bounding_radius * d.diameter, barrel=barrel, spin=d.spin,
         )  # fmt: skip
@@ -261,19 +249,16 @@ class ShotTask:
                 every barrel, as meant, which must stay clear of all but the inside.
         """
         d = draws or ShotDraws.none(len(self.barrels))
-        n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
-        barrel = np.arange(n) * len(self.barrels) // n
-        good = np.nonzero(np.isfinite(yaw))[0]
-        up, fast, aside = (np.repeat(one[good], n) for one in (elevation, speed, yaw))
-        each = ShotDraws(*(np.tile(part, len(good)) for part in d))
-        result: BoolArray = np.zeros((len(yaw), n), dtype=bool)
-        shots = self.rows(stand, up, fast, aside, np.tile(barrel, len(good)), each)
-        found = self.fly(shots, clean=draws is None)
-        goes_in = found.goes_in
+        m, n = len(speed), len(d.elevation)
+        barrel = np.tile(np.arange(n) * len(self.barrels) // n, m)
+        each = ShotDraws(*(np.tile(part, m) for part in d))
+        found = self.fly(
+            self.rows(stand, np.repeat(elevation, n), np.repeat(speed, n), barrel, each), clean=draws is None
+        )
+        goes_in: BoolArray = found.goes_in
         if draws is None:
-            goes_in &= ~(found.by_rim | found.by_board)
-        result[good] = goes_in.reshape(len(good), n)
-        return result
+            goes_in = goes_in & ~(found.by_rim | found.by_board)
+        return goes_in.reshape(m, n)
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
         """Return the share of scattered shots of one that is meant that go in."""

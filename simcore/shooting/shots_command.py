@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 from rich.console import Console
@@ -24,12 +23,11 @@ from simcore.telemetry.sinks import require_writable, write_text
 __all__ = ["add_arguments", "run"]
 
 _NUMBER = number_flag(Quantity("", 0, 100, is_whole=True))
-_DRIVE_SPEED = Quantity("m/s", -10.0, 10.0)
 _FILES = ("shots.csv", "shot_table.py", "shots.html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
+    """Add the options of the command."""
     add = parser.add_argument
     add("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     add("--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function")
@@ -38,33 +36,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
     add("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
     add("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")
-    for name, usual, what in (
-        ("distances", "1:8:1", "from the robot's middle to the target's [m]"),
-        ("radial", "0", "speeds of the robot toward the target [m/s], e.g. --radial=-2:2:1"),
-        ("tangential", "0", "speeds of the robot to the left, looking at the target [m/s]"),
-    ):
-        read = _numbers(name)
-        or_list = f"{what}; or a list, 2,2.5,3 (default: {usual})"
-        add(f"--{name}", type=read, default=read(usual), metavar="FROM:TO:STEP", help=or_list)
+    add("--distances", type=text_flag(_distances), default=_distances("1:8:1"), metavar="FROM:TO:STEP",
+        help="from the robot's middle to the target's [m]; or a list, 2,2.5,3 (default: 1:8:1)")  # fmt: skip
     add("--scatter", type=text_flag(Scatter.parse), default=Scatter(), metavar="SPREADS",
         help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
         )  # fmt: skip
     add("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
 
 
-def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
-    quantity = FIELD_LENGTH if name == "distances" else _DRIVE_SPEED
-
-    def read(text: str) -> tuple[float, ...]:
-        try:
-            values = parse_factor(f"{name}={text}").values
-        except ConfigError as error:
-            raise ConfigError(f"{text!r} cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)") from error
-        for value in values:
-            require("simcore shots", name, value, quantity)
-        return tuple(float(value) for value in values)
-
-    return text_flag(read)
+def _distances(text: str) -> tuple[float, ...]:
+    try:
+        values = parse_factor(f"distances={text}").values
+    except ConfigError as error:
+        raise ConfigError(f"{text!r} cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)") from error
+    for value in values:
+        require("simcore shots", "distances", value, FIELD_LENGTH)
+    return tuple(float(value) for value in values)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -83,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     task = ShotTask(game, robot, target=options.target, alliance=options.alliance, shooter=options.shooter)
     paths = [require_writable("table", options.out / name) for name in _FILES]
     table = make_table(
-        task, options.distances, radial=options.radial, tangential=options.tangential, scatter=options.scatter,
+        task, options.distances, scatter=options.scatter,
         on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
     )  # fmt: skip
     for path, text in zip(paths, (table_csv(table), table_python(table), table_page(table)), strict=True):

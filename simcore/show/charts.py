@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from simcore.show.palette import LINE_STYLES, color, tint
+from simcore.show.palette import color, tint
 from simcore.show.run_events import BROWNOUT, score_keys
 from simcore.show.run_track import RunTrack
 from simcore.telemetry.recording import Recording, newest_rows
@@ -19,7 +19,6 @@ from simcore.typing import FloatArray
 
 __all__ = ["Chart", "Curve", "charts_of", "thinned", "value_at"]
 
-_INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
 _POSE_ERROR = "/PoseError"  # instead of a key, of how far a robot was from where it believed to be
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
@@ -35,17 +34,16 @@ class Curve:
     """One line of a chart."""
 
     label: str
-    color: str
     times: FloatArray
     """[s], shape (n,)."""
     values: FloatArray
     """Shape (n,)."""
     is_stepped: bool = False
     """A count, which keeps its value until it jumps."""
-    dashes: str = ""
-    """As in `LINE_STYLES`."""
     key: str = ""
     """Of its values in a snapshot; empty: they are worked out of several."""
+    color: str = ""
+    """Empty: the chart's next one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,18 +108,10 @@ def charts_of(track: RunTrack) -> list[Chart]:
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
-    """A curve for each label and key that was recorded; colors and dashes by their number."""
+    """Return a curve for each label and key that was recorded."""
     return [
-        Curve(
-            label=label,
-            color=_INKS[number % len(_INKS)],
-            dashes=LINE_STYLES[number % len(LINE_STYLES)],
-            times=times,
-            values=values,
-            is_stepped=is_stepped,
-            key=key,
-        )
-        for number, (label, key) in enumerate(wanted)
+        Curve(label=label, times=times, values=values, is_stepped=is_stepped, key=key)
+        for label, key in wanted
         if recording.has(key)
         for times, values in (recording.series(key),)
         if len(times)
@@ -147,9 +137,8 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
         values = np.hypot(*(believed[:, :2] - true[rows, :2]).T)
         values[at < track.began(number)] = math.nan
         label = (track.scene.robots[number].name or str(number)) if len(track.robots) > 1 else "estimate to truth"
-        style = LINE_STYLES[number % len(LINE_STYLES)]
-        curve = Curve(label=label, color=_INKS[number % len(_INKS)], dashes=style, times=at, values=values)
-        curves.append(replace(curve, key=f"{track.scene.robots[number].prefix}{_POSE_ERROR}"))
+        key = f"{track.scene.robots[number].prefix}{_POSE_ERROR}"
+        curves.append(Curve(label=label, times=at, values=values, key=key))
     return curves
 
 

@@ -1,8 +1,7 @@
-"""`simcore page FILE.wpilog`: the page of a run of which only the log is left."""
+"""The page of a run of which only the log is left."""
 
 from __future__ import annotations
 
-import argparse
 import math
 import re
 import sys
@@ -16,70 +15,40 @@ from simcore.match.registry import find_game, installed_games, known_game
 from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.page import write_page
 from simcore.show.scene import Scene, bare_scene
+from simcore.show.view_models import load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
 from simcore.telemetry.wpilog import TelemetryLog, read_log
 from simcore.units import TICK
 
-__all__ = [
-    "add_arguments",
-    "game_of_log",
-    "load_run",
-    "recorded_game",
-    "recording_of",
-    "run",
-    "scene_of_log",
-    "write_log_page",
-]
+__all__ = ["game_of_log", "recorded_game", "recording_of", "scene_of_log", "write_log_page"]
 
 _LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
-    parser.add_argument("log", type=Path, metavar="FILE.wpilog", help="of simcore, DataLogManager or AdvantageKit")
-    parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: beside the log")
-    parser.add_argument("--game", metavar="NAME", help="whose field (default: the game that the log names)")
-
-
-def run(args: argparse.Namespace) -> int:
-    """Write the page of a log; returns 0."""
-    write_log_page(args.log, page=args.page, game=args.game)
-    return 0
-
-
-def write_log_page(path: Path, *, page: Path | None = None, game: str | None = None) -> None:
-    """Write the page of a log, beside it if nothing else is said, and print where it is.
+def write_log_page(
+    path: Path, *, page: Path | None = None, game: str | None = None, models: Path | None = None
+) -> Path:
+    """Write the page of a log; say which game that is, and what of the log is not shown.
 
     Args:
         path: Of the log.
-        page: Where to.
-        game: Whose field; None: that of the game that the log names.
+        page: Where to; None: beside the log.
+        game: Whose field; None: that of the game that the log names, else of the newest.
+        models: Folder with the user's own models; None: the game's.
+
+    Returns:
+        Where the page is.
 
     Raises:
         LogError: The log cannot be read, or there is no run in it.
+        ModelError: The models cannot be used.
         OutputError: The page cannot be written.
         UnknownNameError: No game of that name is installed.
     """
     page = page or path.with_suffix(".html")
     require_writable("page", page)
-    recording, scene, title = load_run(path, game)
-    write_page(page, recording, scene, title=title)
-    print(f"{'page':9}  {page}")
-
-
-def load_run(path: Path, game: str | None = None) -> tuple[Recording, Scene, str]:
-    """The run of a log, what it took place on, and a title; says which game that is, and what of the log is not shown.
-
-    Args:
-        path: Of the log.
-        game: Whose field; None: that of the game that the log names, else of the newest.
-
-    Raises:
-        LogError: The log cannot be read, or there is no run in it.
-        UnknownNameError: No game of that name is installed.
-    """
     log = read_log(path)
     if log.ends_early:
         print(
@@ -90,7 +59,12 @@ def load_run(path: Path, game: str | None = None) -> tuple[Recording, Scene, str
     name = find_game(game).name if game else recorded_game(recording) or next(iter(installed_games()), None)
     known_game(name, say=lambda why: print(f"simcore: {why}; its field is drawn bare", file=sys.stderr))
     print(f"{'game':9}  {name or 'none'}")
-    return recording, scene_of_log(recording, name), f"{name.upper()}, {path.stem}" if name else path.stem
+    scene = scene_of_log(recording, name)
+    if models is not None:
+        load_models(models)  # what is wrong with them is said, not drawn as boxes
+        scene = scene.with_models(models)
+    write_page(page, recording, scene, title=f"{name.upper()}, {path.stem}" if name else path.stem)
+    return page
 
 
 def recording_of(log: TelemetryLog) -> Recording:

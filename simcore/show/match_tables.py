@@ -1,10 +1,9 @@
-"""What a match came to: points and shots by period, and by robot its cycles and where its seconds went."""
+"""What a match came to: its score sheet, and by robot its cycles and where its seconds went."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -17,8 +16,7 @@ from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
 __all__ = [
-    "USES", "Cell", "PeriodRow", "RobotRow", "Table", "period_rows", "robot_rows", "score_sheet", "tables_of",
-    "use_rows", "verdict",
+    "USES", "Cell", "RobotRow", "Table", "robot_rows", "score_sheet", "tables_of", "use_rows", "verdict",
 ]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
@@ -48,23 +46,6 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class PeriodRow:
-    """One period of a match."""
-
-    name: str
-    start: float
-    """[s]"""
-    end: float
-    """[s]"""
-    points: dict[str, int]
-    """Of it by the score sheet, by alliance, where the sheet has periods; else scored in it, without fouls."""
-    shots: dict[str, tuple[int, int]]
-    """Hits and shots that left in it, without passes, by alliance."""
-    fouls: dict[str, int] = field(default_factory=dict)
-    """Given in it by fouls of the other alliance."""
-
-
-@dataclass(frozen=True, slots=True)
 class RobotRow:
     """One robot of a match."""
 
@@ -76,35 +57,6 @@ class RobotRow:
     """First shot [s], hits and shots of each; shots without a pause of 3 s are one cycle."""
     seconds: dict[str, float]
     """By `USES` [s]; together the whole run."""
-
-
-def period_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[PeriodRow]:
-    """The periods of a run in their order; none of a run whose telemetry names none."""
-    recording = track.recording
-    if not recording.has("Sim/Match/Period"):
-        return []
-    at, names = recording.strings("Sim/Match/Period")
-    first = [row for row, name in enumerate(names) if not row or name != names[row - 1]]
-    starts = [float(at[row]) for row in first]
-    sides = _alliances(track)
-    rows = []
-    for row, start, end in zip(first, starts, [*starts[1:], math.inf], strict=True):
-        points, tried, fouls = {}, {}, {}
-        for alliance in ("blue", "red"):
-            head = f"Sim/Score/{alliance.capitalize()}"
-            fouls[alliance] = _gain(recording, f"{head}/foulPoints", start, end)
-            if recording.has(head):
-                points[alliance] = _gain(recording, head, start, end) - fouls[alliance]
-            mine = [shot for shot in shots if start <= shot.time < end and sides[shot.robot] == alliance]
-            mine = [shot for shot in mine if shot.result != "pass"]
-            tried[alliance] = (len([shot for shot in mine if shot.scored]), len(mine))
-        rows.append(PeriodRow(names[row], start, min(end, track.span[1]), points, tried, fouls))
-    for alliance in ("blue", "red"):
-        sheet = [_of_sheet(recording, alliance, row.name) for row in rows]
-        if any(known is not None for known in sheet):  # the sheet knows of a grace after a period, differences do not
-            for period, known in zip(rows, sheet, strict=True):
-                period.points[alliance] = known or 0
-    return rows
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
@@ -146,7 +98,7 @@ def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
 
 
 def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
-    """The tables of a page: of a match its score sheet, periods, robots and cycles; of one robot its shots."""
+    """The tables of a page: of a match its score sheet, robots and cycles; of one robot its shots."""
     scene = track.scene
     several = len(scene.robots) > 1
     tables = []
@@ -154,10 +106,6 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
     is_match = several and not any(robot.score_key for robot in scene.robots)
     if sheet and is_match:
         tables.append(Table("Score sheet", ["", "blue", "red"], sheet, is_open=True))
-    periods = period_rows(track, shots) if is_match else []
-    if periods:
-        heads = ["", "blue points", "by red's fouls", "shots hit", "red points", "by blue's fouls", "shots hit"]
-        tables.append(Table(f"Periods ({len(periods)})", heads, [_period_cells(row) for row in periods], is_open=True))
     robots = robot_rows(track, shots) if several else []
     rows = shot_rows(shots, len(scene.robots)) if shots else []
     if robots:
@@ -221,36 +169,6 @@ def _words(key: str) -> str:
 def _final(recording: Recording, alliance: str) -> str:
     key = f"Sim/Score/{alliance}"
     return f"{recording.series(key)[1][-1]:.0f}" if recording.has(key) else "0"
-
-
-def _period_cells(row: PeriodRow) -> list[Cell]:
-    cells: list[Cell] = [[row.start, f"{row.start:.0f} s {row.name}"]]
-    for alliance in ("blue", "red"):
-        hits, tried = row.shots[alliance]
-        cells += [f"{row.points.get(alliance, 0)}", f"{row.fouls[alliance]}", f"{hits} of {tried}"]
-    return cells
-
-
-def _of_sheet(recording: Recording, alliance: str, period: str) -> int | None:
-    """Points of a period by the score sheet, whose keys end as it is called: `shift1Points` of `shift 1`."""
-    wanted = period.lower().replace(" ", "") + "points"
-    keys = [key for key in recording.keys if key.startswith(f"Sim/Score/{alliance.capitalize()}/")]
-    mine = [key for key in keys if key.rpartition("/")[2].lower() == wanted]
-    return sum(int(recording.series(key)[1][-1]) for key in mine) if mine else None
-
-
-def _gain(recording: Recording, key: str, start: float, end: float) -> int:
-    """By how much a count rose from a time [s] on until another one."""
-    if not recording.has(key):
-        return 0
-    return round(_at(recording, key, end - 0.5 * TICK) - _at(recording, key, start - 0.5 * TICK))
-
-
-def _at(recording: Recording, key: str, time: float) -> float:
-    """The newest value at a time [s]; 0 before the first."""
-    at, values = recording.series(key)
-    row = int(np.searchsorted(at, time)) - 1
-    return float(values[row]) if row >= 0 else 0.0
 
 
 def _values(recording: Recording, key: str, times: FloatArray) -> FloatArray:

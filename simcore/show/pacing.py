@@ -1,4 +1,4 @@
-"""Keeps simulated time in step with the wall clock: at any speed, paused, or as fast as it goes."""
+"""Keep simulated time in step with the wall clock: at any speed, or paused."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-
-from simcore.errors import ConfigError
 
 __all__ = ["FrameRate", "Pacer"]
 
@@ -20,7 +18,7 @@ class Pacer:
     """Waits until a simulated time is due.
 
     Args:
-        speed: Simulated seconds a second; `inf` never waits.
+        speed: Simulated seconds a second.
         clock: Seconds that only go forward.
         sleep: Waits so many seconds.
     """
@@ -46,8 +44,6 @@ class Pacer:
 
     @speed.setter
     def speed(self, value: float) -> None:
-        if not value > 0.0:
-            raise ConfigError(f"a speed must be > 0, got {value}")
         self._speed = value
         self._anchor = None
         self._passed.clear()
@@ -61,10 +57,10 @@ class Pacer:
         return (last - first) / (end - start) if end > start + 0.2 * _MEASURED else None
 
     def spare(self, simulated: float) -> float:
-        """Time until a simulated time [s] is due [s]; 0 if it is, and without a pace; 1 while paused."""
+        """Return the time until a simulated time [s] is due [s]; 0 if it is, 1 while paused."""
         if self.paused:
             return 1.0
-        if self._anchor is None or math.isinf(self._speed):
+        if self._anchor is None:
             return 0.0
         return max(0.0, self._anchor[0] + (simulated - self._anchor[1]) / self._speed - self._clock())
 
@@ -77,8 +73,6 @@ class Pacer:
                 self._passed.clear()
                 self._sleep(_NAP)
                 continue
-            if math.isinf(self._speed):
-                return
             now = self._clock()
             anchor = self._anchor
             if anchor is None or simulated < anchor[1]:
@@ -109,8 +103,6 @@ class FrameRate:
     """
 
     def __init__(self, rate: float = 30.0, *, clock: Callable[[], float] = time.perf_counter) -> None:
-        if not (math.isfinite(rate) and rate > 0.0):
-            raise ConfigError(f"a frame rate must be finite and > 0, got {rate}")
         self._period, self._clock = 1.0 / rate, clock
         self._next = -math.inf
 

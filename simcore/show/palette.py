@@ -8,7 +8,6 @@ from simcore.typing import alliance_in
 
 __all__ = [
     "COLORS",
-    "LINE_STYLES",
     "color",
     "css_variables",
     "rgb",
@@ -39,9 +38,6 @@ COLORS: dict[str, tuple[str, str]] = {
 }
 """On light and on dark paper. `tests/unit/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
 graphics 3 : 1) and how far hits and misses, blue and red are apart for readers who see no red or no green."""
-
-LINE_STYLES = ("", "6 3", "2 2.5", "8 3 2 3")
-"""Dashes that tell curves of one chart apart without their colors."""
 
 
 def color(name: str) -> str:

@@ -114,7 +114,7 @@ def layout_of(
             count = source.most_poses(key)
         else:
             count = len(source.pose_arrays.get(key, ()))
-        solids.append(robot_solids(robot, _models(robot.models).robot(robot.model), count))
+        solids.append(robot_solids(robot, next(iter(_models(robot.models).robots), None), count))
     keys = source.keys if isinstance(source, Recording) else source.pose_arrays
     return FrameLayout(scene, solids, kinds, keys), solids
 
@@ -374,8 +374,7 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
     """Its values as whole numbers of a step from the lowest one."""
     look: Mapping[str, Any] = {
-        "label": curve.label, "color": curve.color, "dashes": curve.dashes, "stepped": curve.is_stepped,
-        "key": curve.key,
+        "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,
     }  # fmt: skip
     finite = np.isfinite(curve.values)
     if not finite.any():

@@ -90,9 +90,7 @@ class RobotLook:
     config: RobotConfig | None = None
     """What it is built of; None where only its telemetry is left."""
     models: Path | None = None
-    """Folder with the models of its body and components; None: it is drawn as boxes."""
-    model: str = ""
-    """Which robot of that folder; empty: the first."""
+    """Folder whose first robot model has its body and components; None: it is drawn as boxes."""
     name: str = ""
     """What a page calls it; empty: its number."""
     role: str = ""
@@ -183,15 +181,10 @@ class Scene:
         robot = self.robots[number] if number < len(self.robots) else None
         return robot.name if robot is not None and robot.name else f"robot {number}"
 
-    def with_models(self, folder: Path, robot: str = "") -> Scene:
-        """The same with the models of a folder, as far as it has any.
-
-        Args:
-            folder: With `Field3d_...` and `Robot_...` folders.
-            robot: Name of the robot model; empty: the first.
-        """
+    def with_models(self, folder: Path) -> Scene:
+        """Return the scene with the models of a folder of `Field3d_...` and `Robot_...` ones, as far as it has any."""
         models = list(folder.glob("Robot_*")) and folder
-        robots = [replace(look, models=models or look.models, model=robot) for look in self.robots]
+        robots = [replace(look, models=models or look.models) for look in self.robots]
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:

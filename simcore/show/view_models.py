@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from simcore.errors import ModelError, UnknownNameError
+from simcore.errors import ModelError
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -70,19 +70,6 @@ class ViewModels:
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
-
-    def robot(self, name: str = "") -> RobotModels | None:
-        """The robot of a name, or the first.
-
-        Raises:
-            UnknownNameError: There is none of that name.
-        """
-        if not name:
-            return self.robots[0] if self.robots else None
-        for robot in self.robots:
-            if robot.name == name:
-                return robot
-        raise UnknownNameError("robot model", name, (robot.name for robot in self.robots))
 
 
 def load_models(folder: str | Path) -> ViewModels:

@@ -56,7 +56,7 @@ def sweep(
         if out is not None:
             store, keys = stack.enter_context(closing(RunStore(Path(out)))), experiment.run_keys(runs)
             known = store.rows(keys)
-            store.set_experiment(experiment, keys)
+            store.set_experiment(experiment)
             rows = [{**known[key], **planned_values(run)} for run, key in zip(runs, keys, strict=True) if key in known]
             rest = [run for run, key in zip(runs, keys, strict=True) if key not in known]
         stored = len(rows)

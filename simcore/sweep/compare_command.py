@@ -1,12 +1,10 @@
-"""`simcore compare OLD NEW`: two versions of robot code, two autos or two sweeps on common seeds."""
+"""`simcore compare OLD NEW`: two versions of robot code, or two autos, on common seeds."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections import Counter
-from contextlib import closing
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -18,38 +16,28 @@ from simcore.sweep.factors import PROJECT, Factor
 from simcore.sweep.one_run import game_of
 from simcore.sweep.results import Results
 from simcore.sweep.run_metrics import METRICS
-from simcore.sweep.run_store import FILE_NAME, RunStore
 from simcore.sweep.sweep_command import (
-    ProgressReport,
+    PAGE_NAME,
     add_played_options,
     chosen_scatter,
     experiment_fields,
     play_aloud,
+    progress,
     scatter_option,
     sigterm_as_interrupt,
 )
-from simcore.sweep.sweep_page import comparison_page, save_page, scene_of_results
+from simcore.sweep.sweep_page import comparison_page
 from simcore.sweep.sweep_statistics import PairedDifference
+from simcore.telemetry.sinks import write_text
 
 __all__ = ["add_arguments", "run"]
-
-_RESULTS = "results"
-
-
-@dataclass(frozen=True, slots=True)
-class _Side:
-    """Meaning of one of the two words."""
-
-    kind: str
-    """`project`, `auto` or `results`: the name of the factor whose value it is."""
-    value: str
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options of the command."""
     parser.allow_abbrev = False
     for name in ("old", "new"):
-        parser.add_argument(name, help="a folder with a robot.py, an auto of the game, or the --out of a sweep")
+        parser.add_argument(name, help="a folder with a robot.py, or an auto of the game")
     parser.add_argument("--game", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
     parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
@@ -73,56 +61,44 @@ def run(options: argparse.Namespace) -> int:
         SimcoreError: What was asked for cannot be.
     """
     words = (options.old, options.new)
-    sides = [_side(word, options) for word in words]
-    kind = sides[0].kind
-    if kind != sides[1].kind:
-        raise ConfigError(f"{words[0]!r} is of the kind {kind}, {words[1]!r} {sides[1].kind}; give two alike")
-    if sides[0] == sides[1] or words[0] == words[1]:
+    kinds = [_kind(word, options) for word in words]
+    if kinds[0] != kinds[1]:
+        raise ConfigError(f"{words[0]!r} is of the kind {kinds[0]}, {words[1]!r} {kinds[1]}; give two alike")
+    if words[0] == words[1] or (kinds[0] == PROJECT and Path(words[0]).resolve() == Path(words[1]).resolve()):
         raise ConfigError(f"{words[0]!r} and {words[1]!r} are the same")
-    if kind == _RESULTS:
-        results = _stored(sides, words)
-    elif options.metric in METRICS or options.metric.startswith("breakdown."):
-        results = _played(sides, options)
-    else:
+    if options.metric not in METRICS and not options.metric.startswith("breakdown."):
         raise UnknownNameError("metric", options.metric, METRICS)
+    results = _played(Factor(kinds[0], words), options)
     errors = Counter(row["error"] for row in results.failures)
     if errors and not results.finished:
         raise ConfigError(f"all {len(results.rows)} runs ended with an error: {errors.most_common(1)[0][0]}")
-    first, *rest = results.experiment.factors
-    difference = results.paired(first.name, first.values[0], first.values[1], options.metric)
+    difference = results.paired(kinds[0], *words, options.metric)
     print(f"{options.metric}, {options.new} less {options.old}: {difference}")
     if difference.is_clear:
         print("A clear difference.")
     else:
-        more = "" if kind == _RESULTS else f" --seeds {2 * options.seeds} goes on from here."
-        print(f"No clear difference: it may be anywhere in this interval.{more}")
+        more = f"--seeds {2 * options.seeds} goes on from here."
+        print(f"No clear difference: it may be anywhere in this interval. {more}")
     for failure, count in errors.most_common(5):
         print(f"{count} runs ended with an error: {failure}")
-    names = dict(zip(first.values, words, strict=True))  # as the user has called them
-    named = Results(
-        [{**row, first.name: names[row[first.name]]} for row in results.rows],
-        replace(results.experiment, factors=(Factor(first.name, words), *rest)),
-    )
-    scene = scene_of_results(results)
-    print(save_page(comparison_page(named, options.metric, difference, options.out, scene), options.out))
-    if kind != _RESULTS:
-        print(_page_of_both(results, options, difference))
+    page = options.out / PAGE_NAME
+    write_text("page", page, comparison_page(results, options.metric, difference, options.out))
+    print(page)
+    print(_page_of_both(results, options, difference))
     return 1 if results.failures else 0
 
 
 # --- what the words mean ------------------------------------------------------------------------------------------
 
 
-def _side(word: str, options: argparse.Namespace) -> _Side:
-    folder = Path(word)
-    if (folder / "robot.py").is_file():
-        return _Side(PROJECT, str(folder))
-    if (folder / FILE_NAME).is_file():
-        return _Side(_RESULTS, str(folder))
+def _kind(word: str, options: argparse.Namespace) -> str:
+    """Return the name of the factor whose value a word is."""
+    if Path(word, "robot.py").is_file():
+        return PROJECT
     if not Path("robot.py").is_file() and word in game_of(options.game).autos:
-        return _Side("auto", word)
+        return "auto"
     raise ConfigError(
-        f"{word!r} is neither a folder with a robot.py or {FILE_NAME} in it, nor an auto of the game; "
+        f"{word!r} is neither a folder with a robot.py in it, nor an auto of the game; "
         "`git worktree add FOLDER COMMIT` makes a folder of an older version"
     )
 
@@ -130,35 +106,18 @@ def _side(word: str, options: argparse.Namespace) -> _Side:
 # --- the runs -----------------------------------------------------------------------------------------------------
 
 
-def _played(sides: list[_Side], options: argparse.Namespace) -> Results:
+def _played(factor: Factor, options: argparse.Namespace) -> Results:
     """Play both on one seed after the other."""
-    kind, values = sides[0].kind, tuple(side.value for side in sides)
-    if kind == PROJECT:
-        options.project = Path(values[0])
+    if factor.name == PROJECT:
+        options.project = Path(options.old)
     experiment = Experiment(
         **experiment_fields(options),
         scatter=chosen_scatter(options),
-        factors=(Factor(kind, values),),
+        factors=(factor,),
         seeds=tuple(range(options.seeds)),
     )
-    progress = ProgressReport(experiment.count)
-    with progress, sigterm_as_interrupt():
-        return sweep(experiment, workers=options.workers or None, out=options.out, on_row=progress.add)
-
-
-def _stored(sides: list[_Side], words: tuple[str, str]) -> Results:
-    """Read two sweeps as one, with the sweep as a factor."""
-    rows, found = [], []
-    for side, word in zip(sides, words, strict=True):
-        with closing(RunStore(Path(side.value), must_exist=True)) as store:
-            found.append(store.results())
-        rows += [{**row, _RESULTS: word} for row in found[-1].rows]
-    first, second = (set(results.factors) for results in found)
-    if first != second:
-        raise ConfigError(f"the sweeps vary different factors, {sorted(first)} and {sorted(second)}")
-    experiment = found[0].experiment
-    numbered = [{**row, "run": number} for number, row in enumerate(rows)]
-    return Results(numbered, replace(experiment, factors=(Factor(_RESULTS, words), *experiment.factors)))
+    with progress(experiment.count) as on_row, sigterm_as_interrupt():
+        return sweep(experiment, workers=options.workers or None, out=options.out, on_row=on_row)
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:

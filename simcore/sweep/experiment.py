@@ -83,8 +83,8 @@ class Experiment:
     seeds: tuple[int, ...] = (0,)
     """Each is played at every point."""
     metrics: tuple[str, ...] = ()
-    """Names of metrics, and `module:function` of one's own, which get a `PlayedRun`; none: all that are measured
-    anyway, and the game's breakdown."""
+    """Names of metrics, and `module:function` of one's own, which get a `Match` at its end; none: all that
+    are measured anyway, and the game's breakdown."""
     timeout: float | None = None
     """Wall time after which a run is ended and counts as failed [s]; None: as long as it takes."""
 

@@ -22,8 +22,8 @@ from simcore.match.game import Auto, Game, PieceSupply
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import choose_engine
-from simcore.players.lineup import lineup
-from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, require_fields, shown
+from simcore.players.lineup import Seat, lineup
+from simcore.quantities import DURATION, FACTOR, MASS, Quantity, require, require_fields, shown
 from simcore.robot.robot_config import RobotConfig
 
 __all__ = [
@@ -49,7 +49,7 @@ PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "st
 """First words of factors that say how a run is played."""
 CONFIGS = ("robot", "scatter", "pieces")
 """First words of factors that are paths into a config."""
-_OF_ALL_SPREADS = ("scatter", "scatter.only")
+_STARTS = ("start.x", "start.y", "start.heading")
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +195,16 @@ class RunSetup:
     """Who plays a whole match, as `lineup` reads it; `blue` empty, too: one robot plays the auto."""
     blue: str = ""
 
+    def __post_init__(self) -> None:
+        require_fields(self, "run", seconds=DURATION)
+        choose_engine(self.engine)
+        _ = self.seats  # refuses players that there are not
+
+    @property
+    def seats(self) -> tuple[Seat, ...]:
+        """Places of all who play a match; empty: one robot plays the auto."""
+        return lineup(self.game, red=self.red, blue=self.blue) if self.red or self.blue else ()
+
 
 def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
     """Return the setup with all factors at these values.
@@ -231,25 +241,22 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
     """Return the scatter with those of the factors that are of it.
 
-    `scatter` is a factor of all default spreads, `scatter.only` the name of the one that stays on (or `all`, `none`),
-    `scatter.spin` is one.
+    `scatter` is a factor of all default spreads, `scatter.spin` is one of them.
 
     Args:
         scatter: As it is; None: none at all.
         values: Of all factors.
     """
-    for name, value in sorted(values.items(), key=lambda item: (item[0] not in _OF_ALL_SPREADS, item[0])):
-        parts = name.split(".")
-        if parts[0] != "scatter":
+    for name, value in sorted(values.items()):  # all spreads before single ones
+        first, *path = name.split(".")
+        if first != "scatter":
             continue
         with _named(name):
-            if len(parts) == 1:
+            if path:
+                scatter = _with(scatter or Scatter.none(), path, value, "scatter")
+            else:
                 require("scatter", "factor of the default spreads", value, FACTOR)
                 scatter = Scatter().scaled(float(value))
-            elif name == "scatter.only":
-                scatter = (scatter or Scatter()).only(str(value))
-            else:
-                scatter = _with(scatter or Scatter.none(), parts[1:], value, "scatter")
     return scatter
 
 
@@ -281,31 +288,19 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """Set how a run is played: by which auto, from where, for how long."""
+    """Set how a run is played; the setup, the game and the auto judge the value."""
+    auto = setup.auto
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
     if name == "preload":
-        preload = _converted(0, value, name)
-        return replace(setup, auto=replace(setup.auto, preload=preload))  # which judges it
-    if name == "seconds":
-        require("auto", name, value, Quantity("s", 0.0, 3600.0, is_open=True))
-        return replace(setup, seconds=float(value))
-    if name == "alliance":
-        if value not in ("blue", "red"):
-            raise ConfigError(f"must be 'blue' or 'red', got {shown(value)}")
-        return replace(setup, alliance="blue" if value == "blue" else "red")
-    if name in ("blue", "red"):
-        setup = replace(setup, blue=str(value)) if name == "blue" else replace(setup, red=str(value))
-        lineup(setup.game, blue=setup.blue, red=setup.red)
-        return setup
-    if name == "engine":
-        return replace(setup, engine=choose_engine(str(value)))
-    places = {"start.x": FIELD_PLACE, "start.y": FIELD_PLACE, "start.heading": ANGLE}
-    if name not in places:
-        raise UnknownNameError("factor", name, [*PLAYED[:-1], *places])
-    require("auto", name, value, places[name])
-    x, y, heading = (float(value) if part == name else old for part, old in zip(places, setup.auto.start, strict=True))
-    return replace(setup, auto=replace(setup.auto, start=(x, y, heading)))
+        return replace(setup, auto=replace(auto, preload=_converted(0, value, name)))
+    if name in ("alliance", "blue", "engine", "red", "seconds"):
+        changed: dict[str, Any] = {name: value}
+        return replace(setup, **changed)
+    if name not in _STARTS:
+        raise UnknownNameError("factor", name, [*PLAYED[:-1], *_STARTS])
+    start = tuple(value if part == name else old for part, old in zip(_STARTS, auto.start, strict=True))
+    return replace(setup, auto=replace(auto, start=start))
 
 
 def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> Any:

@@ -18,7 +18,7 @@ from simcore.match.game import Game
 from simcore.match.registry import find_game
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.starts import require_playable
-from simcore.players.lineup import ME, Seat, lineup, play_match, plays
+from simcore.players.lineup import ME, play_match, plays
 from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
@@ -26,7 +26,7 @@ from simcore.robot_file.reader import read_settings
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import CONFIGS, PLAYED, PROJECT, RunSetup, vary, vary_scatter
-from simcore.sweep.run_metrics import PlayedRun, measure, named_object
+from simcore.sweep.run_metrics import measure, named_object
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = [
@@ -68,7 +68,10 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
     if experiment.project is not None:
         return _play_project(experiment, planned, log)
     setup = vary(setup_of(experiment), planned.values)
-    played = _player(setup)(
+    play: Callable[..., AutoRun] = partial(play_auto, setup.game, setup.auto, alliance=setup.alliance)
+    if setup.seats:
+        play = partial(play_match, setup.game, setup.seats, me=plays(setup.auto))
+    played = play(
         seconds=setup.seconds,
         seed=planned.seed,
         robot=setup.robot,
@@ -78,21 +81,8 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
         sinks=() if log is None else (WpilogSink(log),),
     )
     with played.match:
-        metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)
+        metrics = measure(played.match, experiment.metrics)
         return {**metrics, "digest": played.report.digest}
-
-
-def _player(setup: RunSetup) -> Callable[..., AutoRun]:
-    """Return what plays a run: one robot its auto, or all of a match."""
-    seats = _seats(setup)
-    if seats:
-        return partial(play_match, setup.game, seats, me=plays(setup.auto))
-    return partial(play_auto, setup.game, setup.auto, alliance=setup.alliance)
-
-
-def _seats(setup: RunSetup) -> tuple[Seat, ...]:
-    """Return who plays a match; empty: it is an auto."""
-    return lineup(setup.game, red=setup.red, blue=setup.blue) if setup.red or setup.blue else ()
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
@@ -146,7 +136,6 @@ def require_playable_runs(experiment: Experiment) -> None:
         _require_project(experiment)
         return
     setup = setup_of(experiment)
-    _seats(setup)
     require_playable(setup.game, (), options=experiment.options, controllers=0, seed=0)
     for factor in experiment.factors:
         values = factor.values or (factor.at(0.5),)
@@ -157,7 +146,7 @@ def require_playable_runs(experiment: Experiment) -> None:
 def _require_me(setup: RunSetup, factor: str) -> None:
     """Refuse a factor of a robot or an auto that nobody in a match plays."""
     of_all = ("blue", "engine", "pieces", "red", "scatter", "seconds")
-    seats = _seats(setup)
+    seats = setup.seats
     if seats and factor.partition(".")[0] not in of_all and all(seat.role != ME for seat in seats):
         raise ConfigError(f"factor {factor!r}: it is of the robot {ME!r}, and none of --red and --blue is {ME!r}")
 

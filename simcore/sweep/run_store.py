@@ -1,7 +1,7 @@
 """Rows of runs in an SQLite file, each written as it comes, so that a sweep can go on.
 
-`PRAGMA user_version` has the version of the tables. `experiment` has what was played last, with the keys of its runs;
-`runs` has a row a run, by a key of all that its result depends on.
+`PRAGMA user_version` has the version of the tables. `experiment` has what was played last; `runs` has a row a run, by a
+key of all that its result depends on.
 """
 
 from __future__ import annotations
@@ -16,16 +16,14 @@ from typing import Any
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.sweep.experiment import Experiment, programs_outside
-from simcore.sweep.results import Results
-from simcore.sweep.run_metrics import landings_of
 
 __all__ = ["FILE_NAME", "VERSION", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
-VERSION = 1
+VERSION = 2
 """Of the tables."""
 _TABLES = (
-    "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL, keys TEXT NOT NULL)",
+    "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL)",
     "CREATE TABLE runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL)",
     f"PRAGMA user_version = {VERSION}",
 )
@@ -72,7 +70,7 @@ class RunStore:
             with self._reading():
                 if self._version() != VERSION:
                     raise ValueError(f"its tables have version {self._version()}, not {VERSION}")
-                self._base.execute("SELECT number, description, keys FROM experiment").fetchone()
+                self._base.execute("SELECT number, description FROM experiment").fetchone()
                 self._base.execute("SELECT key, error, row FROM runs").fetchone()
         except BaseException:
             self._base.close()
@@ -85,11 +83,11 @@ class RunStore:
         if self._unsaved:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
-    def set_experiment(self, experiment: Experiment, keys: Sequence[str]) -> None:
-        """Keep what is played, with the keys of its runs, in place of what was played before."""
-        row = (json.dumps(experiment.to_json()), json.dumps(list(keys)))
+    def set_experiment(self, experiment: Experiment) -> None:
+        """Keep what is played, in place of what was played before."""
+        row = (json.dumps(experiment.to_json()),)
         try:
-            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?, ?)", row)
+            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", row)
         except sqlite3.Error as error:
             raise self._unwritable(error) from error
 
@@ -101,19 +99,13 @@ class RunStore:
             OutputError: The file is damaged.
         """
         with self._reading():
-            data = json.loads(self._last("description"))
+            found = self._base.execute("SELECT description FROM experiment").fetchone()
+            if found is None:
+                raise ValueError("there is no experiment in it")
+            data = json.loads(found[0])
             if programs := programs_outside(data, Path.cwd()):
                 _log.warning("%s runs code outside of the current folder: %s", self.path, ", ".join(programs))
             return Experiment.from_json(data)
-
-    def results(self) -> Results:
-        """Return those runs of the last experiment that are there and have not failed; errors as `experiment`."""
-        experiment = self.experiment()
-        with self._reading():
-            keys = json.loads(self._last("keys"))
-            if not (isinstance(keys, list) and all(isinstance(key, str) for key in keys)):
-                raise ValueError("the keys of its runs are no list of words")
-        return Results(list(self.rows(keys).values()), experiment)
 
     def add(self, key: str, row: dict[str, Any]) -> None:
         """Keep the row of a run; it replaces one of this key."""
@@ -150,12 +142,6 @@ class RunStore:
             self._base.execute("COMMIT")
         except sqlite3.Error as error:
             raise self._unwritable(error) from error
-
-    def _last(self, column: str) -> str:
-        found = self._base.execute(f"SELECT {column} FROM experiment").fetchone()
-        if found is None:
-            raise ValueError("there is no experiment in it")
-        return str(found[0])
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
@@ -205,7 +191,6 @@ def _checked(row: Any) -> dict[str, Any]:
             raise ValueError(f"a run has no {name}")
     if not all(value is None or isinstance(value, (str, int, float)) for value in row.values()):
         raise ValueError("a run has a value that is neither a number nor a word")
-    landings_of([row.get("landings")])
     return row
 
 

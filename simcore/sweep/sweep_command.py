@@ -7,10 +7,9 @@ import shlex
 import signal
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 from rich.console import Console
@@ -30,20 +29,21 @@ from simcore.sweep.one_run import planned_values, play_values
 from simcore.sweep.results import TABLE_NAME, Condition, Results
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
-from simcore.sweep.sweep_page import save_page, scene_of_results, summary_text, sweep_page
+from simcore.sweep.sweep_page import summary_text, sweep_page
 from simcore.sweep.workers import Crew
+from simcore.telemetry.sinks import write_text
 
 __all__ = [
-    "COUNT_FLAG", "ProgressReport", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields",
-    "play_aloud", "run", "scatter_option", "sigterm_as_interrupt",
+    "PAGE_NAME", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "play_aloud",
+    "progress", "run", "scatter_option", "sigterm_as_interrupt",
 ]  # fmt: skip
 
-COUNT_FLAG = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
+PAGE_NAME = "page.html"
+_COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 _WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
 _TIMEOUT = 600.0  # [s]; a whole match takes some tens
-_REPORT_EVERY = 30.0  # [s]; where no bar can be drawn
 _MOST_SEEDS = 1_000_000
 _SAMPLES = 20  # of factors that are drawn, where nothing is said
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
@@ -72,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "robot.mass=normal(55,1); may be given again",
     )
     parser.add_argument(
-        "--samples", type=COUNT_FLAG, metavar="N", help="draw N combinations of the factors (default: all of a grid)"
+        "--samples", type=_COUNT, metavar="N", help="draw N combinations of the factors (default: all of a grid)"
     )
     scatter_option(parser)
     parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
@@ -145,22 +145,22 @@ def run(options: argparse.Namespace) -> int:
     experiment = _experiment(options)
     is_match = experiment.red or experiment.blue
     out = options.out or Path("out") / ("matches" if is_match else experiment.auto or "sweep").replace("/", "_")
-    progress = ProgressReport(experiment.count)
     try:
-        with progress, sigterm_as_interrupt():
+        with progress(experiment.count) as on_row, sigterm_as_interrupt():
             results = sweep(
-                experiment, workers=options.workers or None, cluster=options.cluster, out=out, on_row=progress.add
+                experiment, workers=options.workers or None, cluster=options.cluster, out=out, on_row=on_row
             )
     except KeyboardInterrupt:
-        _report(
-            f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
+        print(
+            "simcore: interrupted; runs that are over are kept, and the same command goes on with them", file=sys.stderr
         )
         return 130
     print(summary_text(results, options.success), flush=True)  # before files, for which the disk may be full
     _print_replays(results, out)
     if options.csv:
         print(f"\n{results.save_table(out)}")
-    print(f"\n{save_page(sweep_page(results, options.success, out, scene_of_results(results)), out)}")
+    write_text("page", out / PAGE_NAME, sweep_page(results, options.success, out))
+    print(f"\n{out / PAGE_NAME}")
     return 1 if results.failures else 0
 
 
@@ -235,10 +235,19 @@ def _repeat(options: argparse.Namespace) -> int:
         for name, value in play_aloud(experiment, planned, log).items():
             print(f"    {name:24} {value}")
     finally:  # of a run that fails, up to there
-        with suppress(SimcoreError):
-            write_log_page(log)
-            print(f"log        {log}")
+        _draw(log)
     return 0
+
+
+def _draw(log: Path) -> None:
+    """Write the page of a log, and say where both are; or why there is no page, as the run's own error matters more."""
+    if not log.is_file():  # the run failed before it began
+        return
+    try:
+        print(f"page       {write_log_page(log)}")
+    except SimcoreError as error:
+        print(f"simcore: no page: {error}", file=sys.stderr)
+    print(f"log        {log}")
 
 
 def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[str, Any]:
@@ -258,52 +267,26 @@ def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[s
     return {name: value for name, value in row.items() if name not in (*planned_values(planned), "error")}
 
 
-class ProgressReport:
-    """Progress of many runs: a bar on a terminal, else now and then a line."""
+@contextmanager
+def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
+    """Show a bar of so many runs on a terminal; yield a function for `on_row` of `sweep`."""
+    columns = (
+        TextColumn("runs"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task, failed = bar.add_task("", total=count), 0
 
-    def __init__(self, count: int) -> None:
-        self._count = count
-        self._failed = 0
-        self.done = 0
-        """Runs that are there, those of the store as well."""
-        self._start = self._reported = monotonic()
-        self._fresh = 0
-        self._bar = Progress(
-            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]}"),
-            TimeRemainingColumn(), console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-        )  # fmt: skip
-        self._task = self._bar.add_task("runs", total=count, failed="")
+        def on_row(row: dict[str, Any], stored: int) -> None:
+            nonlocal failed
+            failed += bool(row["error"])
+            done = bar.tasks[0].completed or stored
+            bar.update(task, completed=done + 1, description=f"{failed} failed" if failed else "")
 
-    def __enter__(self) -> ProgressReport:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
-
-    @property
-    def minutes(self) -> float:
-        """Wall time so far [min]."""
-        return (monotonic() - self._start) / 60.0
-
-    def add(self, row: dict[str, Any], stored: int) -> None:
-        """Count one more run."""
-        if not self._fresh and stored:
-            _report(f"{stored} of {self._count} runs were there already")
-        self._fresh += 1
-        self.done = stored + self._fresh
-        self._failed += bool(row["error"])
-        failed = f"{self._failed} failed" if self._failed else ""
-        self._bar.update(self._task, completed=self.done, failed=failed)
-        now = monotonic()
-        if self._bar.disable and now - self._reported > _REPORT_EVERY:
-            self._reported = now
-            left = (self._count - self.done) * self.minutes / self._fresh
-            _report(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {left:.0f} min left")
-
-
-def _report(sentence: str) -> None:
-    print(f"simcore: {sentence}", file=sys.stderr, flush=True)
+        yield on_row
 
 
 def _seeds(text: str) -> tuple[int, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 import shlex
 from collections import Counter
@@ -12,29 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from simcore.errors import SimcoreError
 from simcore.match.registry import installed_games
-from simcore.show.palette import tint
-from simcore.show.report import chart, field_map, headline, heat, report_page, series, table
-from simcore.show.scene import Scene, bare_scene
-from simcore.sweep.one_run import game_of
-from simcore.sweep.results import MOST_VALUES, Condition, Results, Row
-from simcore.sweep.run_metrics import LANDINGS, landings_of
-from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, percentiles, wilson_share
-from simcore.telemetry.sinks import write_text
+from simcore.show.report import chart, headline, report_page, series, table
+from simcore.sweep.results import MOST_VALUES, Condition, Results
+from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, percentiles
 from simcore.typing import FloatArray
 
-__all__ = ["comparison_page", "number_text", "save_page", "scene_of_results", "summary_text", "sweep_page"]
-
-_log = logging.getLogger(__name__)
+__all__ = ["comparison_page", "number_text", "summary_text", "sweep_page"]
 
 Block = dict[str, object]
 _MOST_RUNS = 10
 _MOST_ERRORS = 20
 _MOST_DISTRIBUTIONS = 6
 _BINS = 24
-_PARTS = 8  # of the runs, where a factor has more values than are shown each
-_CELL = 0.25  # [m], of a map of landings
 _NAMES = {
     "score": "points", "distance_m": "way driven [m]", "min_battery_v": "lowest battery voltage [V]",
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
@@ -54,7 +43,9 @@ def summary_text(results: Results, condition: str = "") -> str:
     lines = [_counts(results)]
     if condition:
         lines += ["", f"{condition}: {results.success(condition)}"]
-        lines += [f"  {name}: {share}" for name, share in _shares(results, condition)]
+        few = [factor for factor in results.factors if len(results.factor_values(factor)) <= MOST_VALUES]
+        shares = ((factor, *row) for factor in few for row in results.success_by(factor, condition).items())
+        lines += [f"  {factor} = {number_text(value)}: {share}" for factor, value, share in shares]
     main = _main_metric(results, condition)
     differences = [_difference_text(*row) for row in results.differences(main)] if main else []
     if differences:
@@ -72,30 +63,25 @@ def summary_text(results: Results, condition: str = "") -> str:
     return "\n".join(lines)
 
 
-def sweep_page(results: Results, condition: str, folder: Path, scene: Scene | None) -> str:
+def sweep_page(results: Results, condition: str, folder: Path) -> str:
     """Return the page of a sweep.
 
     Args:
         results: Of it.
         condition: Of a success; empty: nothing is.
         folder: Of its store, for the command that repeats a run.
-        scene: The bare field, for maps of landings; None: none.
     """
     blocks = [_headline(results, condition)]
     main = _main_metric(results, condition)
     for factor in results.factors:
         blocks += _responses(results, factor, condition, main)
-    blocks += _mean_table(results, condition or main)
     if rows := _percentile_rows(results):
         blocks.append(table(_HEADS, rows, "Metrics of all runs"))
     blocks += [_distribution(metric, {"": results}) for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]]
-    blocks += _landing_maps({"": results}, scene)
     return report_page(_title(results), [*blocks, *_run_tables(results, main, folder)])
 
 
-def comparison_page(
-    results: Results, metric: str, difference: PairedDifference, folder: Path, scene: Scene | None
-) -> str:
+def comparison_page(results: Results, metric: str, difference: PairedDifference, folder: Path) -> str:
     """Return the page of two variants, the values of the first factor, both on each axis; arguments as `sweep_page`.
 
     Args:
@@ -103,7 +89,6 @@ def comparison_page(
         metric: Column or condition that is compared.
         difference: Of this metric.
         folder: Of the store.
-        scene: The bare field, for maps of landings; None: none.
     """
     factor = results.factors[0]
     old, new = results.factor_values(factor)
@@ -116,34 +101,10 @@ def comparison_page(
     blocks = [
         headline(f"{verdict}: {metric} {difference.mean:+.3g}", f"{metric}, {new} less {old}: {difference}"),
         table((*_HEADS, "runs"), medians, f"{metric} of each"),
-        _by_seed(results, metric, sides),
     ]
     varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_varied_metrics(results)])
     blocks += [_distribution(name, sides) for name in [*varied][:_MOST_DISTRIBUTIONS]]
-    blocks += _landing_maps(sides, scene)
     return report_page(f"{old} against {new}", [*blocks, *_run_tables(results, "", folder)])
-
-
-def save_page(text: str, folder: Path) -> Path:
-    """Write `page.html`; missing folders are made.
-
-    Raises:
-        OutputError: It cannot be written.
-    """
-    path = folder / "page.html"
-    write_text("page", path, text)
-    return path
-
-
-def scene_of_results(results: Results) -> Scene | None:
-    """Return the bare field of the game, where runs have shots on it."""
-    if LANDINGS not in results.columns:
-        return None
-    try:
-        return bare_scene(game_of(results.experiment.game))
-    except SimcoreError as error:  # its package may have changed since the runs were played
-        _log.warning("maps without the field: %s", error)
-        return None
 
 
 # --- words --------------------------------------------------------------------------------------------------------
@@ -197,16 +158,6 @@ def _difference_text(factor: str, first: float | str, value: float | str, differ
     return f"{factor} = {number_text(value)} against {number_text(first)}: {difference}"
 
 
-def _shares(results: Results, condition: str) -> list[tuple[str, object]]:
-    """Return shares of successes of each value of each factor that has few."""
-    return [
-        (f"{factor} = {number_text(value)}", share)
-        for factor in results.factors
-        if len(results.factor_values(factor)) <= MOST_VALUES
-        for value, share in results.success_by(factor, condition).items()
-    ]
-
-
 def _name(metric: str) -> str:
     return _NAMES.get(metric, metric)
 
@@ -244,54 +195,31 @@ def _percentile_rows(results: Results) -> list[list[Any]]:
 
 
 def _responses(results: Results, factor: str, condition: str, main: str) -> Iterator[Block]:
-    """Draw the share of successes and the main metric over a factor."""
-    if condition:
-        held = results.succeeded(condition)
-        shares = [(at, wilson_share(int(held[rows].sum()), len(rows))) for at, rows in _groups(results.rows, factor)]
-        points = [(at, share.value, share.lower, share.upper) for at, share in shares]
+    """Draw the share of successes and the main metric over a factor; each run by itself where it has many values."""
+    values = results.factor_values(factor)
+    has_few = len(values) <= MOST_VALUES
+    if condition and has_few:
+        shares = results.success_by(factor, condition).items()
+        points = [(value, share.value, share.lower, share.upper) for value, share in shares]
         yield _over(f"{condition} over {factor}", factor, points, "share of successes, 95 % interval")
-    if main:
-        values, points = results.values(main), []
-        for at, rows in _groups(results.finished, factor):
-            low, middle, high = percentiles(values[rows], (5, 50, 95))
-            points.append((at, middle, low, high))
-        yield _over(f"{_name(main)} over {factor}", factor, points, "median, 90 % of the runs")
+    if not main:
+        return
+    column, numbers = [row[factor] for row in results.finished], results.values(main)
+    title = f"{_name(main)} over {factor}"
+    if has_few:
+        parts = [(value, percentiles(numbers[[own == value for own in column]], (50, 5, 95))) for value in values]
+        yield _over(title, factor, [(value, *part) for value, part in parts], "median, 90 % of the runs")
+    else:
+        points = [(at, number, number, number) for at, number in sorted(zip(column, numbers.tolist(), strict=True))]
+        yield _over(title, factor, points, f"{_name(main)} of each run")
 
 
-def _over(title: str, factor: str, points: Sequence[tuple[Any, float, float, float]], label: str) -> Block:
+def _over(title: str, factor: str, points: Sequence[tuple[Any, ...]], label: str) -> Block:
     at, middle, low, high = ([point[k] for point in points] for k in range(4))
-    names = None if all(not isinstance(value, str) for value in at) else [number_text(value) for value in at]
+    names = [number_text(value) for value in at] if any(isinstance(value, str) for value in at) else None
     x = at if names is None else list(range(len(at)))
     return chart(title, [series("", x, middle, low=low, high=high, kind="dots")], x_label=factor, y_label=label,
                  x_names=names)  # fmt: skip
-
-
-def _groups(rows: Sequence[Row], factor: str) -> list[tuple[float | str, list[int]]]:
-    """Group numbers of rows by values of the factor, or by the middles of parts where there are many."""
-    column = [row[factor] for row in rows]
-    known = list(dict.fromkeys(column))
-    if any(isinstance(value, str) for value in known):
-        return [(value, [n for n, own in enumerate(column) if own == value]) for value in known]
-    if len(known) <= MOST_VALUES:
-        return [(float(value), [n for n, own in enumerate(column) if own == value]) for value in sorted(known)]
-    parts = np.array_split(np.argsort(column, kind="stable"), _PARTS)
-    return [(float(np.median([column[n] for n in part])), part.tolist()) for part in parts]
-
-
-def _mean_table(results: Results, metric: str) -> Iterator[Block]:
-    """Tell means of a metric over the first two factors that have few values each."""
-    factors = [name for name in results.factors if 2 <= len(results.factor_values(name)) <= MOST_VALUES]
-    if not metric or len(factors) < 2:
-        return
-    down, across = factors[:2]
-    cells: dict[tuple[Any, Any], list[float]] = {}
-    for row, value in zip(results.finished, results.values(metric).tolist(), strict=True):
-        if math.isfinite(value):
-            cells.setdefault((row[down], row[across]), []).append(value)
-    rows, columns = results.factor_values(down), results.factor_values(across)
-    means = [[float(np.mean(cells[at, of])) if (at, of) in cells else math.nan for of in columns] for at in rows]
-    yield heat(f"Mean {_name(metric)}", [number_text(value) for value in columns],
-               [number_text(value) for value in rows], means, x_label=across, y_label=down)  # fmt: skip
 
 
 def _distribution(metric: str, sides: dict[str, Results]) -> Block:
@@ -317,37 +245,6 @@ def _bin_edges(values: FloatArray) -> FloatArray:
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         return np.array([low - 0.5, low + 0.5])
     return np.linspace(low, high, min(_BINS, 1 + round(math.sqrt(len(values)) * 1.5)) + 1)
-
-
-def _by_seed(results: Results, metric: str, sides: dict[str, Results]) -> Block:
-    """Draw the metric of each seed, both sides on one axis."""
-    curves = []
-    for name, side in sides.items():
-        found: dict[int, list[float]] = {}
-        for row, value in zip(side.finished, side.values(metric).tolist(), strict=True):
-            found.setdefault(row["seed"], []).append(value)
-        seeds = sorted(found)
-        curves.append(series(name, seeds, [float(np.mean(found[seed])) for seed in seeds], kind="dots"))
-    return chart(f"{_name(metric)} by seed", curves, x_label="seed", y_label=_name(metric))
-
-
-def _landing_maps(sides: dict[str, Results], scene: Scene | None) -> Iterator[Block]:
-    """Draw where hits and misses came down, counted in cells of 25 cm."""
-    if scene is None:
-        return
-    outlines = [(tint(name)[0], corners.tolist()) for name, corners in scene.field_outlines]
-    length, width = scene.field_size
-    for side, results in sides.items():
-        for what, places in landings_of(row.get(LANDINGS) for row in results.finished).items():
-            cells = Counter(map(tuple, np.floor(np.clip(places, 0.0, (length, width)) / _CELL).tolist()))
-            points = [
-                {"x": _CELL * (x + 0.5), "y": _CELL * (y + 0.5), "value": count, "label": f"{count} {what}"}
-                for (x, y), count in cells.items()
-            ]
-            if points:
-                title = f"{side}: where {what} came down" if side else f"Where {what} came down"
-                yield field_map(f"{title} ({len(places)})", scene.field_size, outlines, points, unit=what,
-                                point_size=0.5 * _CELL)  # fmt: skip
 
 
 def _run_tables(results: Results, main: str, folder: Path) -> Iterator[Block]:

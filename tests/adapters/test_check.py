@@ -65,8 +65,7 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tm
     assert wrong[3] == "shooter 1: its muzzle is 260 mm outside of the robot, at (0.70, 0.00) m"
     notes = re.findall("^note: (.*)$", said, re.MULTILINE)
     assert notes[0] == "swerve drive: SwerveDrivetrain with 4 modules, Pigeon2 9, loops on the controller"
-    assert notes[1] == "nobody describes TalonFX 33: they turn what is guessed of them"
-    assert notes[2].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
+    assert notes[1].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
     assert said.rstrip().endswith("4 wrong; the page is out/robot.html") and len(said.splitlines()) < 25
     assert said.startswith("robot: 48.5 kg, bumpers 0.88 x 0.76 m, 4 swerve modules, 5.1 m/s free speed")
     assert "as the program builds it and simcore.toml says" in said

@@ -77,7 +77,7 @@ def test_a_swerve_on_a_canivore_beside_mechanisms_of_the_same_ids(project_of):
         facts.append(next(line for line in said.splitlines() if line.startswith("FACTS")))
     assert facts[0] == facts[1]
     code, said = run("", command=("-m", "simcore", "check"))
-    assert code == 0 and "nobody describes TalonFX 2:" in said and "nothing wrong" in said, said
+    assert code == 0 and "nothing wrong" in said, said
 
 
 @pytest.mark.parametrize(

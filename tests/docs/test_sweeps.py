@@ -30,7 +30,8 @@ def test_a_worked_question_leaves_what_the_page_shows(command, tmp_path, monkeyp
     out = tmp_path / re.search(r"--out (\S+)", command)[1]
     said = capsys.readouterr().out
     with closing(RunStore(out, must_exist=True)) as store:
-        rows = store.results().rows
+        experiment = store.experiment()
+        rows = store.rows(experiment.run_keys(experiment.runs()))
     values = re.search(r"--set (\S+)=(\S+)", command)
     count = 1 if values is None else 4 if values[2] == "45:60:5" else values[2].count(",") + 1
     runs = 2 if "--samples" in command else count

@@ -98,17 +98,13 @@ def test_the_score_sheet_is_the_same_everywhere(told):
     assert sheet == {}, "nothing that the game does not count"
 
 
-def test_points_and_periods_add_up_to_the_score(told):
+def test_points_and_fouls_are_the_same_everywhere(told):
     data, page = told.data, told.page
     score, fouls = data["score"], data["fouls"]
     for side in ("blue", "red"):
         assert page.facts[f"score {side}"] == page.board(side, SECONDS) == str(score[side])
         assert re.search(rf"{side} {score[side]}\b", told.console)
         assert page.curve("Score", side)[1][-1] == pytest.approx(score[side], abs=0.01)
-    names, *rows = page.table("Periods")
-    for column, side in ((1, "blue"), (4, "red")):
-        assert names[column] == f"{side} points"
-        assert sum(int(row[column]) + int(row[column + 1]) for row in rows) == score[side]
     winner = max(("blue", "red"), key=score.__getitem__)
     wanted = "a tie" if score["blue"] == score["red"] else f"{winner} wins"
     assert page.facts["result"].startswith(wanted) and page.meta["verdict"] == page.facts["result"]
@@ -150,8 +146,6 @@ def test_shots_and_pieces_are_the_same_everywhere(told):
         if passes
         else "passed on" not in rows or {*rows["passed on"]} == {"0"}
     )
-    of_periods = [cell.split(" of ") for row in page.table("Periods")[1:] for cell in (row[3], row[6])]
-    assert np.array(of_periods, dtype=int).sum(axis=0).tolist() == [hits, shots - passes]
 
 
 def test_robots_are_the_same_everywhere(told):
@@ -189,7 +183,9 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
 
 def rows_of(folder: Path) -> list[dict[str, Any]]:
     with closing(RunStore(folder, must_exist=True)) as store:
-        return [dict(row) for row in store.results().rows]
+        experiment = store.experiment()
+        found = store.rows(experiment.run_keys(experiment.runs())).values()
+    return sorted(found, key=lambda row: int(row["run"]))
 
 
 def blocks_of(page: Path) -> list[dict[str, Any]]:

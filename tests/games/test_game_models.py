@@ -59,7 +59,7 @@ def test_the_committed_files_are_what_the_scripts_make_sound_and_small(game, tmp
 @both
 def test_each_part_is_drawn_about_its_own_origin(game):
     """A wheel that turned about another place than its axle would wobble."""
-    parts, components = load_models(game.models).robot().parts, game.robot().components
+    parts, components = load_models(game.models).robots[0].parts, game.robot().components
     assert len(parts) == len(components) == {"rebuilt": 16, "reefscape": 8}[game.name]
     for part, component in zip(parts, components, strict=True):
         turning = [joint.axis for joint in component.joints if not joint.slides]

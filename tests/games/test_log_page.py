@@ -74,14 +74,14 @@ def test_a_log_of_an_older_version_gives_a_page_too(depot, tmp_path):
 def test_the_command_writes_the_page_beside_the_log(depot, tmp_path, capsys):
     log = tmp_path / "run.wpilog"
     log.write_bytes(depot[2].read_bytes()[:300_000])  # its program was killed
-    assert main(["page", str(log)]) == 0
+    assert main(["view", "--no-browser", str(log)]) == 0
     assert {path.suffix for path in tmp_path.iterdir()} == {".wpilog", ".html"}
     said = capsys.readouterr().out
     assert said.count("\n") == 2 and said.startswith("game       rebuilt\n")
 
 
 def test_logs_that_show_no_run(tmp_path, capsys):
-    assert main(["page", str(tmp_path / "none.wpilog")]) == 1
+    assert main(["view", "--no-browser", str(tmp_path / "none.wpilog")]) == 1
     assert "cannot read the log" in capsys.readouterr().err
     with WpilogSink(tmp_path / "other.wpilog") as sink:
         sink.write(Snapshot(time=0.1, tick=0, doubles={"Shooter/Speed": 1.0}))
@@ -100,6 +100,6 @@ def test_a_stamp_a_day_later_is_left_out(depot, tmp_path, capsys):
 
 def test_a_full_disk_or_a_wrong_name_is_one_sentence(depot, tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert main(["page", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
+    assert main(["view", "--no-browser", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
     said = capsys.readouterr().err
     assert said.strip().count("\n") == 0 and "cannot write the page" in said

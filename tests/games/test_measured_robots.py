@@ -60,7 +60,7 @@ class Measured:
         elevation = np.array([degrees(90.0 - hood + self.steeper_deg)])
         speed = np.array([task.shooter.exit_speed([wheel])])
         stand = Stand(distance, BEARING)
-        return task.fly(task.rows(stand, elevation, speed, task.lead(stand, elevation, speed)))
+        return task.fly(task.rows(stand, elevation, speed))
 
 
 # Mechanical-Advantage/RobotCode2026Public at 0a8f5f5a, subsystems/shooter: ShotCalculator.java, ShooterConstants.java

@@ -31,7 +31,7 @@ from simcore.show.run_track import RunTrack
 from simcore.show.scene import scene_of
 from simcore.show.scope_layout import scope_layout
 from simcore.show.view_models import ViewModels
-from simcore.sweep.run_metrics import PlayedRun, measure
+from simcore.sweep.run_metrics import measure
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink, read_log
 
@@ -213,7 +213,7 @@ def played(tmp_path: Path, game: str, auto: Auto | str, *, seconds: float, allia
     seen = Figures(driven=f"{sum(step for step in steps if step < 0.3):.1f}", volts=f"{min(volts):.2f}")
     with run.match as match:
         told = {"match": of_match(match), "seen": seen, **of_report(run.report)}
-        told["sweep"] = of_row(measure(PlayedRun(match, run.path), ()))
+        told["sweep"] = of_row(measure(match, ()))
         scene = scene_of(match)
     return told | files_of(recording, scene, tmp_path, log)
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
@@ -39,8 +37,7 @@ class RealShots:
     def shoot(self, stand: Stand, elevation: float, speed: float) -> bool:
         """Return whether a shot at an elevation [rad] and speed [m/s] scores, from a stand at rest."""
         match, task, slot = self.match, self.task, int(self.slot[0])
-        yaw = float(task.lead(stand, np.array([elevation]), np.array([speed]))[0])
-        match.carry_to(0, (*stand.place(task.opening.middle), yaw - task.shooter.launch.heading))
+        match.carry_to(0, (*stand.place(task.opening.middle), task.aim(stand) - task.shooter.launch.heading))
         if match.pieces.state.status[slot] != PieceStatus.HELD:
             match.pieces.hold(self.slot, 0)
         storage = self.robot.storage_of(task.shooter)

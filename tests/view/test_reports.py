@@ -14,7 +14,7 @@ from simcore.cli import main
 from simcore.shooting.shot_files import table_page
 from simcore.shooting.shot_table import make_table
 from simcore.shooting.shot_task import ShotTask
-from simcore.show.report import chart, field_map, headline, heat, paragraph, report_page, series, table
+from simcore.show.report import chart, headline, paragraph, report_page, series, table
 
 X = np.arange(1.0, 9.0)
 BLOCKS = [
@@ -23,11 +23,8 @@ BLOCKS = [
     table(["a", "b"], [[1, "a long sentence " * 9], [2.5, None]], "a table"),
     chart("curves", [series("a", X, X**2, low=X**2 - 3, high=X**2 + 3), series("b", X, [1, None, *X[2:]], kind="dots"),
                      series("c", X, X, kind="steps")], x_label="distance [m]", y_label="points",
-          marks=[(3, "here")], levels=[(40, "limit")]),
+          marks=[(3, "here")]),
     chart("bars", [series("", range(3), [3, 5, math.nan], kind="bars")], x_names=["left", "a very long name", "right"]),
-    heat("grid", [4, 5, 6], ["low", "high"], [[1, 2, math.nan], [2, 2, 5]], marks=[(5, 1, "shot")]),
-    field_map("map", (16.5, 8.0), [("#9db4dd", [(4, 3), (5, 3), (5, 5)])],
-              [{"x": 2 * k + 1, "y": 4, "value": k, "label": f"run {k}"} for k in range(8)]),
 ]  # fmt: skip
 
 DRAWN = """[...document.querySelectorAll('figure')].map((figure) => {
@@ -54,7 +51,7 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "figures"), [("report", 4), ("shots", 6), ("check", 2)])
+@pytest.mark.parametrize(("name", "figures"), [("report", 2), ("shots", 4), ("check", 2)])
 def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures) -> None:
     url = pages[name].as_uri()
     page = browser("about:blank")
@@ -90,6 +87,5 @@ def test_a_pointer_reads_values_and_texts_stay_texts(browser, pages) -> None:
       return figure.querySelector('figcaption').innerText.replace(/\\s+/g, ' ');
     })()"""
     assert "a 64 (61 to 67) b 8 c 8" in page.evaluate(read % (0, 0.99, 0.5))
-    assert "5 at 6, high" in page.evaluate(read % (2, 0.9, 0.2))
-    assert "run 7 7 at (15, 4) m" in page.evaluate(read % (3, 15.25 / 17.0, 0.5))
+    assert "at right" in page.evaluate(read % (1, 0.9, 0.5))
     assert page.evaluate("document.querySelectorAll('main b').length") == 0, "a tag in a text is no tag"

@@ -1,19 +1,12 @@
-// Draws charts, heat maps and maps of the field as SVG, as wide as their place, so that their text is legible on a phone.
+// Draws charts as SVG, as wide as their place, so that their text is legible on a phone.
 import { make, svg } from "./dom.js";
 
 const INKS = ["path", "hit", "miss", "ink", "blue", "red"].map((name) => `var(--${name})`);
 const DASHES = ["", "6 3", "2 2.5", "8 3 2 3"];  // tell curves apart without their colors
 const LETTER = 6.4;  // [px] mean width of a letter of 11.5 px
-const GROUND = "var(--soft)";
 
 /** Draw a chart in an element; `setCursor` and `update` of what it returns move and renew it. @param {HTMLElement} home @param {ChartSpec} spec */
 export const chart = (home, spec) => new Chart(home, spec);
-
-/** Draw a grid of values as colored cells. @param {HTMLElement} home @param {HeatSpec} spec */
-export const heat = (home, spec) => new Heat(home, spec);
-
-/** Draw points with values on the field from above. @param {HTMLElement} home @param {FieldMapSpec} spec */
-export const fieldMap = (home, spec) => new FieldMap(home, spec);
 
 /** Round numbers in a range, at most so many. @param {number} low @param {number} high @param {number} most */
 export function ticks(low, high, most) {
@@ -30,23 +23,6 @@ export function words(value) {
   return Math.abs(value) < 0.1 ? String(Number(value.toPrecision(2))) : value.toFixed(2);
 }
 
-/** Keep the first, lowest, highest and last point of each column of pixels; gaps stay. @param {[number, number | null][]} points */
-export function thinned(points) {
-  const kept = [];
-  for (let from = 0, to = 0; from < points.length; from = to) {
-    const column = Math.floor(points[from][0]), isGap = points[from][1] === null;
-    for (to = from + 1; to < points.length && Math.floor(points[to][0]) === column && (points[to][1] === null) === isGap;) to++;
-    if (isGap || to - from < 5) { kept.push(...points.slice(from, isGap ? from + 1 : to)); continue; }
-    let low = from, high = from;
-    for (let k = from; k < to; k++) {
-      if (points[k][1] < points[low][1]) low = k;
-      if (points[k][1] > points[high][1]) high = k;
-    }
-    kept.push(...[...new Set([from, low, high, to - 1])].sort((one, other) => one - other).map((k) => points[k]));
-  }
-  return kept;
-}
-
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 
 /** Lowest and highest of numbers that may be many; null without any. */
@@ -55,9 +31,6 @@ function extent(values) {
   for (const value of values) if (isNumber(value)) { low = Math.min(low, value); high = Math.max(high, value); }
   return low <= high ? [low, high] : null;
 }
-
-/** Share of the color that stands for high values, as a color. */
-const shaded = (share, ink = "var(--path)") => `color-mix(in srgb, ${ink} ${Math.round(8 + 92 * share)}%, ${GROUND})`;
 
 /** Frame of all drawings: title, legend, and an SVG that is drawn again when its place changes its width. */
 export class Drawing {
@@ -126,12 +99,6 @@ export class Drawing {
 
   /** Room [px] that labels of the y axis take. */
   room(labels) { return 12 + LETTER * Math.max(1, ...labels.map((one) => String(one).length)) + (this.spec.yLabel ? 16 : 0); }
-
-  /** A bar of colors from the lowest to the highest value. */
-  scale([low, high], unit) {
-    const bar = make("i", { class: "shades", style: `background: linear-gradient(90deg, ${shaded(0)}, ${shaded(1)})` });
-    this.legend.replaceChildren(words(low), " ", bar, ` ${words(high)}${unit ? ` ${unit}` : ""}`);
-  }
 
   /** Where a pointer is, in pixels of the drawing. */
   place(event) {
@@ -239,7 +206,7 @@ class Chart extends Drawing {
     if (kind === "dots") for (const [x, y] of points) if (y !== null) this.put("circle", { cx: f(x), cy: f(y), r: points.length > 200 ? 2 : 3.5, fill: color });
     if (kind !== "line" && kind !== "steps") return;
     let d = "", last = null;
-    for (const [x, y] of thinned(points)) {
+    for (const [x, y] of points) {
       if (y !== null) d += last === null ? `M${f(x)} ${f(y)}h.01` : kind === "steps" && y !== last ? `H${f(x)}V${f(y)}` : `L${f(x)} ${f(y)}`;
       last = y;
     }
@@ -283,91 +250,4 @@ function runs(list) {
   const found = [[]];
   for (const one of list) if (one) found.at(-1).push(one); else found.push([]);
   return found.filter((part) => part.length > 1);
-}
-
-/** Cells of a grid, colored by value; equal neighbors of a row are one rectangle. */
-class Heat extends Drawing {
-  paint() {
-    const { spec } = this, { values, marks = [] } = spec, xs = edges(spec.x, spec.xNames), ys = edges(spec.y, spec.yNames);
-    const [low, high] = spec.range ?? extent(values.flat()) ?? [0, 1];
-    const named = (names, at, most, isAcross) => names ? names.map((name, k) => [k, isAcross ? this.shortened(name, names.length) : name]) : ticks(at[0], at.at(-1), most).map((value) => [value, String(value)]);
-    const yTicks = named(spec.yNames, ys, 6);
-    this.begin(spec.height ?? Math.round(Math.min(340, Math.max(200, 0.55 * this.width))));
-    this.axes([xs[0], xs.at(-1)], [ys[0], ys.at(-1)], { height: this.height, left: this.room(yTicks.map(([, name]) => name)) });
-    const { box } = this, cell = (box.right - box.left) / (xs.length - 1), tall = (box.bottom - box.top) / (ys.length - 1);
-    this.put("rect", { x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top, fill: "var(--paper)" });
-    const shown = [];
-    values.forEach((row, r) => {
-      const [y, height] = [this.y(ys[r + 1]), this.y(ys[r]) - this.y(ys[r + 1])];
-      for (let from = 0, to = 0; from < row.length; from = to) {
-        for (to = from + 1; to < row.length && row[to] === row[from];) to++;
-        if (!isNumber(row[from])) continue;
-        const share = high > low ? Math.min(1, Math.max(0, (row[from] - low) / (high - low))) : 1, x = this.x(xs[from]);
-        this.put("rect", { x: x.toFixed(2), y: y.toFixed(2), width: (this.x(xs[to]) - x).toFixed(2), height: height.toFixed(2), "shape-rendering": "crispEdges", style: `fill: ${shaded(share)}` });
-        for (let k = from; k < to; k++) if (cell > 30 && tall > 15) shown.push([(this.x(xs[k]) + this.x(xs[k + 1])) / 2, y + height / 2 + 4, words(row[k])]);
-      }
-    });
-    for (const [x, y, content] of shown) this.text(x, y, content, "middle", { fill: "var(--ink)" });
-    for (const mark of marks) {
-      const x = this.x(mark.x), y = this.y(mark.y);
-      for (const [stroke, width] of [["var(--paper)", 5], ["var(--ink)", 2]]) {
-        this.put("path", { d: `M${x - 7} ${y}h14M${x} ${y - 7}v14`, stroke, "stroke-width": width });
-      }
-      if (mark.label) this.text(x + 8, y - 6, mark.label, "start", { fill: "var(--ink)" });
-    }
-    const most = Math.max(2, Math.floor((box.right - box.left) / 56));
-    this.labels(named(spec.xNames, xs, most, true), yTicks);
-    if (spec.scale !== false) this.scale([low, high], spec.unit);
-    this.cells = { xs, ys };
-  }
-
-  point(event) {
-    if (!this.cells) return;
-    const { spec, cells } = this, [px, py] = this.place(event);
-    const column = cells.xs.findIndex((_, k) => k + 1 < cells.xs.length && px >= this.x(cells.xs[k]) && px < this.x(cells.xs[k + 1]));
-    const row = cells.ys.findIndex((_, k) => k + 1 < cells.ys.length && py <= this.y(cells.ys[k]) && py > this.y(cells.ys[k + 1]));
-    const value = column < 0 || row < 0 ? null : spec.values[row][column];
-    const at = (names, list, k) => names ? names[k] : words(list[k]);
-    this.readout.textContent = isNumber(value) ? `${words(value)}${spec.unit ? ` ${spec.unit}` : ""} at ${at(spec.xNames, spec.x, column)}, ${at(spec.yNames, spec.y, row)}` : "";
-  }
-}
-
-/** Edges of cells whose middles are given, or named. @param {number[]} middles @param {string[] | null} [names] */
-export function edges(middles, names) {
-  const at = names ? names.map((_, k) => k) : middles;
-  if (at.length < 2) return [at[0] - 0.5, at[0] + 0.5];
-  const between = at.slice(1).map((value, k) => (value + at[k]) / 2);
-  return [2 * at[0] - between[0], ...between, 2 * at.at(-1) - between.at(-1)];
-}
-
-/** The field from above, and points on it that are colored by their value or have a color. */
-class FieldMap extends Drawing {
-  paint() {
-    const { spec } = this, [length, width] = spec.size, edge = 0.25;
-    const scale = this.width / (length + 2 * edge), at = ([x, y]) => [(x + edge) * scale, (width + edge - y) * scale];
-    this.begin(Math.round((width + 2 * edge) * scale));
-    const [x, y] = at([0, width]);
-    this.put("rect", { x, y, width: length * scale, height: width * scale, fill: "var(--carpet)", stroke: "var(--control)" });
-    for (const [color, corners] of spec.outlines ?? []) {
-      this.put("path", { d: `M${corners.map((one) => at(one).map((value) => value.toFixed(1)).join(" ")).join("L")}Z`, fill: color, "fill-opacity": 0.55, stroke: color });
-    }
-    const range = spec.range ?? extent(spec.points.map(({ value }) => value));
-    const size = spec.pointSize ? Math.max(1.5, spec.pointSize * scale) : spec.points.length > 300 ? 2 : Math.min(7, Math.max(3.5, 0.12 * scale));
-    this.dots = spec.points.map((point) => {
-      const [cx, cy] = at([point.x, point.y]);
-      const share = range && isNumber(point.value) ? (point.value - range[0]) / (range[1] - range[0] || 1) : 1;
-      this.put("circle", { cx: cx.toFixed(1), cy: cy.toFixed(1), r: size, style: `fill: ${point.color ?? shaded(share)}`, stroke: "var(--control)", "stroke-width": size > 2 ? 0.8 : 0 });
-      return [cx, cy, point];
-    });
-    if (range && spec.points.some(({ color }) => !color)) this.scale(range, spec.unit);
-  }
-
-  point(event) {
-    if (!this.dots) return;
-    const [px, py] = this.place(event), far = ([x, y]) => Math.hypot(x - px, y - py);
-    const near = this.dots.reduce((best, one) => best === null || far(one) < far(best) ? one : best, null);
-    if (!near || far(near) > 20) { this.leave(); return; }
-    const { label, value, x, y } = near[2], unit = this.spec.unit ? ` ${this.spec.unit}` : "";
-    this.readout.textContent = [label, isNumber(value) ? `${words(value)}${unit}` : "", `at (${words(x)}, ${words(y)}) m`].filter(Boolean).join(" ");
-  }
 }

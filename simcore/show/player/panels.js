@@ -150,13 +150,13 @@ export class Charts {
   }
 
   /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve */
-  curve({ label, color, dashes, stepped, data, low, scale }) {
+  curve({ label, color, stepped, data, low, scale }) {
     const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {
       x.push(time += rows[k] / 1000);
       y.push(low + (rows[k + 1] + 32000) * scale);
     }
-    return { name: label, color, dashes, kind: stepped ? "steps" : "line", x, y };
+    return { name: label, ...color ? { color } : {}, kind: stepped ? "steps" : "line", x, y };
   }
 
   draw(time) {

@@ -1,10 +1,10 @@
 // Shows a report: blocks of text, tables and drawings that Python has listed (simcore/show/report.py).
-import { chart, fieldMap, heat } from "./charts.js";
+import { chart } from "./charts.js";
 import { make } from "./dom.js";
 import { robotViews } from "./robot_views.js";
 
 const LONG = 40;  // letters of a cell that may be broken into lines
-const DRAWINGS = { chart, heat, field_map: fieldMap, robot: robotViews };
+const DRAWINGS = { chart, robot: robotViews };
 
 /** A table whose numbers stand to the right. @param {{ columns: string[], rows: (string | number | boolean | null)[][], caption: string }} block */
 function table({ columns, rows, caption }) {
@@ -20,7 +20,7 @@ function table({ columns, rows, caption }) {
 export function showReport(home, blocks) {
   let charts = null;  // charts that follow one another stand next to one another
   for (const block of blocks) {
-    if (block.kind === "chart" || block.kind === "heat") {
+    if (block.kind === "chart") {
       if (!charts) home.append(charts = make("div", { class: "charts" }));
     } else charts = null;
     if (block.kind in DRAWINGS) {

@@ -107,7 +107,7 @@ def test_the_page_of_a_log_whose_game_is_broken_says_so(installed, capsys):
     assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 0
     installed("raise RuntimeError('half written')\n", fresh=False)
     capsys.readouterr()
-    assert main(["page", "run.wpilog"]) == 0
+    assert main(["view", "--no-browser", "run.wpilog"]) == 0
     said = capsys.readouterr().err
     assert "mine/game.py, line 1: RuntimeError: half written; its field is drawn bare" in said
 

@@ -18,30 +18,26 @@ from simcore.units import degrees
 
 
 def test_shots_leave_as_those_of_the_robots_shooter() -> None:
-    """Place, velocity and spin are `Shooter.released`'s, of a robot that drives, from both barrels."""
+    """Place, velocity and spin are `Shooter.released`'s, from both barrels."""
     task = ShotTask(REBUILT)
-    stand = Stand(3.0, 0.4, 1.2, -0.7)
+    stand = Stand(3.0, 0.4)
     elevation, speed = np.array([1.1, 0.9]), np.array([7.0, 8.0])
-    yaw = task.lead(stand, elevation, speed)
-    rows = task.rows(stand, elevation, speed, yaw, np.array([0, 1]))
+    rows = task.rows(stand, elevation, speed, np.array([0, 1]))
     with Match(REBUILT) as match:
         robot = match.robots[0]
         shooter = robot.shooters[0]
         x, y = stand.place(task.opening.middle)
         for row in range(2):
             motion = robot.motion_at(0.0)
-            quat = from_yaw(float(yaw[row]))
-            vel = tuple(stand.velocity.tolist())
-            motion = type(motion)(pos=(x, y, 0.0), quat=quat, vel=vel, rate=(0.0, 0.0, 0.0))
+            quat = from_yaw(task.aim(stand))
+            motion = type(motion)(pos=(x, y, 0.0), quat=quat, vel=(0.0,) * 3, rate=(0.0,) * 3)
             launch = Launch(barrel=row, delay=0.0, aim=Aim(float(elevation[row]), float(speed[row])))
             piece = shooter.released(launch, radius=float(rows.radius[row]), robot=motion)
             assert rows.pos[row] == pytest.approx(piece.pos, abs=1e-12)
             assert rows.vel[row] == pytest.approx(piece.vel, abs=1e-12)
             assert rows.spin[row] == pytest.approx(piece.rate, abs=1e-9)
-    # without a barrel's offset it flies over the middle of the target: the lead takes the robot's way out of it
-    way = task.opening.middle[:2] - task.muzzle(stand, yaw)[:, :2]
-    across = way[:, 0] * rows.vel[:, 1] - way[:, 1] * rows.vel[:, 0]
-    assert across == pytest.approx(0.0, abs=1e-3)
+    x, y, _ = task.opening.middle - task.muzzle(stand, task.aim(stand))
+    assert x * rows.vel[:, 1] - y * rows.vel[:, 0] == pytest.approx(0.0, abs=1e-3), "from the middle of the muzzles"
 
 
 def test_draws_have_the_spreads_of_the_scatter() -> None:
@@ -74,9 +70,8 @@ def test_shots_of_a_fixed_shooter_fly_in_a_match_as_foreseen() -> None:
     with RealShots(task, seed=1) as real:
         for elevation_deg, speed in ((62.0, 7.07), (60.0, 7.3), (64.5, 6.95), (58.0, 6.6), (66.0, 6.2)):
             aim = np.array([degrees(elevation_deg)]), np.array([speed])
-            yaw = task.lead(stand, *aim)
-            foreseen = bool(task.fly(task.rows(stand, *aim, yaw)).goes_in[0])
-            ball, memory = task.rows(stand, *aim, yaw), make_memory(1)
+            foreseen = bool(task.fly(task.rows(stand, *aim)).goes_in[0])
+            ball, memory = task.rows(stand, *aim), make_memory(1)
             way = [ball.pos[0].copy()]
             while not ball.is_touched[0]:
                 task.field.fly(ball, memory, FLIGHT_STEP)

@@ -27,7 +27,7 @@ def test_what_was_not_published_is_left_out() -> None:
     }
 
 
-def test_a_set_point_is_drawn_beside_what_came_of_it_and_dashes_tell_them_apart() -> None:
+def test_a_set_point_is_drawn_beside_what_came_of_it() -> None:
     recording = Recording()
     for tick in range(3):
         doubles = {"ArmPositionRot": 0.1 * tick, "ArmPositionRotSetpoint": 0.5, "ArmCurrentA": 7.0}
@@ -36,7 +36,6 @@ def test_a_set_point_is_drawn_beside_what_came_of_it_and_dashes_tell_them_apart(
     arm, currents = charts_of(RunTrack(recording, SCENE))
     assert (arm.title, arm.unit) == ("Arm position", "turns")
     assert [(curve.label, curve.values[-1]) for curve in arm.curves] == [("is", 0.2), ("set-point", 0.5)]
-    assert len({curve.dashes for curve in arm.curves}) == 2
     assert (currents.title, [curve.label for curve in currents.curves]) == ("Mechanism currents", ["arm"])
 
 

@@ -1,4 +1,4 @@
-"""What a page says of a match: points by period, cycles, and seconds that add up."""
+"""What a page says of a match: score sheet, cycles, and seconds that add up."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.show.match_tables import USES, period_rows, robot_rows, tables_of, verdict
+from simcore.show.match_tables import USES, robot_rows, tables_of, verdict
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import RobotLook, Scene
 from simcore.show.shots import ShotTrace
@@ -63,13 +63,6 @@ def shot(time, scored, robot=0):
 SHOTS = [shot(5.0, True), shot(5.4, False), shot(8.6, True), shot(3.0, False, robot=1)]
 
 
-def test_points_and_shots_stand_in_their_period(recording):
-    auto, teleop = period_rows(RunTrack(recording, SCENE), SHOTS)
-    assert (auto.name, auto.points, auto.shots) == ("auto", {"blue": 1, "red": 0}, {"blue": (0, 0), "red": (0, 1)})
-    assert (teleop.points, teleop.shots) == ({"blue": 2, "red": 5}, {"blue": (2, 3), "red": (0, 0)})
-    assert auto.end == teleop.start == pytest.approx(4.0, abs=0.021)
-
-
 def test_shots_with_a_pause_are_cycles(recording):
     blue, red = robot_rows(RunTrack(recording, SCENE), SHOTS)
     assert blue.cycles == ((5.0, 1, 2), (8.6, 1, 1)) and red.cycles == ((3.0, 0, 1),)
@@ -85,38 +78,23 @@ def test_each_second_goes_to_one_use(recording):
     assert red.seconds["shooting"] == pytest.approx(1.0, abs=0.03) and red.seconds["driving"] == 0.0
 
 
-def test_the_score_sheet_knows_the_points_of_a_period_better_than_differences(recording):
-    """What counts in a grace after a period is the period's; fouls stand apart."""
+def test_the_score_sheet_is_the_game_s(recording):
     kept = Recording()
     for snapshot in recording.snapshots():
-        rows = {
-            "Sim/Score/Blue/hub/autoPoints": 2,
-            "Sim/Score/Blue/hub/teleop<1>Points": 1,
-            "Sim/Score/Blue/foulPoints": 0,
-        }
-        rows["Sim/Score/Red/foulPoints"] = 5 * (snapshot.time > 9.99)
+        rows = {"Sim/Score/Blue/hub/autoPoints": 2, "Sim/Score/Blue/foulPoints": 0}
         kept.write(replace(snapshot, integers={**snapshot.integers, **rows}))
-    track = RunTrack(kept, SCENE)
-    auto, teleop = period_rows(track, SHOTS)
-    assert [row.points for row in (auto, teleop)] == [{"blue": 2, "red": 0}, {"blue": 1, "red": 0}]
-    assert teleop.fouls == {"blue": 0, "red": 5}
-    sheet, periods, *_ = tables_of(track, SHOTS)
-    assert ["hub: auto points", "2", "0"] in sheet.rows and sheet.rows[-1] == ["score", "3", "5"]
-    assert [row[1:] for row in periods.rows] == [
-        ["2", "0", "0 of 0", "0", "0", "0 of 1"],
-        ["1", "0", "2 of 3", "0", "5", "0 of 0"],
-    ]
+    sheet, *_ = tables_of(RunTrack(kept, SCENE), SHOTS)
+    assert sheet.rows == [["hub: auto points", "2", "0"], ["score", "3", "5"]]
 
 
 def test_tables_of_several_robots_and_of_one(recording):
     scene = replace(SCENE, robots=[replace(SCENE.robots[0], role="collector:3"), SCENE.robots[1]])
     track = RunTrack(recording, scene)
     tables = {table.title.partition(" ")[0]: table for table in tables_of(track, SHOTS)}
-    assert list(tables) == ["Periods", "Robots,", "Cycles"] and verdict(track) == "red wins, 5 to 3"
+    assert list(tables) == ["Robots,", "Cycles"] and verdict(track) == "red wins, 5 to 3"
     rows = {row[0]: row[1:] for row in tables["Robots,"].rows}
     assert rows["plays"] == ["collector:3", ""] and rows["cycles"] == ["2", "1"] and rows["alliance"] == ["blue", "red"]
     assert tables["Cycles"].rows[0] == ["robot 0", [5.0, "5 s: 1 of 2"], [8.6, "9 s: 1 of 1"]]
-    assert tables["Periods"].rows[1][0] == [4.0, "4 s teleop <1>"]
     alone = replace(SCENE, robots=SCENE.robots[:1])
     assert [table.title for table in tables_of(RunTrack(recording, alone), SHOTS)] == ["Shots (4)"]
     assert verdict(RunTrack(recording, alone)) == "3 points"

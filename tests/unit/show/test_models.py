@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from check_models import check_folder
 
-from simcore.errors import ModelError, UnknownNameError
+from simcore.errors import ModelError
 from simcore.show.view_models import load_models
 
 
@@ -72,10 +72,10 @@ def test_good_folders_have_nothing_wrong(robot: Path, field: Path) -> None:
 
 def test_rotations_come_one_after_the_other_then_the_position(robot: Path) -> None:
     """x 90 takes a Y-up export upright; z 90 after it turns its front."""
-    body = load_models(robot.parent).robot("Mine").body.transform
+    body = load_models(robot.parent).robots[0].body.transform
     np.testing.assert_allclose(body @ (0, 1, 0, 1), (0.1, 0, 1, 1), atol=1e-12)
     edit(robot, rotations=[{"axis": "x", "degrees": 90}, {"axis": "z", "degrees": 90}], position=[0, 0, 0])
-    body = load_models(robot.parent).robot().body.transform
+    body = load_models(robot.parent).robots[0].body.transform
     np.testing.assert_allclose(body @ (1, 0, 0, 1), (0, 1, 0, 1), atol=1e-12)
     np.testing.assert_allclose(body @ (0, 1, 0, 1), (0, 0, 1, 1), atol=1e-12)
 
@@ -88,9 +88,6 @@ def test_a_field_model_has_its_origin_in_the_middle_and_red_at_minus_x(field: Pa
 
 
 def test_what_cannot_be_loaded_is_said(robot: Path, field: Path, tmp_path: Path) -> None:
-    models = load_models(tmp_path)
-    with pytest.raises(UnknownNameError, match="Did you mean 'Mine'"):
-        models.robot("Min")
     (robot / "model_1.glb").unlink()
     with pytest.raises(ModelError, match=r"Robot_Mine: model_1\.glb is missing"):
         load_models(tmp_path)

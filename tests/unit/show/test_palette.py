@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from simcore.show.palette import COLORS, LINE_STYLES, css_variables, rgb
+from simcore.show.palette import COLORS, css_variables, rgb
 
 Color = np.ndarray[tuple[int], np.dtype[np.float64]]
 
@@ -75,8 +75,7 @@ def test_pairs_differ_for_readers_who_see_no_red_or_no_green(theme: int) -> None
         assert np.linalg.norm(a - b) > 20.0, (one, other, seen[0].tolist())
 
 
-def test_both_themes_are_in_the_style_sheet_and_dashes_differ() -> None:
+def test_both_themes_are_in_the_style_sheet() -> None:
     text = css_variables()
     assert "prefers-color-scheme:dark" in text
     assert all(f"--{name}:{color};" in text for name, pair in COLORS.items() for color in pair)
-    assert len(set(LINE_STYLES)) == len(LINE_STYLES)

@@ -58,12 +58,12 @@ def die_once():
         die()
 
 
-def ticks(run):
+def ticks(match):
     """Count ticks: a metric of one's own."""
-    return run.match.ticks
+    return match.ticks
 
 
-def process(run):
+def process(match):
     """Tell the process that plays."""
     return os.getpid()
 

@@ -56,7 +56,7 @@ def test_two_autos_of_a_game_and_a_page_with_both(capsys):
     assert "<h1>drive against fail</h1>" in page and head["text"] == "No clear difference: distance_m +0"
     assert head["detail"] == f"distance_m, fail less drive: {difference}", "the console's own"
     charts = [block for block in blocks if block["kind"] == "chart"]
-    assert len(charts) >= 2
+    assert charts
     for one in charts:
         assert [curve["name"] for curve in one["series"]] == ["drive", "fail"], "both on one axis"
 
@@ -83,16 +83,6 @@ def test_where_all_runs_fail_their_error_is_said(capsys, monkeypatch):
     monkeypatch.setattr(one_run, "measure", lambda *_: 1 / 0)
     assert cli.main(["compare", "drive", "fail", *SMALL, "--seeds", "2"]) == 1
     assert "all 4 runs ended with an error: ZeroDivisionError" in capsys.readouterr().err
-
-
-def test_result_folders_of_sweeps(capsys):
-    for name, seconds in (("a", 0.06), ("b", 0.1)):
-        experiment = Experiment(game="sweep_game:SMALL", seconds=seconds, seeds=range(20, 24), metrics=("seconds",))
-        sweep(experiment, workers=0, out=name)
-    assert cli.main(["compare", "a", "b", *SMALL, "--metric", "seconds"]) == 0
-    assert capsys.readouterr().out.startswith(
-        "seconds, b less a: +0.04 (95 % interval +0.04 to +0.04), 4 seeds: 4 more"
-    )
 
 
 def test_rows_of_a_project_are_known_by_what_is_in_it():

@@ -47,7 +47,7 @@ def test_it_survives_json():
         samples=4,
         seeds=range(3),
         scatter=Scatter().scaled(0.5),
-        metrics=("score", "landings"),
+        metrics=("score", "hits"),
         timeout=9.0,
     )
     again = Experiment.from_json(json.loads(json.dumps(experiment.to_json())))

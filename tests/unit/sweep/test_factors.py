@@ -101,10 +101,6 @@ def test_names_reach_how_it_is_played():
     assert varied.scatter == replace(Scatter().scaled(0.5), spin=0.2)
     assert (varied.game.pieces[0].kind.mass, varied.game.pieces[0].kind.restitution) == (0.22, 0.4)
     assert vary(SETUP, {"scatter.spin": 0.2}).scatter == replace(Scatter.none(), spin=0.2)
-    alone = vary(SETUP, {"scatter.drag": 0.1, "scatter.only": "spin", "scatter": 0.5}).scatter
-    assert alone == replace(Scatter.none(), spin=0.5 * Scatter().spin, drag=0.1)
-    assert vary(SETUP, {"scatter.only": "all"}).scatter == Scatter()
-    assert vary(SETUP, {"scatter.only": "none"}).scatter == Scatter.none()
 
 
 @pytest.mark.parametrize(
@@ -117,7 +113,6 @@ def test_names_reach_how_it_is_played():
         ({"robot.shooters.0.exit_eficiency": 0.4}, "Did you mean 'exit_efficiency'"),
         ({"robot.mechanisms.hoood.mass": 1.0}, "Did you mean 'hood'"),
         ({"auto": "dpot"}, "Did you mean 'depot'"),
-        ({"scatter.only": "spim"}, "Did you mean 'spin'"),
         ({"scatter.exit": 0.1}, "Did you mean 'exit_speed'"),
         ({"pieces.Fuel.mas": 0.2}, "Did you mean 'mass'"),
         ({"pieces.fuel.mass": 0.2}, "Did you mean 'Fuel'"),

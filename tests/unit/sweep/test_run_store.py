@@ -38,14 +38,13 @@ def test_rows_that_could_not_be_written_are_tried_again(tmp_path, caplog, more):
         assert set(store.rows(["large", "small"])) == {"large", "small"}
 
 
-def test_the_last_experiment_comes_back_with_its_runs(tmp_path, monkeypatch):
+def test_the_last_experiment_comes_back(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
     few, many = (Experiment(game="sweep_game:SMALL", seconds=0.04, seeds=range(n)) for n in (2, 3))
     sweep(many, workers=0, out=tmp_path)
-    found = sweep(few, workers=0, out=tmp_path)
+    sweep(few, workers=0, out=tmp_path)
     with closing(RunStore(tmp_path, must_exist=True)) as store:
-        again = store.results()
-    assert again.experiment == few and again.rows == found.rows and len(again.rows) == 2
+        assert store.experiment() == few
     with pytest.raises(OutputError, match="no runs in it"):
         RunStore(tmp_path / "nowhere", must_exist=True)
 
@@ -103,7 +102,7 @@ BOTH = {
     "no table of the experiment": sql("DROP TABLE experiment"),
     "another table": sql("DROP TABLE runs", "CREATE TABLE runs (a)"),
     "a column less": sql("ALTER TABLE runs DROP COLUMN row"),
-    "another column": sql("ALTER TABLE experiment RENAME COLUMN keys TO names"),
+    "another column": sql("ALTER TABLE experiment RENAME COLUMN description TO names"),
     "no database": bytes_of(lambda data: b"x" * len(data)),
     "a text": bytes_of(lambda data: b"run,seed\n0,1\n"),
     "half of it": bytes_of(lambda data: data[: len(data) // 2]),
@@ -136,9 +135,6 @@ RESUMED = {
     "a row without seed": rowed(seed="gone"),
     "a run that is a word": rowed(run="one"),
     "a value that is a list": rowed(score=[1]),
-    "landings that are a word": rowed(landings="x"),
-    "landings of two numbers": rowed(landings="[[1, 2]]"),
-    "landings that are words": rowed(landings='["abcd"]'),
 }
 SHORT = ["sweep_game:SMALL", "--seeds", "1", "--seconds", "0.04", "-j", "1"]
 

@@ -44,6 +44,11 @@ def test_it_says_what_failed_and_plays_it_again(tmp_path, capsys):
     assert cli.main(["sweep", "--out", out, "--repeat", "0"]) == 0
     assert digest in capsys.readouterr().out and failed == ""
     assert {"run_0.wpilog", "run_0.html"} <= {path.name for path in Path(out).iterdir()}
+    Path(out, "run_0.html").unlink()
+    Path(out, "run_0.html").mkdir()
+    assert cli.main(["sweep", "--out", out, "--repeat", "0"]) == 0
+    said = capsys.readouterr()
+    assert "no page: cannot write the page" in said.err and digest in said.out and "run_0.wpilog" in said.out
     page = blocks_of(Path(out, "page.html").read_text("utf-8"))
     assert page[0]["text"].startswith("1 of 2, ") and f"--out '{out}' --repeat RUN" in page[-1]["caption"]
 

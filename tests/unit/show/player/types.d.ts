@@ -19,7 +19,7 @@ interface KindData {
   name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
 }
 interface CurveData {
-  label: string; color: string; dashes: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
+  label: string; color: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
 }
 interface ChartData {
   title: string; unit: string; limit: number | null; limit_label: string; from_zero: boolean; group: string; curves: CurveData[];
@@ -51,20 +51,12 @@ interface Meta {
 // What a report lists (simcore/show/report.py), and what charts.js draws.
 interface SeriesSpec {
   name: string; x: ArrayLike<number>; y: ArrayLike<number | null>; low?: ArrayLike<number | null>; high?: ArrayLike<number | null>;
-  kind?: "line" | "dots" | "bars" | "steps"; color?: string; dashes?: string;
+  kind?: "line" | "dots" | "bars" | "steps"; color?: string;
 }
 interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }
 interface ChartSpec extends DrawingSpec {
   series: SeriesSpec[]; marks?: { x: number; label?: string }[]; levels?: { y: number; label?: string }[]; xNames?: string[] | null;
   xRange?: [number, number] | null; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
-}
-interface HeatSpec extends DrawingSpec {
-  x: number[]; y: number[]; xNames?: string[] | null; yNames?: string[] | null; values: (number | null)[][]; unit?: string;
-  range?: [number, number]; marks?: { x: number; y: number; label?: string }[]; scale?: boolean;
-}
-interface FieldMapSpec extends DrawingSpec {
-  size: [number, number]; outlines?: [color: string, corners: [number, number][]][]; unit?: string; range?: [number, number];
-  points: { x: number; y: number; value?: number | null; label?: string; color?: string }[]; pointSize?: number | null;
 }
 interface RobotSpec extends DrawingSpec {
   solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
