@@ -19,7 +19,7 @@ from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagS
 from simcore.vision.camera_scene import CameraScene, find_pieces
 from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings, limelight_mount
-from simcore.vision.megatag import Mounting, TagPicture, perfect_frame
+from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, find_tags
 
@@ -65,7 +65,6 @@ class _Exposure:
     number: int
     time: float
     pipeline: int
-    robot_pose: tuple[Vector, Quaternion]
     eye: Vector
     """Where the camera truly was, field frame [m]."""
     rotation: FloatArray
@@ -252,11 +251,10 @@ class LimelightSim:
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
-        robot_pose = history.at(time)
-        pos, quat = self.pose_at(*robot_pose)
+        pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
-        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, robot_pose, pos, rotation)
-        if self.config.perfect or self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
+        if self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
             return exposure
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):
@@ -291,10 +289,7 @@ class LimelightSim:
         tags: tuple[TagSighting, ...] = ()
         one: PoseEstimate | None = None
         two: PoseEstimate | None = None
-        if self.config.perfect and pipeline.kind == "tags" and not self.settings.is_driver_camera:
-            tags, one = perfect_frame(self.layout, exposure.robot_pose, self.config)
-            two = one
-        elif exposure.rows:
+        if exposure.rows:
             picture = TagPicture(
                 *(self.layout, self._tags, self._tag_offsets, exposure.rows, exposure.pixels),
                 *(exposure.eye, exposure.rotation, lens, self._believed),

@@ -191,7 +191,7 @@ def test_a_piece_is_covered_by_another_and_by_a_robot():
 
 def test_a_closed_gate_gives_empty_frames():
     frame, _ = piece_frame([(8.5, 1.6, 0.075)], gate=lambda: False)
-    assert frame.pieces == () and not frame.has_target
+    assert frame.pieces == () and frame.primary_tag is None
 
 
 def test_the_frustum_tilts_with_the_robot():
@@ -283,7 +283,7 @@ def test_a_field_without_tags_has_cameras_all_the_same():
     with Match(replace(REBUILT, field=field), robots=(RobotEntry(config=with_cameras(eye)),)) as match:
         match.play(0.2)
         frame = match.cameras.camera("eye").last
-        assert frame is not None and not frame.has_target and frame.pipeline_kind == "tags"
+        assert frame is not None and not frame.tags and not frame.pieces and frame.pipeline_kind == "tags"
         late = match.cameras.mount_camera(replace(eye, name="late"))
         late.settings.apply("pipeline", (1.0,))
         match.play(0.2)

@@ -1,4 +1,4 @@
-"""A camera in time: rates, latency, throttle, settings, heading modes, the perfect camera."""
+"""A camera in time: rates, latency, throttle, settings, heading modes."""
 
 from __future__ import annotations
 
@@ -193,15 +193,6 @@ def test_a_radius_for_each_piece_or_one_for_all():
         CameraScene(pieces=np.zeros((2, 3)), piece_radius=np.zeros(3))
     small, large = CameraScene(pieces=np.zeros((2, 3)), piece_radius=0.1), CameraScene(pieces=np.zeros((0, 3)))
     assert small.radii.tolist() == [0.1, 0.1] and large.radii.shape == (0,)
-
-
-def test_the_perfect_camera_gives_the_exact_pose_wherever_it_looks():
-    config = CameraConfig(mount=CameraMount(z=0.5, pitch_deg=90.0), perfect=True)  # at the carpet
-    _, frames = drive(config, 0.3, speed=1.0)
-    last = frames[-1]
-    assert last.megatag1.position == pytest.approx((PLACE[0] + last.time, PLACE[1], 0.0), abs=1e-9)
-    assert last.megatag1.tag_count == len(last.tags) == 4
-    assert last.megatag2 == last.megatag1
 
 
 def test_equal_seeds_give_equal_noise():
