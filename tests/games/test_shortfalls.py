@@ -106,7 +106,7 @@ def test_a_log_says_it_at_its_end_and_so_does_its_page(tmp_path, period):
         closed.close()
         taken = len(closed.snapshots)
     column = read_log(log).columns["Sim/Warnings"]
-    assert len(column) == 1 and column.text(0).startswith("intake 1 was never out") and len(closed.snapshots) == taken
+    assert len(column) == 1 and column.value(0).startswith("intake 1 was never out") and len(closed.snapshots) == taken
     assert main(["page", str(log), "--page", str(tmp_path / "run.html")]) == 0
     recording = recording_of(read_log(log))
-    assert ending_of(recording) == [column.text(0)]
+    assert ending_of(recording) == [column.value(0)]
