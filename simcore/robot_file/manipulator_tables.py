@@ -116,7 +116,7 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("height", ROBOT_LENGTH, about="of the muzzle: the middle of a piece as it leaves", example=0.5),
     Key("forward", ROBOT_PLACE, 0.0, "of the muzzle, from the robot's center or the turret's axis", 0.15),
     Key("yaw_deg", DEGREES, 0.0, "where it shoots, with the turret at 0: 0 front, 90 left, 180 back", field="heading"),
-    Key("barrels", [ROBOT_PLACE], (0.0,), "places across, to the left"),
+    Key("barrels", Several(ROBOT_PLACE), (0.0,), "places across, to the left"),
     Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
     Key("compression", EFFICIENCY, 0.15, "share of its diameter by which a piece is squeezed"),

@@ -29,7 +29,7 @@ from simcore.robot.mechanisms import (
     RollerConfig,
     ServoConfig,
 )
-from simcore.robot.robot_config import MechanismConfig, telemetry_name
+from simcore.robot.robot_config import MechanismConfig, build_mechanism, telemetry_name
 from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
@@ -267,13 +267,7 @@ def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
     """Lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
     if isinstance(config, (FlywheelConfig, RollerConfig)):
         raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
-    if isinstance(config, (ArmConfig, ServoConfig)):
-        return config.min_angle, config.max_angle
-    if isinstance(config, ElevatorConfig):
-        return config.min_height / config.drum_radius, config.max_height / config.drum_radius
-    if isinstance(config, RackConfig):
-        return 0.0, config.travel / config.pinion_radius
-    return 0.0, config.stroke
+    return build_mechanism(config).stops
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:

@@ -126,7 +126,7 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
             PISTON.replace("[4, 5]", "[4, 4]"),
             "solenoid must be a channel from 0 to 15, or two: [forward, reverse]; got",
         ),
-        (PISTON.replace("[4, 5]", "'4'"), "solenoid must be a whole number from 0 to 15, or a list of such"),
+        (PISTON.replace("[4, 5]", "'4'"), "solenoid must be a whole number from 0 to 15, got '4'"),
         (PISTON.replace("CTREPCM", "PCM"), "module must be one of REVPH, CTREPCM, got 'PCM'. Did you mean 'CTREPCM'?"),
         (ENCODER, "mechanism must name a mechanism, but there is no [[mechanism]] in the file"),
         (HOOD + ENCODER.replace("[0, 1]", "[0]"), "[[sensor]] 'e': dio must be the two channels of the encoder"),
