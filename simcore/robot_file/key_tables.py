@@ -82,6 +82,10 @@ class Table:
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
+    def has(self, key: str) -> bool:
+        """Whether a key is there, and not switched off by false."""
+        return self._data.get(key, False) is not False
+
     def value(self, key: str, default: Any, wanted: str) -> Any:
         """The value of a key, of whatever type.
 
@@ -207,12 +211,12 @@ that is -0.61 m
     example: Any = None
     """In the template; None: the default."""
     field: str = ""
-    """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, unless the field
-    has `_deg` at its end, too."""
+    """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, also one in a row,
+    unless the field has `_deg` at its end, too."""
     is_guess: bool = False
     """Whether its default is a guess, which runs list as long as the file does not say it."""
     needs: tuple[str, str] | None = None
-    """Key that must be in the table, too, and how its value is written in the message."""
+    """Key that must be in the table, too, and not false; and how its value is written in the message."""
     refused: Mapping[str, str] | None = None
     """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
@@ -230,7 +234,7 @@ that is -0.61 m
                 raise t.error(self.name, f"must name {article}, but there is no {form.table} in the file")
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _form_text(form))
-        if self.needs and self.name in t and self.needs[0] not in t:
+        if self.needs and self.name in t and not t.has(self.needs[0]):
             raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
@@ -340,7 +344,7 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
         if not isinstance(value, list):
             raise t.error(key, f"must be {row_text(form)}, got {shown(value)}")
         require_row(t.where, key, value, form)
-        return tuple(float(v) for v in value)
+        return tuple(math.radians(v) if one.unit == "deg" else float(v) for v, one in zip(value, form, strict=True))
     if form is bool:
         if not isinstance(value, bool):
             raise t.error(key, f"must be true or false, got {shown(value)}")

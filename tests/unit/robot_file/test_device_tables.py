@@ -142,8 +142,8 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
             "at_height is not of this mechanism: it must be at_deg, or at = 'lower' or 'upper'",
         ),
         (BEAM, "dio is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead"),
-        (BEAM + "dio = 1\ncandi = 30", "dio and candi cannot both be: a switch is wired to one of them"),
-        (BEAM + "candi = 30", "pin is missing"),
+        (BEAM + "dio = 1\ncandi = 30\npin = 1", "dio and candi cannot both be: a switch is wired to one of them"),
+        (BEAM + "candi = 30", "candi needs pin = <1 or 2> beside it"),
         (
             BEAM + 'dio = 1\nsees = "storag"',
             "sees must be one of storage, claw, intake, shooter, got 'storag'. Did you",

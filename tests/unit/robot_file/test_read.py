@@ -194,8 +194,8 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got '50'"),
         ("[robot]\nmass = true", "mass must be a number from 20 to 75 kg, got True"),
         ("[robot]\nmass = nan", "mass must be a number from 20 to 75 kg, got nan"),
-        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing beside the other"),
-        ("[robot]\nbay_width = 0.3", "[robot]: bay_depth is missing beside the other"),
+        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_length needs bumper_width = <m> beside it"),
+        ("[robot]\nbay_width = 0.3", "[robot]: bay_width needs bay_depth = <m> beside it"),
         ("[robot]\nmass = 125", "[robot]: mass must be a number from 20 to 75 kg, got 125. As pounds that is 56.7 kg"),
         ("[robot]\nmass = 5", "[robot]: mass must be a number from 20 to 75 kg, got 5"),
         (
@@ -210,7 +210,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (ROLLER + INTAKE.replace("-0.6", "-24"), "x_min must be a number from -3 to 3 m, got -24. As inches"),
         (
             "[autos.left]\nstart = [1, 2]",
-            "start must be 3 numbers (m, m, deg), got [1, 2]; it is [x, y, heading_deg] as a blue robot",
+            "start must be 3 numbers (m, m, deg), got [1, 2]",
         ),
         ("[autos]\nleft = [1, 2, 3]", "[autos]: left must be a table, written [autos.'left'] on a line of its own"),
         ("[[storage]]\ncapacity = 3\n[[storage]]\ncapacity = 3", "[[storage]] '': name is used twice"),
@@ -222,11 +222,14 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ),
         (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
         (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
-        (ROLLER + '[[claw]]\nroller = "roller"', "[[claw]] 1: on is missing; it must be the mechanism that carries"),
+        (
+            ROLLER + '[[claw]]\nroller = "roller"',
+            "[[claw]] 1: on must name a mechanism, but there is no [[mechanism]] of kind",
+        ),
         (ROLLER + '[[component]]\nname = "a"', "[[component]] 'a': on is missing; it must be the mechanism that moves"),
         (
             ROLLER + ARM + '[[claw]]\non = "pivot"\nroller = "roller"\nhandover = [0.1, 0.0, 0.5]',
-            "[[claw]] 1: handover is where the storage hands pieces on; it needs from_storage = true beside it",
+            "[[claw]] 1: handover needs from_storage = true beside it",
         ),
         (ROLLER + '[[climber]]\non = "roller"', "on must name a mechanism, but there is no [[mechanism]] of kind arm,"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
@@ -410,7 +413,7 @@ def test_an_outlet_makes_a_hopper_of_a_storage(read):
     assert robot.storages[0].hopper == hopper
     assert read("[storage]\ncapacity = 9\n").storages[0].hopper is None
     for wrong, words in (
-        ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet_width is missing"),
+        ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet needs outlet_width = <m> beside it"),
         ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs outlet = <side> beside it"),
         (ROLLER + text.replace("'roller'", "'rolls'"), "belt must be"),
         (ROLLER + text.replace("30", "90"), r"\[\[storage\]\] 1: funnel_deg must be a number from 0 to 68 deg, got 90"),
