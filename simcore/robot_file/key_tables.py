@@ -105,10 +105,14 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """The tables of a list of tables; each is called by its name, where it has one."""
+        """Return the tables of a list of tables; each is called by its name, which no other has, where it has one."""
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
+        names = [v["name"] for v in value if "name" in v]
+        for name in names:
+            if names.count(name) > 1:
+                raise ConfigError(f"{self.where} [[{key}]] {name!r}: name is used twice; give each its own")
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,7 +98,6 @@ def read_settings(path: Path) -> RobotSettings:
     robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
     body, stand = ROBOT.read(robot), START.read(start)
     mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))
-    _require_own_names(file.where, "mechanism", (m.name for m in mechanisms))
     _require_own_devices(file.where, mechanisms)
     by_name = {m.name: m for m in mechanisms}
     carriers = require_chains(file.where, by_name)
@@ -108,8 +106,7 @@ def read_settings(path: Path) -> RobotSettings:
         for table in file.table_or_tables("storage")
     )
     rooms = [storage.name for storage in storages]
-    _require_own_names(file.where, "storage", rooms)
-    if "" in rooms[1:] or (len(rooms) > 1 and not rooms[0]):
+    if len(rooms) > 1 and "" in rooms:
         raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
     bumper = body.pop("bumper_length"), body.pop("bumper_width")
     bay = body.pop("bay_depth"), body.pop("bay_width")
@@ -146,10 +143,6 @@ def read_settings(path: Path) -> RobotSettings:
         cameras=cameras,
         headset=headset,
     )
-    _require_own_names(file.where, "component", (c.name for c in settings.components))
-    _require_own_names(file.where, "camera", (c.name for c in settings.cameras))
-    for role in ROLES:
-        _require_own_names(file.where, role, (one.name for one in settings.further_robots if one.role == role))
     for table in (robot, start, *autos.values(), file):
         table.finish()
     capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first
@@ -169,14 +162,6 @@ def _scatter(t: Table | None) -> Scatter | None:
         return replace(Scatter().scaled(scale), **{name: one for name, one in values.items() if one is not None})
     except ConfigError as error:
         raise ConfigError(f"{t.where}: {error}") from error
-
-
-def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise ConfigError(f"{where} [[{what}]] {name!r}: name is used twice; give each its own")
-        seen.add(name)
 
 
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:

@@ -213,7 +213,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
             "start must be 3 numbers (m, m, deg), got [1, 2]",
         ),
         ("[autos]\nleft = [1, 2, 3]", "[autos]: left must be a table, written [autos.'left'] on a line of its own"),
-        ("[[storage]]\ncapacity = 3\n[[storage]]\ncapacity = 3", "[[storage]] '': name is used twice"),
+        ("[[storage]]\ncapacity = 3\n[[storage]]\ncapacity = 3", "[[storage]]: give each of several storages a name"),
         ("[storage]\ncapacity = 3\nx_min = 0.5", "[storage]: x_min must be below x_max, got 0.5 and 0.15 m"),
         (ROLLER + INTAKE + 'storage = "front"', "storage must name a storage, but there is no [[storage]] in the file"),
         (
