@@ -110,7 +110,7 @@ class GuardedSink:
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
     """What to raise when `path`, a log or a page, cannot be written."""
-    example = Path("out") / ("run.wpilog" if kind == "log" else "run.png")
+    example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
         f"Give a file in a folder that you may write to, for example {str(example)!r}"
