@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Alliance", "BoolArray", "BoolSupplier", "FloatArray", "FloatSupplier", "IntArray", "alliance_in"]
+__all__ = ["Alliance", "BoolArray", "FloatArray", "FloatSupplier", "IntArray", "alliance_in"]
 
 Alliance: TypeAlias = Literal["blue", "red"]
 _ALLIANCES: tuple[Alliance, ...] = ("blue", "red")
@@ -19,8 +19,6 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 FloatSupplier: TypeAlias = Callable[[], float]
 """Called once a tick for one number."""
-BoolSupplier: TypeAlias = Callable[[], bool]
-"""Called once a tick for one fact."""
 
 
 def alliance_in(name: str) -> Alliance | None:

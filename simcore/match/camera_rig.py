@@ -91,7 +91,6 @@ class CameraRig:
         self._load_layout: Callable[[], TagLayout] | None = partial(tag_layout, tags, field_size)
         self._network = network
         self._draws = draws
-        self._carriers: list[Robot] = []
         self._sight = _WorldSight(world, [robot.chassis.row for robot in self._robots])
         for robot in self._robots:
             for config in robot.config.cameras:
@@ -117,7 +116,7 @@ class CameraRig:
         (rng,) = self._rng.spawn(1)
         camera = LimelightSim(config, self.layout, rng, robot=robot, tag_errors=self._tag_errors)
         self.cameras[config.name] = camera
-        self._carry(robot)
+        self._histories.setdefault(robot, PoseHistory())
         if self._network is not None and config.maker == "limelight":
             from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
 
@@ -138,7 +137,7 @@ class CameraRig:
         (rng,) = self._rng.spawn(1)
         headset = QuestHeadset(config, rng, robot=robot, ports=ports)
         self.headsets.append(headset)
-        self._carry(robot)
+        self._histories.setdefault(robot, PoseHistory())
         return headset
 
     def camera(self, name: str) -> LimelightSim:
@@ -150,12 +149,6 @@ class CameraRig:
         if name not in self.cameras:
             raise UnknownNameError("camera", name, self.cameras)
         return self.cameras[name]
-
-    def _carry(self, robot: int) -> None:
-        """Note from now on where a robot is."""
-        self._histories.setdefault(robot, PoseHistory())
-        if all(other.number != robot for other in self._carriers):
-            self._carriers.append(self._robots[robot])
 
     def listen(self, time: float) -> None:
         """Take what robot code wrote; call it right after robot code ran, at simulated time [s]."""
@@ -184,19 +177,18 @@ class CameraRig:
 
     def expose(self, time: float) -> None:
         """One tick, at its end [s]: note where robots are, expose what is due, publish what is ready."""
-        if not self._carriers:
+        if not self._histories:
             return
         scene = CameraScene(
-            robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
             pieces=self._pieces.state.pos,
             is_there=self._pieces.is_on_field,
-            piece_radius=self._pieces.radius,
+            radii=self._pieces.radius,
             class_names=tuple(kind.name.lower() for kind in self._pieces.types),
             class_ids=self._class_ids,
             sight=self._sight,
         )
         for number, history in self._histories.items():
-            history.add(time, *scene.robots[number])
+            history.add(time, self._robots[number].chassis.pos, self._robots[number].chassis.quat)
         for camera in self.cameras.values():
             camera.update(time, self._histories[camera.robot], scene)
         for headset in self.headsets:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -56,48 +55,24 @@ class PublishedMatch(PlayedMatch, Protocol):
         """Pieces that scored, by zone, and the rules' breakdown."""
 
 
-@dataclass
-class _Rows:
-    """What a snapshot is made of."""
-
-    poses: dict[str, FloatArray] = field(default_factory=dict)
-    pose_arrays: dict[str, FloatArray] = field(default_factory=dict)
-    doubles: dict[str, float] = field(default_factory=dict)
-    integers: dict[str, int] = field(default_factory=dict)
-    booleans: dict[str, bool] = field(default_factory=dict)
-    integer_arrays: dict[str, IntArray] = field(default_factory=dict)
-    state_arrays: dict[str, FloatArray] = field(default_factory=dict)
-    strings: dict[str, str] = field(default_factory=dict)
-
-    def add(self, key: str, value: float | int | bool | str) -> None:
-        """Sort a value in by its type."""
-        if isinstance(value, bool):
-            self.booleans[key] = value
-        elif isinstance(value, int):
-            self.integers[key] = value
-        elif isinstance(value, float):
-            self.doubles[key] = value
-        else:
-            self.strings[key] = value
-
-
 def build_snapshot(match: PublishedMatch) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
-    rows = _Rows()
+    rows = Snapshot(time=match.time, tick=match.ticks - 1)
     _add_pieces(rows, match)
     _add_match(rows, match)
     if match.hanging:
         bodies = [(*body.pos, body.quat[3], *body.quat[:3]) for body in match.hanging]
         rows.pose_arrays["Sim/Hanging"] = _rounded(np.array(bodies))
-    rows.pose_arrays |= {key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()}
+    rows.pose_arrays.update({key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()})
     for robot in match.robots:
         _add_robot(rows, robot, match.alliances[robot.number], match.record.robots[robot.number])
+    by_type: Any = ((bool, rows.booleans), (int, rows.integers), (float, rows.doubles), (str, rows.strings))
     for key, value in match.rules.telemetry().items():
-        rows.add(key, value)
-    return Snapshot(time=match.time, tick=match.ticks - 1, **vars(rows))
+        next(values for kind, values in by_type if isinstance(value, kind))[key] = value
+    return rows
 
 
-def _add_pieces(rows: _Rows, match: PublishedMatch) -> None:
+def _add_pieces(rows: Snapshot, match: PublishedMatch) -> None:
     pieces = match.pieces
     flying = match.record.flying
     held, carried = _carried(match)
@@ -166,13 +141,14 @@ def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     return ids
 
 
-def _add_match(rows: _Rows, match: PublishedMatch) -> None:
+def _add_match(rows: Snapshot, match: PublishedMatch) -> None:
     timer, score, record = match.timer, match.score, match.record
-    rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
+    integers, integer_arrays = rows.integers, rows.integer_arrays
+    rows.doubles.update({"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining})
     rows.strings["Sim/Match/Game"] = match.game.name
     rows.strings["Sim/Match/Period"] = timer.phase.name
     rows.booleans["Sim/Match/Enabled"] = timer.is_enabled
-    rows.integers |= {
+    integers |= {
         "Sim/Score/Total": score.total,
         "Sim/Score/Red": score.red,
         "Sim/Score/Blue": score.blue,
@@ -186,7 +162,7 @@ def _add_match(rows: _Rows, match: PublishedMatch) -> None:
         "Sim/TakenIn": len(record.taken_in),
     }
     columns = record.columns
-    rows.integer_arrays |= {
+    integer_arrays |= {
         "Sim/ShotIds": columns.shot_ids,
         "Sim/ShotRobots": columns.shot_robots,
         "Sim/ShotHits": columns.shot_hits,
@@ -197,7 +173,7 @@ def _add_match(rows: _Rows, match: PublishedMatch) -> None:
         rows.strings["Sim/Failure"] = record.failure
     if record.warnings:
         rows.strings["Sim/Warnings"] = "\n".join(record.warnings)
-    rows.integers |= {f"Sim/Score/{name}": count for name, count in match.score_counts.items()}
+    rows.integers.update({f"Sim/Score/{name}": count for name, count in match.score_counts.items()})
     if fouls := match.tracker.fouls:
         rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
     for level, total in match.pieces.places.totals().items():
@@ -209,7 +185,7 @@ def _add_match(rows: _Rows, match: PublishedMatch) -> None:
         rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)
 
 
-def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance, record: RobotRecord) -> None:
+def _add_robot(rows: Snapshot, robot: Robot, alliance: Alliance, record: RobotRecord) -> None:
     prefix = robot_prefix(robot.number)
     x, y, z, w = robot.chassis.quat
     rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded_pose(*robot.chassis.pos, w, x, y, z)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -246,7 +246,6 @@ class RunRecord:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
         self._columns: RecordColumns | None = None
-        self._ids, self._robots, self._ticks, self._places = (_Column() for _ in range(4))
 
     # --- what a match notes -----------------------------------------------------------------------------------------
 
@@ -327,46 +326,19 @@ class RunRecord:
     def columns(self) -> RecordColumns:
         """For telemetry; the same object until something happens."""
         if self._columns is None:
-            shots, taken_in = self.shots, self.taken_in
-            new = shots[len(self._ids) :]
-            self._ids.extend([shot.slot for shot in new])
-            self._robots.extend([shot.robot for shot in new])
-            self._ticks.extend([round(shot.time / self._tick) for shot in new])
-            more = taken_in[len(self._places) // 2 :]
-            self._places.extend([round(1e3 * place) for one in more for place in one.place[:2]])
-            hits = np.fromiter((shot.scored for shot in shots), np.int64, len(shots))
-            hits.setflags(write=False)
+            shots = self.shots
+            places = [round(1e3 * place) for one in self.taken_in for place in one.place[:2]]
             self._columns = RecordColumns(
-                shot_ids=self._ids.rows,
-                shot_robots=self._robots.rows,
-                shot_hits=hits,
-                shot_ticks=self._ticks.rows,
-                taken_places=self._places.rows,
+                shot_ids=_column(shot.slot for shot in shots),
+                shot_robots=_column(shot.robot for shot in shots),
+                shot_hits=_column(shot.scored for shot in shots),
+                shot_ticks=_column(round(shot.time / self._tick) for shot in shots),
+                taken_places=_column(places),
             )
         return self._columns
 
 
-class _Column:
-    """A column that only grows; what was read of it stays as it was."""
-
-    def __init__(self) -> None:
-        self._buffer: IntArray = np.zeros(64, dtype=np.int64)
-        self._count = 0
-
-    def __len__(self) -> int:
-        return self._count
-
-    def extend(self, values: Sequence[int]) -> None:
-        """Add rows at the end."""
-        count = self._count + len(values)
-        if count > len(self._buffer):
-            self._buffer = np.append(self._buffer, np.zeros(max(count, len(self._buffer)), dtype=np.int64))
-        self._buffer[self._count : count] = values
-        self._count = count
-
-    @property
-    def rows(self) -> IntArray:
-        """All rows, read-only."""
-        rows = self._buffer[: self._count]
-        rows.setflags(write=False)
-        return rows
+def _column(values: Iterable[int]) -> IntArray:
+    column = np.fromiter(values, np.int64)
+    column.setflags(write=False)
+    return column

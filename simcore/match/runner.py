@@ -8,9 +8,8 @@ from __future__ import annotations
 import gc
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -310,13 +309,7 @@ def play_auto(
     *,
     alliance: Alliance = "blue",
     seconds: float | None = None,
-    seed: int = 0,
     robot: RobotConfig | None = None,
-    options: Iterable[str] = (),
-    field_mesh: Path | None = None,
-    sinks: Sequence[TelemetrySink] = (),
-    on_tick: Callable[[Match], None] | None = None,
-    should_stop: Callable[[], bool] = lambda: False,
     **settings: Any,
 ) -> AutoRun:
     """Play an auto.
@@ -326,14 +319,8 @@ def play_auto(
         auto: What the robot does, or its name; None: the game's first.
         alliance: Whose robot; a red one does the same under the field's symmetry.
         seconds: How long, simulated [s]; None: as long as the game's auto.
-        seed: Of everything left to chance.
         robot: In place of the game's own.
-        options: Of the game that are on.
-        field_mesh: An OBJ of the field in place of the game's own.
-        sinks: Who wants telemetry.
-        on_tick: Called after each tick, e.g. for a progress bar.
-        should_stop: Asked before each tick; True ends the run early, with everything up to there.
-        settings: Further arguments of `Match`.
+        settings: Further arguments of `play_robots` and `Match`, e.g. `seed` and `sinks`.
 
     Returns:
         The run.
@@ -352,12 +339,6 @@ def play_auto(
         lambda match: match.set_controller(0, chosen.controller(match, alliance)),
         name=chosen.name,
         seconds=length,
-        seed=seed,
-        options=options,
-        field_mesh=field_mesh,
-        sinks=sinks,
-        on_tick=on_tick,
-        should_stop=should_stop,
         **settings,
     )
 
@@ -384,9 +365,9 @@ def play_robots(
         name: Of the run, in its report.
         seconds: How long, simulated [s].
         players: Who plays each robot of a whole match, for the report.
-        sinks: As in `play_auto`.
-        on_tick: The same.
-        should_stop: The same.
+        sinks: Who wants telemetry; they are closed if the match cannot be.
+        on_tick: Called after each tick, e.g. for a progress bar.
+        should_stop: Asked before each tick; True ends the run early, with everything up to there.
         settings: Further arguments of `Match`.
     """
     start = perf_counter()

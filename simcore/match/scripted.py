@@ -319,14 +319,11 @@ class ScriptedRobot:
             near = places[inside & (places[:, 2] < _LYING)]
             if not len(near) or robot.storage.room == 0:
                 break
-            here_x, here_y, heading = self.pose
+            here_x, here_y, _ = self.pose
             away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)
             goal_x, goal_y, _ = near[int(np.argmin(away))]
-            goal_y = min(max(goal_y, middle - aside), middle + aside)
-            dx, dy = goal_x + back - here_x, goal_y - here_y
-            ahead = math.hypot(dx, dy)
-            pace = min(speed, self._braking_speed(ahead)) / max(ahead, 1e-9)
-            self.accelerate_to(pace * dx, pace * dy, wrap_angle(yaw - heading))
+            goal = goal_x + back, min(max(goal_y, middle - aside), middle + aside)
+            self.steer_along([goal], yaw, speed=speed)
             yield
         self.stop()
         yield

@@ -179,7 +179,7 @@ def pipeline_result(frame: Frame, stamp: int) -> Any:
 
 
 def _tag(tag: TagSighting) -> Any:
-    best, other = (_transform(pose) for pose in tag.poses) if tag.poses is not None else (Transform3d(), Transform3d())
+    best, other = (_transform(pose) for pose in tag.poses)
     return PhotonTrackedTarget(
         yaw=tag.tx_deg,
         pitch=tag.ty_deg,

@@ -207,7 +207,7 @@ _BEYOND = 0.35  # [m] that a robot drives on over the pieces that it collects
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Skill:
     """How well somebody plays, and how good a robot it has. Where the numbers come from: docs/whole_match.md."""
 
@@ -231,26 +231,11 @@ class Skill:
     """How much a heap counts over a single piece that is nearer: 0 not at all, 1 by its pieces."""
 
 
-def _skill(*numbers: float) -> Skill:
-    speed, collecting, aim, shot_speed, load, shot_rate, reaction, foresight, planning = numbers
-    return Skill(
-        speed=speed,
-        collecting_speed=collecting,
-        aim=degrees(aim),
-        shot_speed=shot_speed,
-        load=round(load),
-        shot_rate=shot_rate,
-        reaction=reaction,
-        foresight=foresight,
-        planning=planning,
-    )
-
-
 SKILLS = (
-    _skill(1.2, 0.6, 6.0, 0.15, 6, 1.4, 1.0, 0.0, 0.0),
-    _skill(1.6, 0.8, 4.5, 0.11, 9, 2.2, 0.6, 2.0, 0.4),
-    _skill(2.0, 1.0, 3.0, 0.08, 12, 2.8, 0.4, 4.0, 0.7),
-    _skill(2.6, 1.2, 1.5, 0.04, 16, 4.0, 0.2, 6.0, 1.0),
+    Skill(1.2, 0.6, degrees(6.0), 0.15, 6, 1.4, 1.0, 0.0, 0.0),
+    Skill(1.6, 0.8, degrees(4.5), 0.11, 9, 2.2, 0.6, 2.0, 0.4),
+    Skill(2.0, 1.0, degrees(3.0), 0.08, 12, 2.8, 0.4, 4.0, 0.7),
+    Skill(2.6, 1.2, degrees(1.5), 0.04, 16, 4.0, 0.2, 6.0, 1.0),
 )
 """Of levels 1 to 4: a first match, a usual one, a good one, the best."""
 

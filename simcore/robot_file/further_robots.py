@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -136,9 +135,6 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
         raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):
         raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
-    if v["start"] is not None:
-        x, y, heading = v["start"]
-        v["start"] = (x, y, math.radians(heading))
     return FurtherRobot(**v, role=role, where=t.where, folder=folder)
 
 

@@ -49,10 +49,6 @@ def read_toml(path: Path) -> dict[str, Any]:
         comma = re.search(r"^[^#\"'\[]*=\s*(\d+),(\d+)\s*(#.*)?$", text, re.MULTILINE)
         hint = f"; decimals take a point: {comma[1]}.{comma[2]}" if comma else ""
         raise ConfigError(f"{path.name}: is no valid TOML: {error}{hint}") from error
-    except RecursionError as error:
-        raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
-    except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
-        raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
 
 
 class Table:
@@ -82,6 +78,10 @@ class Table:
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
+    def has(self, key: str) -> bool:
+        """Whether a key is there, and not switched off by false."""
+        return self._data.get(key, False) is not False
+
     def value(self, key: str, default: Any, wanted: str) -> Any:
         """The value of a key, of whatever type.
 
@@ -105,10 +105,14 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """The tables of a list of tables; each is called by its name, where it has one."""
+        """Return the tables of a list of tables; each is called by its name, which no other has, where it has one."""
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
+        names = [v["name"] for v in value if "name" in v]
+        for name in names:
+            if names.count(name) > 1:
+                raise ConfigError(f"{self.where} [[{key}]] {name!r}: name is used twice; give each its own")
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
@@ -207,12 +211,12 @@ that is -0.61 m
     example: Any = None
     """In the template; None: the default."""
     field: str = ""
-    """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, unless the field
-    has `_deg` at its end, too."""
+    """Of the config that it goes to; empty: its own name. An angle in degrees goes there in radians, also one in a row,
+    unless the field has `_deg` at its end, too."""
     is_guess: bool = False
     """Whether its default is a guess, which runs list as long as the file does not say it."""
     needs: tuple[str, str] | None = None
-    """Key that must be in the table, too, and how its value is written in the message."""
+    """Key that must be in the table, too, and not false; and how its value is written in the message."""
     refused: Mapping[str, str] | None = None
     """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
@@ -229,8 +233,8 @@ that is -0.61 m
                 article = "a storage" if form.kind == "storage" else "a mechanism"
                 raise t.error(self.name, f"must name {article}, but there is no {form.table} in the file")
             form = Several(known) if form.many else known
-        value = t.value(self.name, self.default, _wanted(form))
-        if self.needs and self.name in t and self.needs[0] not in t:
+        value = t.value(self.name, self.default, _form_text(form))
+        if self.needs and self.name in t and not t.has(self.needs[0]):
             raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
@@ -332,15 +336,15 @@ def toml(value: Any) -> str:
 
 
 def _one(t: Table, key: str, value: Any, form: Any) -> Any:
-    """A value that is no list of names."""
+    """Return a value that is no list of any length."""
     if isinstance(form, Quantity):
         require(t.where, key, value, form)
         return value if form.is_whole else float(value)
-    if isinstance(form, list) or (isinstance(form, tuple) and form and not isinstance(form[0], str)):
-        if not (isinstance(value, list) and value):
+    if isinstance(form, tuple) and form and not isinstance(form[0], str):
+        if not isinstance(value, list):
             raise t.error(key, f"must be {row_text(form)}, got {shown(value)}")
         require_row(t.where, key, value, form)
-        return tuple(float(v) for v in value)
+        return tuple(math.radians(v) if one.unit == "deg" else float(v) for v, one in zip(value, form, strict=True))
     if form is bool:
         if not isinstance(value, bool):
             raise t.error(key, f"must be true or false, got {shown(value)}")
@@ -358,45 +362,23 @@ def _one(t: Table, key: str, value: Any, form: Any) -> Any:
 
 
 def _several(t: Table, key: str, value: Any, form: Several) -> tuple[Any, ...]:
-    """A list, or one value where that may stand alone."""
-    values, of = value if isinstance(value, list) else [value], form.of
-    if isinstance(of, Quantity) and not of.is_whole:
-        return tuple(_one(t, key, values, [of])) if isinstance(value, list) else (_one(t, key, value, of),)
-    if isinstance(of, Quantity):
-        good = isinstance(value, list) or form.or_one
-        if not good or (form.or_one and not values) or any(type(v) is not int or of.problem(v) for v in values):
-            wanted = _wanted(form) + (";" if form.or_one else ",")
-            raise t.error(key, f"must be {wanted} got {shown(value)}")
-        return tuple(values)
-    if of is DeviceAddress:
-        if not isinstance(value, list):
-            raise t.error(key, f"must be {_wanted(form)}, got {shown(value)}")
-        return tuple(_one(t, key, v, of) for v in values)
-    if not values or not all(isinstance(v, str) and v.strip() for v in values):
-        raise t.error(key, f"must be a text in quotes, or a list of such; got {shown(value)}")
-    return tuple(values) if of is str else tuple(_one(t, key, v, of) for v in values)
-
-
-def _wanted(form: Any) -> str:
-    """What a value must be, for a message."""
-    if isinstance(form, Several) and isinstance(form.of, tuple):
-        return f"one or more of {', '.join(form.of)}"
-    if isinstance(form, Several) and isinstance(form.of, Quantity) and form.of.is_whole:
-        whole = str(form.of)
-        if form.or_one:
-            return f"{whole}, or a list of such, e.g. [0, 1]"
-        return f"a list of {whole.removeprefix('a ').replace('number', 'numbers')}, e.g. [21, 22]"
-    is_choice = isinstance(form, tuple) and all(isinstance(one, str) for one in form)
-    return "a text in quotes" if is_choice else _form_text(form)
+    """Return the values of a list, or one where that may stand alone."""
+    is_list = isinstance(value, list)
+    if (not is_list and not form.or_one) or (value == [] and form.or_one):
+        raise t.error(key, f"must be {form}; got {shown(value)}")
+    if not is_list:
+        return (_one(t, key, value, form.of),)
+    return tuple(_one(t, f"{key}[{number}]", one, form.of) for number, one in enumerate(value))
 
 
 def _form_text(form: Any) -> str:
+    """Describe what a value must be, for messages and the documentation."""
     if form is bool:
         return "true or false"
     if form is str:
         return "a text in quotes"
     if form is DeviceAddress:
         return DeviceAddress.FORM
-    if isinstance(form, tuple) and isinstance(form[0], str):
-        return ", ".join(form)
-    return row_text(form) if isinstance(form, tuple | list) else str(form)
+    if isinstance(form, tuple) and all(isinstance(one, str) for one in form):
+        return f"one of {', '.join(form)}"
+    return row_text(form) if isinstance(form, tuple) else str(form)

@@ -66,7 +66,7 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
     Key("order", ("fifo", "lifo"), _ROOM.order, "lifo is a stack"),
     *_box("room where held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
     Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the room one "
-        "by one; left out: they are a list", "front"),
+        "by one; left out: they are a list", "front", needs=("outlet_width", "<m>")),
     Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below two diameters two pieces can jam", 0.4,
         needs=_OUTLET),
     Key("outlet_height", ROBOT_LENGTH, None, "left out: as the width", 0.2, needs=_OUTLET),
@@ -116,7 +116,7 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("height", ROBOT_LENGTH, about="of the muzzle: the middle of a piece as it leaves", example=0.5),
     Key("forward", ROBOT_PLACE, 0.0, "of the muzzle, from the robot's center or the turret's axis", 0.15),
     Key("yaw_deg", DEGREES, 0.0, "where it shoots, with the turret at 0: 0 front, 90 left, 180 back", field="heading"),
-    Key("barrels", [ROBOT_PLACE], (0.0,), "places across, to the left"),
+    Key("barrels", Several(ROBOT_PLACE), (0.0,), "places across, to the left"),
     Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
     Key("compression", EFFICIENCY, 0.15, "share of its diameter by which a piece is squeezed"),
@@ -126,7 +126,7 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     _KINDS,
 ))  # fmt: skip
 CLAW = KeyTable("[[claw]]", "holds one piece at the end of what carries it", (
-    Key("on", _CARRIER, None, 'needed: a mechanism; an arm on an elevator has on = "lift" itself', "arm"),
+    Key("on", _CARRIER, about='a mechanism; an arm on an elevator has on = "lift" itself', example="arm"),
     Key("x", ROBOT_PLACE, 0.0, "middle of the held piece from that joint, with all joints at 0", 0.35),
     *_PLACES,
     Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "of the box around it in which pieces are taken"),
@@ -135,11 +135,12 @@ CLAW = KeyTable("[[claw]]", "holds one piece at the end of what carries it", (
     *(Key(f"{axis}_deg", DEGREES, 0.0, "of the held piece", field=axis) for axis in ("roll", "pitch", "yaw")),
     Key("from_storage", bool, False, "whether the storage hands pieces on to it", True),
     Key("storage", _STORAGE, "", "which; left out: the first", "front"),
-    Key("handover", (ROBOT_PLACE,) * 3, None, "where: its box must be there; left out: anywhere", [0.1, 0.0, 0.5]),
+    Key("handover", (ROBOT_PLACE,) * 3, None, "where: its box must be there; left out: anywhere", [0.1, 0.0, 0.5],
+        needs=("from_storage", "true")),
     _KINDS,
 ))  # fmt: skip
 CLIMBER = KeyTable("[[climber]]", "a hook that comes down on a rung of the field, and pulls the robot up", (
-    Key("on", _CARRIER, None, "needed: the mechanism that pulls it", "climb"),
+    Key("on", _CARRIER, about="the mechanism that pulls it", example="climb"),
     Key("x", ROBOT_PLACE, 0.0, "inside of the hook from that joint, with all joints at 0"),
     *_PLACES,
     Key("reach", WHEEL_RADIUS, 0.04, "half of the hook's mouth"),
@@ -167,8 +168,6 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
     low, high = _corners(t, v)
     own = {key: v.pop(key) for key in [field.name for field in fields(HopperConfig)]}
     if own["outlet"] is not None:
-        if own["outlet_width"] is None:
-            raise t.error("outlet_width", 'is missing; an outlet needs it, e.g. "outlet_width = 0.4"')
         v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
     room = capacity if v["capacity"] is None else v["capacity"]
     if room is None:
@@ -223,10 +222,6 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
     """What holds one piece at the end of what carries it."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
-    if not joints:
-        raise t.error("on", "is missing; it must be the mechanism that carries the claw: an arm, elevator or rack")
-    if v["handover"] is not None and not v["from_storage"]:
-        raise t.error("handover", "is where the storage hands pieces on; it needs from_storage = true beside it")
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
     x, y, z = offset
     attitude = from_rpy(v.pop("roll"), v.pop("pitch"), v.pop("yaw"))
@@ -237,10 +232,7 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
     """A hook at the end of what carries it."""
     v = _read(CLIMBER, t, names)
-    joints = joints_to(v["on"], mechanisms)
-    if not joints:
-        raise t.error("on", "is missing; it must be the mechanism that pulls the hook: an elevator or an arm")
-    return ClimberConfig(joints=joints, offset=_offset(v), reach=v["reach"])
+    return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:

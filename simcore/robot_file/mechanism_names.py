@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import re
-import types
-from typing import Any
 
-__all__ = ["holder_of", "mechanism_kind", "mechanism_name"]
+__all__ = ["mechanism_kind", "mechanism_name"]
 
 _OF_MOTORS = {
     *("motor", "motors", "talon", "talonfx", "fx", "fxs", "spark", "max", "flex", "controller", "device", "leader"),
@@ -31,21 +28,22 @@ _KINDS: dict[str, tuple[str, ...]] = {
 """The first kind whose word is in a name: `intake_pivot` is an arm."""
 
 
-def mechanism_name(attribute: str, owner: str = "") -> str:
-    """A name in snake case without what says that it is a motor; empty if nothing is left.
+def mechanism_name(path: str) -> str:
+    """Return a name in snake case without the words for a motor; empty if nothing is left.
 
     Args:
-        attribute: Of the motor in robot code.
-        owner: Class or module that has it, which is named where the attribute says a side alone.
+        path: Attributes that lead to the motor from the robot; its owners are named where the last one says a side
+            alone.
 
-    >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("m_wristTalonFX")
+    >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("arms.m_wristTalonFX")
     ('feeder1', 'shooter_top', 'wrist')
-    >>> mechanism_name("motor", "IntakeSubsystem"), mechanism_name("_left_motor", "Climber"), mechanism_name("motor")
-    ('intake', 'climber_left', '')
+    >>> mechanism_name("container.intake_subsystem.motors.0"), mechanism_name("climber.io._left_motor")
+    ('intake', 'climber_left')
     """
+    *owners, attribute = (part for part in path.split(".") if not part.isdecimal())
     words = [word for word in _words(attribute) if word not in _OF_MOTORS]
-    if not set(words) - _SIDES:
-        words = [word for word in _words(owner) if word not in _OF_CLASSES and word not in words] + words
+    while owners and not set(words) - _SIDES:
+        words = [word for word in _words(owners.pop()) if word not in _OF_CLASSES | _OF_MOTORS | {*words}] + words
     return "_".join(words) if set(words) - _SIDES else ""
 
 
@@ -57,28 +55,6 @@ def mechanism_kind(name: str) -> str:
     """
     words = set(re.findall(r"[a-z]+", name))
     return next((kind for kind, those in _KINDS.items() if words.intersection(those)), "roller")
-
-
-def holder_of(device: Any) -> tuple[str, str]:
-    """The attribute that holds a device, and the class or module that has the attribute; empty where none does."""
-    found: list[tuple[str, str]] = []
-    for owner in gc.get_referrers(device):
-        names = owner if isinstance(owner, dict) else getattr(owner, "__dict__", {})
-        name = next((key for key, value in list(names.items()) if value is device and isinstance(key, str)), "")
-        if name:
-            found.append((name, _owner_name(owner)))
-    return max(found, key=lambda pair: bool(mechanism_name(*pair)), default=("", ""))
-
-
-def _owner_name(owner: Any) -> str:
-    """Of a namespace or the object that has it."""
-    if isinstance(owner, dict):
-        if "__name__" in owner or "__qualname__" in owner:
-            return str(owner.get("__qualname__", owner.get("__name__"))).rsplit(".", 1)[-1]
-        owners = [other for other in gc.get_referrers(owner) if getattr(other, "__dict__", None) is owner]
-        return _owner_name(owners[0]) if owners else ""
-    named = owner if isinstance(owner, (type, types.ModuleType)) else type(owner)
-    return str(named.__name__).rsplit(".", 1)[-1]
 
 
 def _words(name: str) -> list[str]:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import Pose
 from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES
@@ -49,10 +46,12 @@ TOP = KeyTable("at the top", "of the whole file", (
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
-    Key("bumper_length", _BUMPER, None, "outside of the bumpers, along x; left out: 15 cm beyond the wheels", 0.8),
-    Key("bumper_width", _BUMPER, None, "along y", 0.8),
-    Key("bay_depth", _BAY, None, "opening in the back for what a climber hangs on; left out: none", 0.5),
-    Key("bay_width", _BAY, None, "", 0.3),
+    Key("bumper_length", _BUMPER, None, "outside of the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
+        needs=("bumper_width", "<m>")),
+    Key("bumper_width", _BUMPER, None, "along y", 0.8, needs=("bumper_length", "<m>")),
+    Key("bay_depth", _BAY, None, "opening in the back for what a climber hangs on; left out: none", 0.5,
+        needs=("bay_width", "<m>")),
+    Key("bay_width", _BAY, None, "", 0.3, needs=("bay_depth", "<m>")),
     Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
     Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "friction of the wheels on carpet, along them: "
         "1.83 new blue nitrile, 1.76 HiGrip (team 1640, tilting table); worn ones less", field="wheel_cof"),
@@ -99,7 +98,6 @@ def read_settings(path: Path) -> RobotSettings:
     robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
     body, stand = ROBOT.read(robot), START.read(start)
     mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))
-    _require_own_names(file.where, "mechanism", (m.name for m in mechanisms))
     _require_own_devices(file.where, mechanisms)
     by_name = {m.name: m for m in mechanisms}
     carriers = require_chains(file.where, by_name)
@@ -108,12 +106,12 @@ def read_settings(path: Path) -> RobotSettings:
         for table in file.table_or_tables("storage")
     )
     rooms = [storage.name for storage in storages]
-    _require_own_names(file.where, "storage", rooms)
-    if "" in rooms[1:] or (len(rooms) > 1 and not rooms[0]):
+    if len(rooms) > 1 and "" in rooms:
         raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
-    for pair in ("bumper", "bay"):
-        body[pair] = _both(robot, body, pair)
+    bumper = body.pop("bumper_length"), body.pop("bumper_width")
+    bay = body.pop("bay_depth"), body.pop("bay_width")
     cameras, headset = read_cameras(file)
+    autos = file.named_tables("autos")
     names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
     drivetrain = read_drivetrain(file.table("drivetrain"))
     for key in ("drive_motor", "steer_motor"):
@@ -122,6 +120,8 @@ def read_settings(path: Path) -> RobotSettings:
     settings = RobotSettings(
         **top,
         **body,
+        bumper=None if None in bumper else bumper,
+        bay=None if None in bay else bay,
         drivetrain=drivetrain,
         given=frozenset(key for key in ("mass", "tread") if key in robot),
         scatter=_scatter(file.table("scatter")),
@@ -135,7 +135,7 @@ def read_settings(path: Path) -> RobotSettings:
         climbers=tuple(read_climber(table, by_name, names) for table in file.table_or_tables("climber")),
         components=tuple(read_component(table, by_name, names) for table in file.tables("component")),
         moving_masses=moving_masses(by_name),
-        auto_starts={name: _auto_start(table) for name, table in file.named_tables("autos").items()},
+        auto_starts={name: AUTOS.read(table)["start"] for name, table in autos.items()},
         sensors=read_sensors(file.tables("sensor"), {m.name: m.config for m in mechanisms}),
         further_robots=tuple(
             read_further_robot(table, role, path.parent) for role in ROLES for table in file.tables(role)
@@ -143,28 +143,12 @@ def read_settings(path: Path) -> RobotSettings:
         cameras=cameras,
         headset=headset,
     )
-    _require_own_names(file.where, "component", (c.name for c in settings.components))
-    _require_own_names(file.where, "camera", (c.name for c in settings.cameras))
-    for role in ROLES:
-        _require_own_names(file.where, role, (one.name for one in settings.further_robots if one.role == role))
-    for table in (robot, start, file):
+    for table in (robot, start, *autos.values(), file):
         table.finish()
     capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first
     if capacity is not None and settings.preload > capacity:
         raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
-
-
-def _both(t: Table, values: dict[str, float | None], what: str) -> tuple[float, float] | None:
-    """Two lengths that a table has both of, or neither [m]."""
-    names = [name for name in values if name.startswith(f"{what}_") and name != "bumper_friction"]
-    first, second = (values.pop(name) for name in names)
-    if first is not None and second is not None:
-        return first, second
-    if first is None and second is None:
-        return None
-    missing = names[0] if first is None else names[1]
-    raise t.error(missing, "is missing beside the other; it must be a length in meters")
 
 
 def _scatter(t: Table | None) -> Scatter | None:
@@ -178,23 +162,6 @@ def _scatter(t: Table | None) -> Scatter | None:
         return replace(Scatter().scaled(scale), **{name: one for name, one in values.items() if one is not None})
     except ConfigError as error:
         raise ConfigError(f"{t.where}: {error}") from error
-
-
-def _auto_start(t: Table) -> Pose:
-    try:
-        x, y, heading = AUTOS.read(t)["start"]
-    except ConfigError as error:
-        raise ConfigError(f"{error}; it is [x, y, heading_deg] as a blue robot, e.g. [2.0, 1.2, 0.0]") from error
-    t.finish()
-    return x, y, math.radians(heading)
-
-
-def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise ConfigError(f"{where} [[{what}]] {name!r}: name is used twice; give each its own")
-        seen.add(name)
 
 
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:

@@ -17,7 +17,6 @@ import numpy as np
 from simcore.geometry.footprints import box_corners
 from simcore.geometry.linkage import part_pose
 from simcore.geometry.rotation import rotate
-from simcore.geometry.zones import BoxZone, CylinderZone, Zone
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
@@ -32,7 +31,7 @@ from simcore.robot.mechanisms import (
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
-from simcore.robot_file.known_shot import elevations, goals_of
+from simcore.robot_file.known_shot import goal_of, needed_speeds
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
 
@@ -40,8 +39,8 @@ if TYPE_CHECKING:
     from simcore.match.game import Game
 
 __all__ = [
-    "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "reading_unit",
-    "run_findings", "run_mechanism", "shot_reach", "speed_text",
+    "CodeView", "MechanismRun", "RobotFinding", "findings", "intake_zone", "reading_unit", "run_findings",
+    "run_mechanism", "speed_text", "top_exit_speed",
 ]  # fmt: skip
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
@@ -60,20 +59,6 @@ class RobotFinding:
 
 
 _note = partial(RobotFinding, is_wrong=False)
-
-
-@dataclass(frozen=True, slots=True)
-class ShotReach:
-    """What a shooter can do at best: wheels at their free speed at 12 V, no air."""
-
-    speed: float
-    """Of the piece [m/s]."""
-    elevations: tuple[float, float]
-    """Lowest and highest that the hood gives [rad]."""
-    rise: float
-    """Highest place of a shot above the floor [m]."""
-    distance: float
-    """Farthest place at the muzzle's height [m]."""
 
 
 VOLTS, SECONDS, _STEP = 12.0, 1.0, 0.002
@@ -334,13 +319,9 @@ def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game 
         )
 
 
-def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
-    """Return what a shooter can do at best."""
-    speed = shooter.exit_speed(_free_speeds(shooter, config))
-    steps = np.linspace(*elevations(shooter, config), 46)
-    rise = shooter.launch.height + float(np.max(np.clip(speed * np.sin(steps), 0.0, None) ** 2)) / (2.0 * GRAVITY)
-    distance = speed * speed * float(np.max(np.abs(np.sin(2.0 * steps)))) / GRAVITY
-    return ShotReach(speed, (float(steps[0]), float(steps[-1])), rise, distance)
+def top_exit_speed(shooter: ShooterConfig, config: RobotConfig) -> float:
+    """Return the speed of a piece from wheels at their free speed at 12 V [m/s]."""
+    return shooter.exit_speed(_free_speeds(shooter, config))
 
 
 def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
@@ -362,26 +343,19 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return
-    reach, zones = shot_reach(shooter, config), [] if game is None else goals_of(shooter, game)
-    goals = {zone.name: _entry(zone.zone, downward=zone.downward) for zone in zones}
-    if goals and min(goals.values()) > reach.rise:
-        goal = min(goals, key=goals.__getitem__)
+    goal = None if game is None else goal_of(shooter, game)
+    needs = [] if game is None or goal is None else needed_speeds(shooter, config, game)
+    speed, least = top_exit_speed(shooter, config), min((need.speed for need in needs), default=0.0)
+    if goal is not None and speed < least:
         yield RobotFinding(
-            f"{name} reaches nothing: at 12 V pieces leave at {reach.speed:.1f} m/s and rise to {reach.rise:.2f} m; "
-            f"{goal} begins at {goals[goal]:.2f} m"
+            f"{name} does not reach {goal.name} from {needs[0].distance:g} m or more: at 12 V pieces leave at "
+            f"{speed:.1f} m/s, and need {least:.1f} m/s"
         )
 
 
 def _free_speeds(shooter: ShooterConfig, config: RobotConfig) -> list[float]:
     """Return the free speed of each wheel at 12 V [rad/s]."""
     return [build_mechanism(config.mechanisms[name]).gearbox.free_speed(VOLTS) for name in shooter.wheels]
-
-
-def _entry(zone: Zone, *, downward: bool) -> float:
-    """Return how high a piece must rise to score in a zone [m]: to its top, if only falling pieces count."""
-    if downward and isinstance(zone, CylinderZone):
-        return zone.top
-    return zone.high[2] if downward and isinstance(zone, BoxZone) else zone.bottom
 
 
 def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> Iterator[RobotFinding]:

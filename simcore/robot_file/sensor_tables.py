@@ -29,7 +29,7 @@ from simcore.robot.mechanisms import (
     RollerConfig,
     ServoConfig,
 )
-from simcore.robot.robot_config import MechanismConfig, telemetry_name
+from simcore.robot.robot_config import MechanismConfig, build_mechanism, telemetry_name
 from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
@@ -109,8 +109,8 @@ SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing wer
 ))  # fmt: skip
 _INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
     Key("dio", _DIO, None, "channel", 2),
-    Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2"),
-    Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi"),
+    Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2", needs=("pin", "<1 or 2>")),
+    Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi", needs=("candi", "<CAN id>")),
     Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
 ))  # fmt: skip
 _VIEW = KeyTable("what a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
@@ -231,11 +231,7 @@ def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
     if v["candi"] is None and v["dio"] is None:
         raise t.error("dio", "is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead")
     if v["candi"] is None:
-        if v["pin"] is not None:
-            raise t.error("pin", "goes with candi = <CAN id>, not with dio")
         return {"keys": (("DIO", DeviceAddress(v["dio"])),), "normally_closed": closed}
-    if v["pin"] is None:
-        raise t.error("pin", "is missing; it must be 1 or 2")
     return {"keys": (("CANdi", v["candi"]),), "pin": v["pin"], "normally_closed": closed}
 
 
@@ -267,13 +263,7 @@ def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
     """Lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
     if isinstance(config, (FlywheelConfig, RollerConfig)):
         raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
-    if isinstance(config, (ArmConfig, ServoConfig)):
-        return config.min_angle, config.max_angle
-    if isinstance(config, ElevatorConfig):
-        return config.min_height / config.drum_radius, config.max_height / config.drum_radius
-    if isinstance(config, RackConfig):
-        return 0.0, config.travel / config.pinion_radius
-    return 0.0, config.stroke
+    return build_mechanism(config).stops
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:

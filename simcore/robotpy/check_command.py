@@ -22,7 +22,7 @@ from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, pl
 from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
-from simcore.robot_file.known_shot import KnownShot, NeededSpeed, exit_efficiency, goal_of, needed_speeds
+from simcore.robot_file.known_shot import KnownShot, NeededSpeed, elevations, exit_efficiency, goal_of, needed_speeds
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import (
     CodeView,
@@ -32,8 +32,8 @@ from simcore.robot_file.robot_findings import (
     reading_unit,
     run_findings,
     run_mechanism,
-    shot_reach,
     speed_text,
+    top_exit_speed,
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
@@ -398,13 +398,10 @@ def _reading(run: MechanismRun) -> str:
 def _shots(subject: _Subject) -> Iterator[str]:
     """Return a line for what each shooter can do, and indented ones for what its goal needs."""
     for number, shooter in enumerate(subject.config.shooters, 1):
-        reach = shot_reach(shooter, subject.config)
-        low, high = (math.degrees(angle) for angle in reach.elevations)
+        speed = top_exit_speed(shooter, subject.config)
+        low, high = (math.degrees(angle) for angle in elevations(shooter, subject.config))
         angle = f"{low:.0f}" if math.isclose(low, high) else f"{low:.0f} to {high:.0f}"
-        yield (
-            f"shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
-            f"{reach.rise:.1f} m and reaches {reach.distance:.1f} m"
-        )
+        yield f"shooter {number}: {speed:.1f} m/s at 12 V, up {angle} deg"
         needs = _needs(shooter, subject)
         rows = [f"{n.wheel_rps:.0f} from {n.distance:g} m (at {math.degrees(n.elevation):.0f} deg)" for n in needs]
         if rows:
@@ -414,9 +411,9 @@ def _shots(subject: _Subject) -> Iterator[str]:
             rows[0] = rows[0].replace(" from", " turns/s from")
             wanted = f"exit_efficiency {shooter.exit_efficiency:g} its wheels need {', '.join(rows)}"
             yield f"  for {goal.name} at {wanted}"
-        short = [n for n in needs if n.speed > reach.speed]
+        short = [n for n in needs if n.speed > speed]
         if short:
-            least = shooter.exit_efficiency * short[0].speed / reach.speed
+            least = shooter.exit_efficiency * short[0].speed / speed
             yield f"  at 12 V they reach it from {short[0].distance:g} m with an exit_efficiency of {least:.2f} or more"
 
 

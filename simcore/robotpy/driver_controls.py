@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.telemetry.control_topics import TABLE
+from simcore.match.control_topics import TABLE
 
 DriverStationSim = season.wpilib_simulation.DriverStationSim
 ntcore = season.ntcore

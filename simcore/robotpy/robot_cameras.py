@@ -107,13 +107,13 @@ class RobotCameras:
     @property
     def running(self) -> list[str]:
         """Names of the cameras that see the field, with `QuestNav` for a headset."""
-        placed = [name for name, camera in self._photon.items() if camera.gate is None]
+        placed = [name for name, camera in self._photon.items() if not camera.is_off]
         return [*self._described, *placed, *(["QuestNav"] if self._match.cameras.headsets else [])]
 
     @property
     def blind(self) -> list[str]:
         """Names of those that the program has built or asked for, and nobody has placed."""
-        return [*(name for name, camera in self._photon.items() if camera.gate is not None), *sorted(self._unplaced)]
+        return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
         """Follow what the program has built or asked for since, and cameras that it moves."""
@@ -159,7 +159,7 @@ class RobotCameras:
             pipelines=(pipeline_of(self._program, name),),
         )
         camera = self._match.cameras.mount_camera(config, robot=self._number)
-        camera.gate = _closed  # until somebody says where it sits
+        camera.is_off = True  # until somebody says where it sits
         if found is None:
             if name not in self._program.simulated:  # else the program's own simulation goes on to feed it
                 self._feed(camera)
@@ -173,7 +173,7 @@ class RobotCameras:
         is_first = name not in self._told
         self._told[name] = found.mount
         camera.move_to(found.mount)
-        camera.gate = None
+        camera.is_off = False
         if not camera.ports:
             self._feed(camera)
         if is_first:
@@ -263,10 +263,6 @@ def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
     if TABLE in watch.names:
         found.append({"maker": "questnav"})
     return found
-
-
-def _closed() -> bool:
-    return False
 
 
 def _place(mount: CameraMount) -> str:

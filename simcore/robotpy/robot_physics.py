@@ -20,6 +20,7 @@ from simcore.devices import program_odometry
 from simcore.devices.makers import require_distinct_devices
 from simcore.devices.motor_ports import MotorDevices
 from simcore.errors import ConfigError
+from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
 from simcore.robotpy.auto_start import AutoStart
@@ -27,7 +28,6 @@ from simcore.robotpy.belief_watch import BeliefWatch
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
-from simcore.telemetry.control_topics import ControlTopics
 from simcore.units import TICK
 
 if TYPE_CHECKING:

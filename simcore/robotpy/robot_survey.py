@@ -24,9 +24,10 @@ from simcore.devices.drivetrain_discovery import find_drivetrain
 from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.object_graph import ObjectGraph
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot_file.mechanism_names import holder_of, mechanism_name
+from simcore.robot_file.mechanism_names import mechanism_name
 from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
@@ -101,7 +102,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
         drivetrain["problem"] = str(error)
     return {
         "drivetrain": drivetrain,
-        "motors": _motors(taken),
+        "motors": _motors(taken, ObjectGraph(_kept[0] if _kept else None, folder)),
         "built": [(d.model, d.address.in_file) for maker in makers() for d in maker.built()],
         "ports": _ports(on_ports),
         "cameras": surveyed_cameras(folder),
@@ -119,17 +120,17 @@ def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
     return ports + [{"model": d.model, "channels": [d.address.in_file], "made_by": ""} for d in sensors]
 
 
-def _motors(drive: set[DeviceKey]) -> list[dict[str, Any]]:
+def _motors(drive: set[DeviceKey], graph: ObjectGraph) -> list[dict[str, Any]]:
     found = []
     for maker in makers():
         free = [d for d in maker.built() if d.model in maker.motors and d.key not in drive]
-        found += [] if maker.on_ports else [_describe(maker, group) for group in maker.groups(free)]
+        found += [] if maker.on_ports else [_describe(maker, group, graph) for group in maker.groups(free)]
     return found
 
 
-def _describe(maker: Maker, group: FollowerGroup) -> dict[str, Any]:
+def _describe(maker: Maker, group: FollowerGroup, graph: ObjectGraph) -> dict[str, Any]:
     known: dict[str, Any] = {
-        "name": mechanism_name(*holder_of(group.leader.hardware)),
+        "name": mechanism_name(graph.name_of(group.leader)),
         "controller": group.leader.model,
         "leader": group.leader.address.in_file,
         "followers": [f.address.in_file for f in group.followers],

@@ -122,7 +122,7 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 def game_of_log(log: TelemetryLog) -> str | None:
     """The game that a log names, if it is installed."""
     column = log.columns.get("Sim/Match/Game")
-    name = column.text(len(column) - 1) if column is not None and len(column) else None
+    name = str(column.value(len(column) - 1)) if column is not None and len(column) else None
     return None if known_game(name) is None else name
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,11 +20,9 @@ from simcore.typing import FloatArray, IntArray
 __all__ = ["Recording", "newest_rows"]
 
 _NAN = float("nan")
-_PIECES = "Sim/GamePieces/"
 _STATE = 2  # columns of a state of a swerve module
-_Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
+_Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32] | IntArray"
 _Kind = Literal["double", "integer", "boolean"]
-_Array = TypeVar("_Array")
 
 
 class Recording:
@@ -65,7 +64,6 @@ class Recording:
         self._kinds: dict[str, _Kind] = {}
         self._poses: dict[str, array[float]] = {}
         self._arrays: dict[str, list[tuple[float, _Rows]]] = {}
-        self._integer_arrays: dict[str, list[tuple[float, IntArray]]] = {}
         self._strings: dict[str, list[str | None]] = {}
 
     def __len__(self) -> int:
@@ -105,18 +103,12 @@ class Recording:
         for columns in self._poses.values():
             if len(columns) == 7 * rows:
                 columns.extend([_NAN] * 7)
-        for key, poses in (*snapshot.pose_arrays.items(), *snapshot.state_arrays.items()):
-            kept = self._arrays.setdefault(key, [])
-            is_long = is_bulk(key, len(poses)) or poses.shape[1] == _STATE
-            if bulk or not is_long or not kept:
-                self._add_array(kept, time, poses, is_long)
-        for key, integers in snapshot.integer_arrays.items():
-            kept_integers = self._integer_arrays.setdefault(key, [])
-            if bulk or not is_bulk(key, len(integers)) or not kept_integers:
-                last = kept_integers[-1][1] if kept_integers else None
-                if last is None or not (last is integers or np.array_equal(last, integers)):
-                    last = integers if _is_final(integers) else np.array(integers, dtype=np.int64)
-                kept_integers.append((time, last))
+        for arrays in (snapshot.pose_arrays, snapshot.state_arrays, snapshot.integer_arrays):
+            for key, values in arrays.items():
+                kept = self._arrays.setdefault(key, [])
+                is_long = is_bulk(key, len(values)) or arrays is snapshot.state_arrays
+                if bulk or not is_long or not kept:
+                    self._add_array(kept, time, values, is_long)
         for key in snapshot.strings.keys() - self._strings.keys():
             self._strings[key] = [None] * rows
         for key, texts in self._strings.items():
@@ -138,7 +130,7 @@ class Recording:
     @property
     def keys(self) -> tuple[str, ...]:
         """Of everything kept."""
-        return (*self._numbers, *self._poses, *self._arrays, *self._integer_arrays, *self._strings)
+        return (*self._numbers, *self._poses, *self._arrays, *self._strings)
 
     def has(self, key: str) -> bool:
         """Whether anything of that key was kept."""
@@ -168,14 +160,6 @@ class Recording:
         is_there = ~np.isnan(rows[:, 0])
         return self.times[is_there], rows[is_there]
 
-    def array_times(self, key: str) -> FloatArray:
-        """When an array of poses was kept [s].
-
-        Raises:
-            UnknownNameError: No snapshot had an array of that key.
-        """
-        return np.array([time for time, _ in self._kept(key)])
-
     def array_at(self, key: str, time: float) -> FloatArray:
         """The newest array of that time [s] or before (the first one, if there is none), shape (n, 7).
 
@@ -184,23 +168,19 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had an array of that key.
         """
-        kept = self._kept(key)
-        return _full(kept[_newest(kept, time)][1])
+        return _full(self._kept_at(key, time))
 
     def integers_at(self, key: str, time: float) -> IntArray:
         """The newest array of integers of that time [s] or before (the first one, if there is none), shape (n,).
 
         Raises:
-            UnknownNameError: No snapshot had an array of integers of that key.
+            UnknownNameError: No snapshot had an array of that key.
         """
-        if key not in self._integer_arrays:
-            raise UnknownNameError("recorded array of integers", key, self._integer_arrays)
-        kept = self._integer_arrays[key]
-        return kept[_newest(kept, time)][1]
+        return self._kept_at(key, time).astype(np.int64, copy=False)
 
     def integers(self, key: str) -> list[tuple[float, IntArray]]:
         """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
-        return list(self._integer_arrays.get(key, ()))
+        return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def most_poses(self, key: str) -> int:
         """Rows of the longest kept array of poses of one key."""
@@ -226,19 +206,17 @@ class Recording:
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         return np.column_stack((rows[:, 0], rows[:, 1], yaw))
 
-    def pieces_at(self, time: float) -> dict[str, FloatArray]:
-        """Pose rows of the pieces of each type at that time [s], field frame, shape (n, 7)."""
-        keys = (key for key in self._arrays if key.startswith(_PIECES))
-        return {key.removeprefix(_PIECES): self.array_at(key, time) for key in keys}
-
     def snapshots(self) -> Iterator[Snapshot]:
         """What was kept, tick by tick, for any other sink; numbers that are not a number are left out."""
-        poses_due, integers_due = _Due(self._arrays), _Due(self._integer_arrays)
+        due: dict[float, list[tuple[str, _Rows]]] = defaultdict(list)
+        for key, kept in self._arrays.items():
+            for time, array_rows in kept:
+                due[time].append((key, array_rows))
         poses = {key: np.array(columns).reshape(-1, 7) for key, columns in self._poses.items()}
         for row, (time, tick) in enumerate(zip(self._times, self._ticks, strict=True)):
             there = [(key, self._kinds[key], column[row]) for key, column in self._numbers.items()]
             there = [(key, kind, value) for key, kind, value in there if value == value]
-            arrays = [(key, _full(rows)) for key, rows in poses_due.at(time)]
+            arrays = [(key, _full(rows)) for key, rows in due[time] if rows.ndim == 2]
             yield Snapshot(
                 time=time,
                 tick=tick,
@@ -248,7 +226,7 @@ class Recording:
                 doubles={key: value for key, kind, value in there if kind == "double"},
                 integers={key: int(value) for key, kind, value in there if kind == "integer"},
                 booleans={key: bool(value) for key, kind, value in there if kind == "boolean"},
-                integer_arrays=dict(integers_due.at(time)),
+                integer_arrays={key: rows.astype(np.int64, copy=False) for key, rows in due[time] if rows.ndim == 1},
                 strings={key: text for key, texts in self._strings.items() if (text := texts[row]) is not None},
             )
 
@@ -264,20 +242,21 @@ class Recording:
             column.append(value)
 
     @staticmethod
-    def _add_array(kept: list[tuple[float, _Rows]], time: float, poses: FloatArray, is_long: bool) -> None:
-        if not is_long:
-            kept.append((time, poses if _is_final(poses) else poses.copy()))
-            return
-        is_upright = poses.shape[1] != _STATE and bool((poses[:, 3] == 1.0).all())
-        small: _Rows = (poses[:, :3] if is_upright else poses).astype(np.float32)
-        if kept and np.array_equal(kept[-1][1], small):
-            small = kept[-1][1]  # nothing moved: share it
-        kept.append((time, small))
+    def _add_array(kept: list[tuple[float, _Rows]], time: float, values: _Rows, is_long: bool) -> None:
+        if is_long and values.ndim == 2:
+            is_upright = values.shape[1] != _STATE and bool((values[:, 3] == 1.0).all())
+            values = (values[:, :3] if is_upright else values).astype(np.float32)
+        elif values.flags.writeable or values.base is not None:
+            values = values.copy()  # somebody may change it
+        if kept and np.array_equal(kept[-1][1], values):
+            values = kept[-1][1]  # nothing moved: share it
+        kept.append((time, values))
 
-    def _kept(self, key: str) -> list[tuple[float, _Rows]]:
+    def _kept_at(self, key: str, time: float) -> _Rows:
         if key not in self._arrays:
-            raise UnknownNameError("recorded array of poses", key, self._arrays)
-        return self._arrays[key]
+            raise UnknownNameError("recorded array", key, self._arrays)
+        kept = self._arrays[key]
+        return kept[max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)][1]
 
     def _drop_last(self) -> None:
         """Drop the newest row."""
@@ -289,8 +268,7 @@ class Recording:
             del columns[-7:]
         for texts in self._strings.values():
             texts.pop()
-        arrays: list[list[Any]] = [*self._arrays.values(), *self._integer_arrays.values()]
-        for kept in arrays:
+        for kept in self._arrays.values():
             if kept and kept[-1][0] == time:
                 kept.pop()
 
@@ -299,7 +277,7 @@ class Recording:
         if rows >= len(self._times):
             self._times, self._ticks = array("d"), array("q")
             self._numbers, self._kinds, self._poses, self._arrays = {}, {}, {}, {}
-            self._integer_arrays, self._strings = {}, {}
+            self._strings = {}
             return
         first = self._times[rows]
         del self._times[:rows], self._ticks[:rows]
@@ -310,27 +288,6 @@ class Recording:
         for texts in self._strings.values():
             del texts[:rows]
         self._arrays = {key: _since(kept, first) for key, kept in self._arrays.items()}
-        self._integer_arrays = {key: _since(kept, first) for key, kept in self._integer_arrays.items()}
-
-
-def _is_final(rows: FloatArray | IntArray) -> bool:
-    """Whether nobody changes an array any more, so that it may be kept as it is."""
-    return not rows.flags.writeable and rows.base is None
-
-
-class _Due(Generic[_Array]):
-    """Walks through arrays of many keys in the order of time."""
-
-    def __init__(self, arrays: Mapping[str, list[tuple[float, _Array]]]) -> None:
-        self._rest = {key: iter(kept) for key, kept in arrays.items()}
-        self._next = {key: next(rest, None) for key, rest in self._rest.items()}
-
-    def at(self, time: float) -> list[tuple[str, _Array]]:
-        """The arrays that were kept at exactly this time, which must not go back."""
-        found = [(key, item[1]) for key, item in self._next.items() if item is not None and item[0] == time]
-        for key, _ in found:
-            self._next[key] = next(self._rest[key], None)
-        return found
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
@@ -343,12 +300,7 @@ def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
     return rows
 
 
-def _newest(kept: list[tuple[float, _Array]], time: float) -> int:
-    """Index of the last item of that time [s] or before; 0 if there is none."""
-    return max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)
-
-
-def _since(kept: list[tuple[float, _Array]], first: float) -> list[tuple[float, _Array]]:
+def _since(kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
     """What is not older than a time [s]; an array that was last published before it keeps its newest value."""
     older = [item for item in kept if item[0] < first]
     newer = kept[len(older) :]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.errors import OutputError
 from simcore.quantities import DURATION, require
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
@@ -15,63 +14,24 @@ __all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_erro
 
 
 class MemorySink:
-    """Keeps snapshots, the newest last; still readable after `close`.
+    """Snapshots of every tick in a list, for tests; a `Recording` keeps whole matches."""
 
-    >>> sink = MemorySink(capacity=2)
-    >>> for tick in range(3):
-    ...     sink.write(Snapshot(time=0.02 * (tick + 1), tick=tick, doubles={"height": float(tick)}))
-    >>> sink.series("height")
-    ([0.04, 0.06], [1.0, 2.0])
-    """
-
-    def __init__(self, *, period: float | None = None, capacity: int | None = None) -> None:
-        """Choose how much is kept.
-
-        Args:
-            period: Simulated time between two snapshots [s]; None takes every tick.
-            capacity: The newest so many are kept; None keeps all (504 pieces at 50 Hz are 1.4 MB a second).
-
-        Raises:
-            ConfigError: A period that is not finite and > 0, or a capacity below 1.
-        """
-        if capacity is not None and capacity < 1:
-            raise ConfigError(f"MemorySink: capacity must be at least 1 or None, got {capacity}")
-        self.snapshots: deque[Snapshot] = deque(maxlen=capacity)
+    def __init__(self) -> None:
+        self.snapshots: list[Snapshot] = []
+        """In order; still readable after `close`."""
         self.closed = False
-        self._cadence = None if period is None else Cadence(period)
 
     def due(self, time: float) -> bool:
         """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
-        return not self.closed and (self._cadence is None or self._cadence.due(time))
+        return not self.closed
 
     def write(self, snapshot: Snapshot) -> None:
         """Keep one snapshot."""
-        if self._cadence is not None:
-            self._cadence.take(snapshot.time)
         self.snapshots.append(snapshot)
 
     def close(self) -> None:
-        """Take no more; what was kept stays."""
+        """Take no more; may be called twice."""
         self.closed = True
-
-    def series(self, key: str) -> tuple[list[float], list[float]]:
-        """Times [s] and values of one number or boolean, as far as it was published.
-
-        Raises:
-            UnknownNameError: No kept snapshot has a number of that key.
-        """
-        times: list[float] = []
-        values: list[float] = []
-        known: set[str] = set()
-        for snapshot in self.snapshots:
-            for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans):
-                known.update(kind)
-                if key in kind:
-                    times.append(snapshot.time)
-                    values.append(float(kind[key]))
-        if not times:
-            raise UnknownNameError("telemetry number", key, known)
-        return times, values
 
 
 class Cadence:
@@ -150,7 +110,7 @@ class GuardedSink:
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
     """What to raise when `path`, a log or a page, cannot be written."""
-    example = Path("out") / ("run.wpilog" if kind == "log" else "run.png")
+    example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
         f"Give a file in a folder that you may write to, for example {str(example)!r}"

@@ -17,8 +17,9 @@ import io
 import lzma
 import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -263,23 +264,39 @@ class WpilogSink:
         self._flushed_at = micros
 
 
-_POSE = 7 * 8  # [bytes]
-_WIDTHS = {POSE_ARRAY_TYPE: 7, STATE_ARRAY_TYPE: 2}
-_NUMBERS: dict[str, tuple[str, int]] = {
-    "double": ("<f8", 8),
-    "float": ("<f4", 4),
-    "int64": ("<i8", 8),
-    "boolean": ("<u1", 1),
-}
-_INTEGERS = "int64[]"
 _LATEST = 2**62  # [us]; a later record has a broken stamp
-_TEXT = "string"
-_FIELDS = {
-    POSE_TYPE: "poses", POSE_ARRAY_TYPE: "pose_arrays", STATE_ARRAY_TYPE: "state_arrays", "double": "doubles",
-    "float": "doubles", "int64": "integers", "boolean": "booleans", _INTEGERS: "integer_arrays", _TEXT: "strings",
-}  # fmt: skip
-"""Of a `Snapshot`, by type."""
-_PLAIN: dict[str, type] = {"int64": int, "boolean": bool}
+
+
+def _row(raw: bytes, width: int) -> FloatArray:
+    """Return a struct of so many doubles; fields that are missing are zero."""
+    return np.frombuffer(raw[: 8 * width].ljust(8 * width, b"\0"), dtype="<f8")
+
+
+def _rows(raw: bytes, width: int) -> FloatArray:
+    """Return the whole structs of an array, shape (n, width)."""
+    return np.frombuffer(raw[: len(raw) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
+
+
+def _number(raw: bytes, format: str) -> float:
+    """Return a number; bytes that are missing are zero."""
+    size = struct.calcsize(format)
+    number: float = struct.unpack(format, raw[:size].ljust(size, b"\0"))[0]
+    return number
+
+
+_TYPES: dict[str, tuple[str, Callable[[bytes], Any]]] = {
+    POSE_TYPE: ("poses", partial(_row, width=7)),
+    POSE_ARRAY_TYPE: ("pose_arrays", partial(_rows, width=7)),
+    STATE_ARRAY_TYPE: ("state_arrays", partial(_rows, width=2)),
+    "double": ("doubles", partial(_number, format="<d")),
+    "float": ("doubles", partial(_number, format="<f")),
+    "int64": ("integers", partial(_number, format="<q")),
+    "boolean": ("booleans", partial(_number, format="<?")),
+    "int64[]": ("integer_arrays", lambda raw: np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<i8")),
+    "string": ("strings", lambda raw: raw.decode("utf-8", "replace")),
+}
+"""Field of a `Snapshot`, and the value of some bytes, by type."""
+_NUMBERS = ("double", "float", "int64", "boolean")
 _XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
@@ -305,74 +322,15 @@ class LogColumn:
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
-    def numbers(self) -> FloatArray:
-        """All values as numbers; booleans as 0 and 1.
-
-        Raises:
-            LogError: The column holds no numbers.
-        """
-        if self.type not in _NUMBERS:
-            raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_NUMBERS)}")
-        kind, size = _NUMBERS[self.type]
-        raw = b"".join(self.payload(row)[:size].ljust(size, b"\0") for row in range(len(self)))
-        return np.frombuffer(raw, dtype=kind).astype(np.float64)
-
-    def poses(self) -> FloatArray:
-        """All values of a Pose3d column, rows `x, y, z, qw, qx, qy, qz`, shape (n, 7).
-
-        Raises:
-            LogError: The column holds no Pose3d.
-        """
-        if self.type != POSE_TYPE:
-            raise LogError(f"{self.key} is of type {self.type!r}, not {POSE_TYPE!r}")
-        raw = b"".join(self.payload(row)[:_POSE].ljust(_POSE, b"\0") for row in range(len(self)))
-        return np.frombuffer(raw, dtype="<f8").reshape(-1, 7)
-
-    def struct_array(self, row: int) -> FloatArray:
-        """One value of a Pose3d[] column, shape (m, 7), or of a SwerveModuleState[] column, shape (m, 2).
-
-        Raises:
-            LogError: The column holds neither.
-        """
-        if self.type not in _WIDTHS:
-            raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_WIDTHS)}")
-        raw, width = self.payload(row), _WIDTHS[self.type]
-        return np.frombuffer(raw[: len(raw) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
-
-    def integer_array(self, row: int) -> IntArray:
-        """One value of an int64[] column, shape (m,).
-
-        Raises:
-            LogError: The column holds no int64[].
-        """
-        if self.type != _INTEGERS:
-            raise LogError(f"{self.key} is of type {self.type!r}, not {_INTEGERS!r}")
-        raw = self.payload(row)
-        return np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<i8")
-
-    def text(self, row: int) -> str:
-        """One value of a string column; bytes that are no UTF-8 are replaced.
-
-        Raises:
-            LogError: The column holds no text.
-        """
-        if self.type != _TEXT:
-            raise LogError(f"{self.key} is of type {self.type!r}, not {_TEXT!r}")
-        return self.payload(row).decode("utf-8", "replace")
-
     def value(self, row: int) -> Any:
-        """One value of a pose (shape (7,)), of integers, text or a number, as a snapshot has it.
+        """Return one value as a snapshot has it: a number, a text, a pose of shape (7,), rows of an array.
 
         Raises:
-            LogError: The column holds none of these.
+            LogError: A snapshot has no values of this type.
         """
-        if self.type == POSE_TYPE:
-            return np.frombuffer(self.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
-        if self.type not in _NUMBERS:
-            return self.text(row) if self.type == _TEXT else self.integer_array(row)
-        kind, size = _NUMBERS[self.type]
-        number = np.frombuffer(self.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
-        return _PLAIN.get(self.type, float)(number)
+        if self.type not in _TYPES:
+            raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_TYPES)}")
+        return _TYPES[self.type][1](self.payload(row))
 
     def row_at(self, time: float) -> int:
         """The newest value at a time [s]; -1 before the first."""
@@ -416,25 +374,23 @@ class TelemetryLog:
             LogError: It is no number.
         """
         column = self.column(key)
-        return column.times, column.numbers()
+        if column.type not in _NUMBERS:
+            raise LogError(f"{key} is of type {column.type!r}, not one of {list(_NUMBERS)}")
+        return column.times, np.array([column.value(row) for row in range(len(column))], dtype=np.float64)
 
     def snapshot_at(self, time: float) -> Snapshot:
-        """What was known at a time [s], as the simulation published it."""
-        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELDS.values()}
-        for key, column in self.columns.items():
-            row = column.row_at(time) if column.type in _FIELDS else -1
-            if row >= 0:
-                is_array = column.type in _WIDTHS
-                found[_FIELDS[column.type]][key] = self._cached(column, row) if is_array else column.value(row)
-        return Snapshot(time=time, tick=0, **found)
+        """Return what was known at a time [s], as the simulation published it.
 
-    def _cached(self, column: LogColumn, row: int) -> FloatArray:
-        """The same object while the value stays the same, so that a view sends it once."""
-        known = self._latest.get(column.key)
-        if known is None or known[0] != row:
-            known = self._latest[column.key] = (row, column.struct_array(row))
-        value: FloatArray = known[1]
-        return value
+        A value stays the same object until the next one, so that a view sends it once.
+        """
+        found: dict[str, dict[str, Any]] = {name: {} for name, _ in _TYPES.values()}
+        for key, column in self.columns.items():
+            row = column.row_at(time) if column.type in _TYPES else -1
+            if row >= 0:
+                if key not in self._latest or self._latest[key][0] != row:
+                    self._latest[key] = (row, column.value(row))
+                found[_TYPES[column.type][0]][key] = self._latest[key][1]
+        return Snapshot(time=time, tick=0, **found)
 
 
 class _Entry:

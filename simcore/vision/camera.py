@@ -44,7 +44,6 @@ __all__ = [
     "PiecePipeline",
     "Pipeline",
     "TagPipeline",
-    "angles_deg",
     "camera_pose",
     "crop_pixels",
     "limelight_type",
@@ -335,8 +334,6 @@ class CameraConfig:
     """Instead of the type's [1/s]."""
     bias: CameraBias = field(default_factory=CameraBias)
     """How exactly it and the tags sit where they should."""
-    perfect: bool = False
-    """Publish the robot's exact pose, whatever is in sight: for tests of what follows a pose estimate."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"camera {self.name!r}", frame_rate=FRAME_RATE)
@@ -385,12 +382,6 @@ def project(
     depth = p[:, 2]
     inverse = 1.0 / np.where(np.abs(depth) < 1e-9, 1e-9, depth)
     return p[:, :2] * inverse[:, None] * (fx, fy) + (cx, cy), depth
-
-
-def angles_deg(u: float, v: float, lens: LimelightType) -> tuple[float, float]:
-    """Angles tx (right is positive) and ty (up is positive) from the principal point to a pixel [deg]."""
-    (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
-    return math.degrees(math.atan((u - cx) / fx)), math.degrees(math.atan((cy - v) / fy))
 
 
 def quad_area(corners: FloatArray) -> FloatArray:

@@ -69,8 +69,8 @@ class TagSighting:
     """From the robot's center on the carpet to its middle, as measured [m]."""
     ambiguity: float
     """0 to 1: error in the picture of the better of the two single-tag poses, over that of the other."""
-    poses: tuple[TagPose, TagPose] | None
-    """Both poses that explain the corners, the better one first; None: those of a perfect camera."""
+    poses: tuple[TagPose, TagPose]
+    """Both poses that explain the corners, the better one first."""
 
     @property
     def corners(self) -> FloatArray:
@@ -171,8 +171,3 @@ class Frame:
     def latency(self) -> float:
         """Of both stages together [s]."""
         return self.capture_latency + self.pipeline_latency
-
-    @property
-    def has_target(self) -> bool:
-        """Whether there is something to aim at."""
-        return self.primary_tag is not None or self.primary_piece is not None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector
+from simcore.geometry.rotation import Vector
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.vision.camera import LimelightType, PiecePipeline, crop_pixels
 from simcore.vision.camera_frame import PieceSighting
@@ -46,34 +45,18 @@ class SightLines(Protocol):
 class CameraScene:
     """The field at one moment."""
 
-    robots: Mapping[int, tuple[Vector, Quaternion]] = field(default_factory=dict)
-    """True pose of each robot that carries cameras, by its number, field frame."""
     pieces: FloatArray = field(default_factory=lambda: _NOTHING)
     """Centers of all pieces, field frame [m], shape (n, 3)."""
     is_there: BoolArray | None = None
     """Which of them are on the field, to be seen, shape (n,); None: all."""
-    piece_radius: FloatArray | float = 0.0
-    """Of the sphere that stands for each piece [m], shape (n,), or one for all."""
+    radii: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """Radius of the sphere that stands for each piece [m], shape (n,)."""
     class_names: Sequence[str] = ()
     """What a detector calls each type of piece, by class id; empty: pieces have no class."""
     class_ids: IntArray | None = None
     """Row in `class_names` of each piece, shape (n,); None: all are of the first."""
     sight: SightLines | None = None
     """None: nothing but pieces is in the way."""
-    _radii: FloatArray = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        if np.ndim(self.piece_radius) and np.shape(self.piece_radius) != (len(self.pieces),):
-            raise ConfigError(
-                f"CameraScene: piece_radius needs shape ({len(self.pieces)},) or one number for all, "
-                f"got {np.shape(self.piece_radius)}"
-            )
-        self._radii = np.broadcast_to(np.asarray(self.piece_radius, dtype=np.float64), (len(self.pieces),))
-
-    @property
-    def radii(self) -> FloatArray:
-        """Of each piece [m], shape (n,); read-only."""
-        return self._radii
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:

@@ -13,13 +13,13 @@ import numpy as np
 
 from simcore.errors import nearest
 from simcore.geometry.rotation import Quaternion, Vector, from_rpy
-from simcore.typing import BoolSupplier, FloatArray
+from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rotation
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.camera_scene import CameraScene, find_pieces
 from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings, limelight_mount
-from simcore.vision.megatag import Mounting, TagPicture, perfect_frame
+from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, find_tags
 
@@ -65,7 +65,6 @@ class _Exposure:
     number: int
     time: float
     pipeline: int
-    robot_pose: tuple[Vector, Quaternion]
     eye: Vector
     """Where the camera truly was, field frame [m]."""
     rotation: FloatArray
@@ -115,7 +114,6 @@ class LimelightSim:
         rng: For its noise, its bias, and for when its first frame is exposed.
         robot: Number of the robot that carries it.
         ports: Where it publishes and listens.
-        gate: Whether it looks at all; closed, its frames are empty and cost nothing. None: always.
         tag_errors: Where the tags truly are, in standard deviations of the config's bias: turn and way of each,
             shape (n, 6); the same for all cameras of a match. None: it draws its own.
     """
@@ -128,13 +126,13 @@ class LimelightSim:
         *,
         robot: int = 0,
         ports: Sequence[CameraPort] = (),
-        gate: BoolSupplier | None = None,
         tag_errors: FloatArray | None = None,
     ) -> None:
         self.config = config
         self.layout = layout
         self.robot = robot
-        self.gate = gate
+        self.is_off = False
+        """Whether it looks at nothing: its frames are empty then, and cost nothing."""
         self.ports = list(ports)
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
@@ -252,11 +250,10 @@ class LimelightSim:
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
-        robot_pose = history.at(time)
-        pos, quat = self.pose_at(*robot_pose)
+        pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
-        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, robot_pose, pos, rotation)
-        if self.config.perfect or self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, pos, rotation)
+        if self.is_off or self.settings.is_driver_camera:
             return exposure
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):
@@ -291,10 +288,7 @@ class LimelightSim:
         tags: tuple[TagSighting, ...] = ()
         one: PoseEstimate | None = None
         two: PoseEstimate | None = None
-        if self.config.perfect and pipeline.kind == "tags" and not self.settings.is_driver_camera:
-            tags, one = perfect_frame(self.layout, exposure.robot_pose, self.config)
-            two = one
-        elif exposure.rows:
+        if exposure.rows:
             picture = TagPicture(
                 *(self.layout, self._tags, self._tag_offsets, exposure.rows, exposure.pixels),
                 *(exposure.eye, exposure.rotation, lens, self._believed),

@@ -159,7 +159,7 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
     All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
     that faces a tag has angles of zero and a negative z in target space.
     """
-    if tag is None or tag.poses is None:
+    if tag is None:
         return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
     place = np.array(tag.poses[0].translation)
     turn = np.array(tag.poses[0].rotation) * (

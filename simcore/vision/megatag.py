@@ -17,24 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, matrix, rpy
+from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
-from simcore.vision.camera import (
-    OPTICAL,
-    CameraConfig,
-    LimelightType,
-    angles_deg,
-    camera_pose,
-    optical_rotation,
-    project,
-    quad_area,
-)
+from simcore.vision.camera import OPTICAL, LimelightType, quad_area
 from simcore.vision.camera_frame import PoseEstimate, StdDevs, TagPose, TagSighting, as_pixels
 from simcore.vision.tag_layout import TagLayout, cross_matrices, rotation_matrices
 
-__all__ = ["Mounting", "TagPicture", "flip_pose", "perfect_frame", "solve_tags"]
+__all__ = ["Mounting", "TagPicture", "flip_pose", "solve_tags"]
 
-_PERFECT_TAGS = 4  # nearest ones that a perfect camera sees
 _NEAR = 0.01  # [m]; of a tag right before the lens the flipped pose can have corners behind it
 _EXACT = 1e-20  # [-]; square of what rounding leaves of corners without noise
 _IDENTITY: FloatArray = np.eye(3)
@@ -265,35 +255,3 @@ def _statistics(layout: TagLayout, rows: IntArray, tags: Sequence[TagSighting]) 
     centers, n = layout.centers[rows], len(tags)
     span = _lengths((centers[:, None, :] - centers).reshape(-1, 3)).max()
     return n, float(span), sum(t.camera_distance for t in tags) / n, sum(t.area_percent for t in tags) / n
-
-
-def perfect_frame(
-    layout: TagLayout, robot_pose: tuple[Vector, Quaternion], config: CameraConfig
-) -> tuple[tuple[TagSighting, ...], PoseEstimate | None]:
-    """Tags and robot pose of a frame without any error.
-
-    Args:
-        layout: All tags; the four nearest ones count as seen, even behind the camera.
-        robot_pose: True pose, field frame.
-        config: The camera.
-    """
-    lens = config.type
-    pos, quat = camera_pose(*robot_pose, config.mount.position, config.mount.rotation)
-    rotation = optical_rotation(quat)
-    reach = _lengths(layout.centers - pos)
-    rows = np.argsort(reach, kind="stable")[:_PERFECT_TAGS]
-    tags = []
-    for row in rows.tolist():
-        corners, _ = project(layout.corners[row], pos, rotation, lens)
-        u, v = corners.mean(axis=0).tolist()
-        tx, ty = angles_deg(u, v, lens)
-        area = 100.0 / (lens.width * lens.height) * abs(float(quad_area(corners[None])[0]))
-        far = math.dist(layout.centers[row].tolist(), robot_pose[0])
-        tags.append(
-            TagSighting(int(layout.ids[row]), as_pixels(corners), tx, ty, area, float(reach[row]), far, 0.0, None)
-        )
-    if not tags:
-        return (), None
-    roll, pitch, yaw = map(math.degrees, rpy(robot_pose[1]))
-    std = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return tuple(tags), PoseEstimate(robot_pose[0], roll, pitch, yaw, *_statistics(layout, rows, tags), std)

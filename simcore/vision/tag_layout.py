@@ -35,7 +35,6 @@ _TAG_ID = Quantity("", 0, 586, is_whole=True)  # of family 36h11
 _TAG_SIZE = Quantity("m", 0.0, 1.0, is_open=True)
 _QUATERNION = Quantity("", -1.0 - 1e-3, 1.0 + 1e-3)
 _ROUNDING = 1e-3  # [-]; files have three digits or more
-_MOST_BYTES = 1_000_000
 
 _IDENTITY: FloatArray = np.eye(3)
 _CROSS: FloatArray = np.array(
@@ -188,8 +187,6 @@ def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
         ConfigError: It is missing or broken; the message names the file.
     """
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise ValueError(f"the file is over {_MOST_BYTES} bytes")
         data = json.loads(path.read_text(encoding="utf-8"))
         tags = []
         for tag in data["tags"]:

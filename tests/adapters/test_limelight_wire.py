@@ -264,7 +264,7 @@ def test_detections_on_the_wire(local):
     table = LimelightTable(local, config, LAYOUT.field_size, NetworkClock())
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[table])
     pieces = np.array([(PLACE[0] + 2.0, PLACE[1], 0.075), (PLACE[0] + 1.2, PLACE[1] + 0.2, 0.075)])
-    look(camera, 0.5, CameraScene(pieces=pieces, piece_radius=0.075, class_names=("ball",)))
+    look(camera, 0.5, CameraScene(pieces=pieces, radii=np.full(2, 0.075), class_names=("ball",)))
     raw = np.array(local.getDoubleArrayTopic("/ll/rawdetections").subscribe([]).get()).reshape(-1, 12)
     assert len(raw) == 2
     assert raw[0, 3] > raw[1, 3]  # the nearest is first and larger

@@ -264,7 +264,7 @@ def test_pieces_are_object_detections():
     )
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0))
     history = PoseHistory()
-    scene = CameraScene(pieces=np.array([(6.5, 5.0, 0.075), (6.8, 4.5, 0.075)]), piece_radius=0.075)
+    scene = CameraScene(pieces=np.array([(6.5, 5.0, 0.075), (6.8, 4.5, 0.075)]), radii=np.full(2, 0.075))
     frames = []
     for k in range(8):
         history.add(0.02 * k, (5.0, 5.0, 0.0), from_yaw(0.0))

@@ -116,7 +116,7 @@ def test_fuel_in_the_line_of_sight_covers_a_tag(aside, expected):
 # --- game pieces ----------------------------------------------------------------------------------------------------
 
 
-def piece_frame(fuel, camera=None, others=(), gate=None):
+def piece_frame(fuel, camera=None, others=(), is_off=False):
     camera = camera or CameraConfig(
         bias=CameraBias.none(),
         name="eye",
@@ -128,7 +128,7 @@ def piece_frame(fuel, camera=None, others=(), gate=None):
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
     with RebuiltSim(robots=robots, staging=staging) as match:
-        match.cameras.camera("eye").gate = gate
+        match.cameras.camera("eye").is_off = is_off
         slots = match.pieces.on_field()
         match.pieces.release(slots, np.array(fuel))
         for _ in range(8):
@@ -178,9 +178,9 @@ def test_a_piece_is_covered_by_another_and_by_a_robot():
     assert len(piece_frame([(9.4, 2.0, 0.075)], low, others=((8.3, 2.0, 0.0),))[0].pieces) == 0
 
 
-def test_a_closed_gate_gives_empty_frames():
-    frame, _ = piece_frame([(8.5, 1.6, 0.075)], gate=lambda: False)
-    assert frame.pieces == () and not frame.has_target
+def test_a_camera_that_is_off_gives_empty_frames():
+    frame, _ = piece_frame([(8.5, 1.6, 0.075)], is_off=True)
+    assert frame.pieces == () and frame.primary_tag is None
 
 
 # --- the match ------------------------------------------------------------------------------------------------------
@@ -242,7 +242,7 @@ def test_a_field_without_tags_has_cameras_all_the_same():
     with Match(replace(REBUILT, field=field), robots=(RobotEntry(config=with_cameras(eye)),)) as match:
         match.play(0.2)
         frame = match.cameras.camera("eye").last
-        assert frame is not None and not frame.has_target and frame.pipeline_kind == "tags"
+        assert frame is not None and not frame.tags and not frame.pieces and frame.pipeline_kind == "tags"
         late = match.cameras.mount_camera(replace(eye, name="late"))
         late.settings.apply("pipeline", (1.0,))
         match.play(0.2)

@@ -15,7 +15,6 @@ from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
 from simcore import Match, RobotEntry
 from simcore.pieces.pool import PieceStatus
-from simcore.telemetry.control_topics import ControlTopics
 
 
 def outposts(**settings) -> Match:

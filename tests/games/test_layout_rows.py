@@ -143,7 +143,7 @@ def played(game: Any, robots: int, path: Path) -> tuple[Seen, Seen, Any]:
     """Until something flies, or two seconds: log and server at the end, and how many pieces there are to be seen."""
     instance = season.ntcore.NetworkTableInstance.create()
     instance.start_local()
-    memory = MemorySink(capacity=1)
+    memory = MemorySink()
     half = (robots + 1) // 2
     entries = [RobotEntry(alliance="blue" if number < half else "red") for number in range(robots)]
     auto = game.auto(next(iter(game.autos)))

@@ -87,7 +87,7 @@ def test_full_speed_at_once_starts_any_robot_and_tells_of_brown_outs(limits, bat
     """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line says when and why, one how many."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
-    log = MemorySink(period=0.02)
+    log = MemorySink()
     with Match.bare(config, start=(1.0, 4.0, 0.0), controllers=[full_speed], sinks=[log]) as match:
         match.play(2.0)
         robot = match.robots[0]

@@ -102,6 +102,6 @@ def test_a_log_says_it_at_its_end_and_so_does_its_page(tmp_path, period):
         closed.close()
         taken = len(closed.snapshots)
     column = read_log(log).columns["Sim/Warnings"]
-    assert len(column) == 1 and column.text(0).startswith("intake 1 was never out") and len(closed.snapshots) == taken
+    assert len(column) == 1 and column.value(0).startswith("intake 1 was never out") and len(closed.snapshots) == taken
     assert main(["view", "--no-browser", str(log), "--page", str(tmp_path / "run.html")]) == 0
-    assert ending_of(recording_of(read_log(log))) == [column.text(0)]
+    assert ending_of(recording_of(read_log(log))) == [column.value(0)]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.errors import ConfigError
 from simcore.telemetry.sinks import Cadence, GuardedSink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink

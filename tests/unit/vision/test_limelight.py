@@ -1,4 +1,4 @@
-"""A camera in time: rates, latency, throttle, settings, heading modes, the perfect camera."""
+"""A camera in time: rates, latency, throttle, settings, heading modes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
@@ -133,7 +132,7 @@ def test_pipelines_switch_between_tags_and_pieces():
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0))
     history = PoseHistory()
     kinds = []
-    scene = CameraScene(pieces=np.array([(3.5, 4.2, 0.5)]), piece_radius=0.075)
+    scene = CameraScene(pieces=np.array([(3.5, 4.2, 0.5)]), radii=np.array([0.075]))
     for k in range(30):
         if k == 15:
             camera.request(CameraRequest("pipeline", (1.0,)), 0.02 * k)
@@ -157,7 +156,7 @@ def test_pieces_of_several_types_have_their_own_size_and_class():
         centers = np.array([(PLACE[0] + 2.0, PLACE[1] + y, 0.5) for y in (0.5, -0.5)])
         scene = CameraScene(
             pieces=centers,
-            piece_radius=np.array([0.1, 0.2]),
+            radii=np.array([0.1, 0.2]),
             class_names=("coral", "algae"),
             class_ids=np.array([0, 1]),
         )
@@ -171,22 +170,6 @@ def test_pieces_of_several_types_have_their_own_size_and_class():
     assert seen[1, "algae"] == pytest.approx(2.0 * seen[0, "coral"], rel=1e-6)
     assert set(look(piece_class="algae")) == {(1, "algae")}
     assert look(piece_class="cone") == {}
-
-
-def test_a_radius_for_each_piece_or_one_for_all():
-    with pytest.raises(ConfigError, match=r"shape \(2,\) or one number"):
-        CameraScene(pieces=np.zeros((2, 3)), piece_radius=np.zeros(3))
-    small, large = CameraScene(pieces=np.zeros((2, 3)), piece_radius=0.1), CameraScene(pieces=np.zeros((0, 3)))
-    assert small.radii.tolist() == [0.1, 0.1] and large.radii.shape == (0,)
-
-
-def test_the_perfect_camera_gives_the_exact_pose_wherever_it_looks():
-    config = CameraConfig(mount=CameraMount(z=0.5, pitch_deg=90.0), perfect=True)  # at the carpet
-    _, frames = drive(config, 0.3, speed=1.0)
-    last = frames[-1]
-    assert last.megatag1.position == pytest.approx((PLACE[0] + last.time, PLACE[1], 0.0), abs=1e-9)
-    assert last.megatag1.tag_count == len(last.tags) == 4
-    assert last.megatag2 == last.megatag1
 
 
 # --- the IMU of a Limelight 4 ---------------------------------------------------------------------------------------

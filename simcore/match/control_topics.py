@@ -9,55 +9,22 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
+from simcore.match.match import Match
 from simcore.quantities import shown
 
-__all__ = ["TABLE", "ControlTopics", "ShownControl", "ShownMatch"]
+__all__ = ["TABLE", "ControlTopics"]
 
 TABLE = "/Sim/Control/"
 _HUMAN_TABLE = "/Sim/HumanPlayer/"
 _POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
 # Each write of a program counts, also of the same value as before.
 _OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True)
-
-
-class ShownControl(Protocol):
-    """Table of actions, as `simcore.match.field_control` has it."""
-
-    results: Any
-    """Of the last commands, the newest last."""
-    count: int
-    """Commands that were done or refused so far."""
-    sources: list[Callable[[], object]]
-    """Called before every tick; they may give commands for it."""
-
-    def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Ask for an action, before the next tick."""
-
-    def refuse(self, command: str, why: str) -> int:
-        """Note a command that cannot be read."""
-
-
-class ShownMatch(Protocol):
-    """Match as dashboards act on it."""
-
-    game: Any
-    robots: Any
-    rules: Any
-    persons: Any
-    """Alliances whose human player a person plays."""
-
-    @property
-    def control(self) -> ShownControl:
-        """What people do to the field."""
-
-    def start_pose(self, number: int) -> tuple[float, float, float]:
-        """Return where a robot should start [m, m, rad]."""
 
 
 class ControlTopics:
@@ -71,7 +38,7 @@ class ControlTopics:
         robot: Which robot of the match is placed.
     """
 
-    def __init__(self, match: ShownMatch, instance: season.NetworkTables, *, robot: int = 0) -> None:
+    def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:
         self._match, self._control, self._instance = match, match.control, instance
         self._publishers: dict[str, Any] = {}
         self._values: dict[str, Any] = {}
