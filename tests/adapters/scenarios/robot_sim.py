@@ -118,6 +118,7 @@ class Play:
         self.results["drawn_fuel"] = len(field.getObject("Fuel").getPoses())
         shown = field.getRobotPose()
         self.results["drawn_robot_off"] = math.hypot(shown.X() - end[0], shown.Y() - end[1])
+        self.results["own_hook"] = getattr(physics.robot, "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
     def control(self, physics):

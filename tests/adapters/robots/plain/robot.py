@@ -13,6 +13,7 @@ class Robot(wpilib.TimedRobot):
 
     def robotInit(self) -> None:
         self.drivetrain = measures.build(k_s=0.25)
+        self.own_hook = 0
         velocity = SwerveModule.DriveRequestType.VELOCITY
         self.drive = requests.RobotCentric().with_velocity_x(2.0).with_drive_request_type(velocity)
 
@@ -20,4 +21,4 @@ class Robot(wpilib.TimedRobot):
         self.drivetrain.set_control(self.drive)
 
     def _simulationPeriodic(self) -> None:
-        raise AssertionError("pyfrc replaces this hook")
+        self.own_hook += 1
