@@ -22,8 +22,6 @@ PACKAGES = Path(simcore.__file__).resolve().parents[1]
 """The folder of the simcore that is tested: this checkout, or where its wheel is installed."""
 SCENARIOS = Path(__file__).parent / "scenarios"
 ROBOTS = Path(__file__).parent / "robots"
-LIBRARIES = ("measures.py", "questnav.py", "logged_robot.py")
-"""Of `robots/shared`: what robot programs there have beside them."""
 PYPROJECT = ROOT / "pyproject.toml"
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
@@ -31,20 +29,11 @@ ROBOTPY_TEST = ("-m", "robotpy", "test", "--", "-q")
 """What runs the tests of a robot project; options of pytest may follow."""
 
 Scenario = Callable[..., dict[str, Any]]
+Python = Callable[..., tuple[int, str]]
 
 # --- what PathPlanner's window writes --------------------------------------------------------------------------------
 
 DRAWN = {
-    "team_paths": (
-        {"robotWidth": 0.76, "robotLength": 0.88, "robotMass": 57.0, "robotMOI": 6.2, "driveWheelRadius": 0.0508,
-         "driveGearing": 6.12, "maxDriveSpeed": 4.9, "driveMotorType": "krakenX60FOC", "driveCurrentLimit": 80.0},
-        (0.2731, 0.2731),
-        {"into depot": (2.0, 0.0, (2.6, 5.6), (1.3, 5.6), (0.62, 5.62)), "across": (1.0, 0.0, (0.62, 5.62), (0.6, 6.3)),
-         "back across": (1.0, 0.0, (0.6, 6.3), (0.55, 5.6)),
-         "to hub": (2.0, -30.4, (0.55, 5.6), (1.4, 5.55), (2.3, 5.4))},
-        {"depot": ["!take in", "into depot", "across", "back across", "across", "back across", "!stow", "to hub",
-                   ("!shoot", 6.5), "!stop"]},
-    ),
     "team_generated": (
         {"robotWidth": 0.85, "robotLength": 0.85, "robotMass": 55.0, "robotMOI": 5.5, "driveWheelRadius": 0.0508,
          "driveGearing": 6.746, "maxDriveSpeed": 4.58, "driveMotorType": "krakenX60FOC", "driveCurrentLimit": 80.0},
@@ -52,21 +41,23 @@ DRAWN = {
         {"Ahead": (2.0, 0.0, (2.0, 1.2), (3.0, 2.6))},
         {"Ahead": ["Ahead"]},
     ),
+    "own_paths": (
+        {"robotWidth": 0.86, "robotLength": 0.88, "robotMass": 57.0, "robotMOI": 6.2, "driveWheelRadius": 0.0381,
+         "driveGearing": 4.714, "maxDriveSpeed": 4.8, "driveMotorType": "NEO", "driveCurrentLimit": 50.0},
+        (0.33655, 0.33655),
+        {"into depot": (2.0, 0.0, (2.6, 5.6), (1.3, 5.6), (0.62, 5.62)), "across": (1.0, 0.0, (0.62, 5.62), (0.6, 6.3)),
+         "back across": (1.0, 0.0, (0.6, 6.3), (0.55, 5.6)),
+         "to hub": (2.0, -30.4, (0.55, 5.6), (1.4, 5.55), (2.3, 5.4))},
+        {"depot": ["!take in", "into depot", "across", "back across", "across", "back across", "!stow", "to hub",
+                   ("!shoot", 6.5), "!stop"]},
+    ),
 }  # fmt: skip
 """By robot: its measures, the place of its front left module, paths (top speed, last heading, points), autos by steps:
 `!` begins a named command, which a number ends after so many seconds."""
-DRAWN["own_paths"] = (
-    {"robotWidth": 0.86, "robotLength": 0.88, "robotMass": 57.0, "robotMOI": 6.2, "driveWheelRadius": 0.0381,
-     "driveGearing": 4.714, "maxDriveSpeed": 4.8, "driveMotorType": "NEO", "driveCurrentLimit": 50.0},
-    (0.33655, 0.33655),
-    *DRAWN["team_paths"][2:],
-)  # fmt: skip
 
 
 def draw_autos(folder: Path, robot: str) -> None:
-    """Write settings, paths and autos of a robot of `DRAWN` into a copy of its project; of others nothing."""
-    if robot not in DRAWN:
-        return
+    """Write settings, paths and autos of a robot of `DRAWN` into a copy of its project."""
     measures, (x, y), paths, autos = DRAWN[robot]
     corners = {"fl": (x, y), "fr": (x, -y), "bl": (-x, y), "br": (-x, -y)}
     limits = {"defaultMaxVel": 3.0, "defaultMaxAccel": 3.5, "defaultMaxAngVel": 360.0, "defaultMaxAngAccel": 540.0}
@@ -123,12 +114,6 @@ def _step(step: str | tuple[str, float]) -> dict[str, Any]:
     if step.startswith("!"):
         return {"type": "named", "data": {"name": step[1:]}}
     return {"type": "path", "data": {"pathName": step}}
-
-
-@pytest.fixture(scope="session")
-def drawn() -> Callable[[Path, str], None]:
-    """See `draw_autos`."""
-    return draw_autos
 
 
 def require_vendors() -> None:
@@ -193,39 +178,58 @@ def distribution(tmp_path_factory, install) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def python(distribution) -> Python:
+    """Runs Python in a folder, with simcore installed; returns its code and what it printed."""
+
+    def run(
+        folder: Path, *arguments: str, path: tuple[Path, ...] = (), on_screen: bool = False, **environment: str
+    ) -> tuple[int, str]:
+        places = [*map(str, (*path, distribution, PACKAGES)), *filter(None, [os.environ.get("PYTHONPATH")])]
+        done = subprocess.run(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(places), **environment},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT if on_screen else subprocess.PIPE,  # in the order in which a screen shows them
+            text=True,
+            timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
+            check=False,
+        )
+        return done.returncode, (done.stderr or "") + done.stdout
+
+    return run
+
+
 @pytest.fixture
-def project_of(tmp_path, distribution):
-    """Copies a robot project; returns what writes its tests and runs them, or another command, in the copy."""
+def project_of(tmp_path, python):
+    """Makes a robot project from a folder, a text of robot.py or texts by file; returns what writes its tests and runs
+    them, or another command, in it."""
     require_vendors()
 
-    def copy(source: Path) -> Callable[..., tuple[int, str]]:
+    def make(source: Path | str | dict[str, str]) -> Callable[..., tuple[int, str]]:
         folder = tmp_path / "robot"
-        shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
+        if isinstance(source, Path):
+            shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
+            if source.name in DRAWN:
+                draw_autos(folder, source.name)
+        else:
+            folder.mkdir()
+            for name, text in ({"robot.py": source} if isinstance(source, str) else source).items():
+                (folder / name).write_text(text)
         (folder / "tests").mkdir()
-        if source.parent == ROBOTS and source.name in DRAWN:
-            draw_autos(folder, source.name)
-        elif not (folder / "deploy").exists():
-            for library in LIBRARIES:
-                shutil.copy(ROBOTS / "shared" / library, folder)
+        if not isinstance(source, Path) or source.parent == ROBOTS:
+            for library in (ROBOTS / "shared").glob("*.py"):
+                shutil.copy(library, folder)
 
-        def run(text: str, *arguments: str, command: tuple[str, ...] = ROBOTPY_TEST, **environment: str):
+        def run(text: str, *arguments: str, command: tuple[str, ...] = ROBOTPY_TEST, **options: Any):
             (folder / "tests" / "test_robot.py").write_text(text)
-            path = os.pathsep.join(map(str, (distribution, PACKAGES)))
-            done = subprocess.run(
-                [sys.executable, *command, *arguments],
-                cwd=folder,
-                env={**os.environ, "PYTHONPATH": path, **environment},
-                capture_output=True,
-                text=True,
-                timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
-                check=False,
-            )
-            return done.returncode, done.stderr + done.stdout
+            return python(folder, *command, *arguments, **options)
 
         run.folder = folder
         return run
 
-    return copy
+    return make
 
 
 @pytest.fixture

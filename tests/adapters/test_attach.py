@@ -77,13 +77,8 @@ def test_again(sim):
 def test_a_loop_of_its_own_with_hooks_gets_physics_and_repeats(project_of, robot):
     if robot != "logged":
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
-    run = project_of(MAGIC)
-    if robot == "logged":
-        (run.folder / "robot.py").write_text(LOGGED)
-    elif robot != "magic":
-        cured = BARE.format(hooks=HOOKS, begin="self._simulationInit()", loop="self._simulationPeriodic()")
-        (run.folder / "robot.py").write_text(cured)
-    code, said = run(DRIVES, "-rP")
+    cured = BARE.format(hooks=HOOKS, begin="self._simulationInit()", loop="self._simulationPeriodic()")
+    code, said = project_of({"magic": MAGIC, "logged": LOGGED}.get(robot, cured))(DRIVES, "-rP")
     assert code == 0, said
     first, second = (line for line in said.splitlines() if line.startswith("DIGEST"))
     assert first == second
@@ -92,8 +87,7 @@ def test_a_loop_of_its_own_with_hooks_gets_physics_and_repeats(project_of, robot
 @pytest.mark.parametrize("command", ["test", "sim"])
 def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
     pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
-    run = project_of(MAGIC)
-    (run.folder / "robot.py").write_text(BARE.format(hooks="", begin="", loop=""))
+    run = project_of(BARE.format(hooks="", begin="", loop=""))
     words = ("-m", "robotpy", *(("test",) if command == "test" else ("sim", "--simcore", "--nogui")))
     code, said = run("def test_it(sim):\n    sim.start()\n", command=words)
     (sentence,) = {line.removeprefix("robotpy sim: ") for line in said.splitlines() if "nothing calls physics" in line}
@@ -104,7 +98,7 @@ def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
 
 def test_hooks_that_nothing_calls_are_said(project_of):
     pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
-    run = project_of(MAGIC)
+    run = project_of(BARE)
     for begin, words in (
         ("self.init = 1", "has not come through robotInit; it is at "),
         ("self._simulationInit()", "the loop of Robot never calls _simulationPeriodic; it is at "),
@@ -117,8 +111,7 @@ def test_hooks_that_nothing_calls_are_said(project_of):
 def test_a_robot_without_a_drivetrain_fails_with_that_alone(project_of):
     pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     pytest.importorskip("pyfrc", reason="MagicBot of 2027 ends with an error of its own, which hides this one")
-    run = project_of(MAGIC)
-    (run.folder / "robot.py").write_text(
+    run = project_of(
         "import magicbot\n\nclass Robot(magicbot.MagicRobot):\n    def createObjects(self) -> None:\n        pass\n"
     )
     code, said = run("def test_it(sim):\n    sim.teleop(seconds=1.0)\n")
@@ -139,9 +132,7 @@ class PhysicsEngine:
 def test_a_team_s_own_physics_runs_next_to_it_with_pyfrc_s_controller(project_of):
     """It is left alone where nobody asks for the field."""
     pytest.importorskip("pyfrc", reason="2027 has no physics controller")
-    run = project_of(MAGIC)
-    (run.folder / "robot.py").write_text(LOGGED)
-    (run.folder / "physics.py").write_text(PHYSICS)
+    run = project_of({"robot.py": LOGGED, "physics.py": PHYSICS})
     code, said = run(
         """
 def test_field(sim):

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from page_reader import report_blocks
 
-import simcore
 from simcore.cli import main
 
 pytestmark = pytest.mark.skipif(
     any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
 )
 
-PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
 
 
@@ -34,27 +28,17 @@ CHANGES = (
 """A follower that opposes, an id that is not there, a start in the hub, a muzzle far out, a motor left over."""
 
 
-def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tmp_path, distribution):
+def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(project_of):
     """What is right is as well: its pivot starts at its upper stop and reads 0.25 turns there, as its program says."""
-    folder = tmp_path / "robot"
-    shutil.copytree(ROBOTS / "described", folder, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROBOTS / "shared" / "measures.py", folder)
+    run = project_of(ROBOTS / "described")
+    folder = run.folder
     text = (folder / "simcore.toml").read_text()
     for before, after in CHANGES:
         assert before in text
         text = text.replace(before, after, 1)
     (folder / "simcore.toml").write_text(text)
-    done = subprocess.run(
-        [sys.executable, "-m", "simcore.cli", "check"],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (distribution, PACKAGES)))},
-        capture_output=True,
-        text=True,
-        timeout=150,
-        check=False,
-    )
-    said = done.stdout + done.stderr
-    assert done.returncode == 1, said
+    code, said = run("", command=("-m", "simcore.cli", "check"))
+    assert code == 1, said
     wrong = re.findall("^wrong: (.*)$", said, re.MULTILINE)
     assert wrong[:-1] == [
         "wheels: TalonFX 32 opposes its leader in the program, but not in the file: look at opposed",

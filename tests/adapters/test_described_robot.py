@@ -68,14 +68,16 @@ def test_its_log_is_its_own(sim):
 """
 
 TANK = """
+import pytest
 from pyfrc.tests import test_practice
+from wpilib import DriverStation
 
 
 def test_it_drives_and_its_currents_are_known(sim):
     sim.alliance("blue")
     sim.start()
     assert {side: len(amps) for side, amps in sim.currents.items()} == {"left": 2, "right": 2}
-    start = sim.pose
+    start, believed = sim.pose, sim.robot.odometry.getPose()
     sim.robot.goal = (2.0, 0.0, 0.0)
     sim.teleop(seconds=0.3)
     assert min(sum(amps) for amps in sim.currents.values()) > 5.0
@@ -83,6 +85,25 @@ def test_it_drives_and_its_currents_are_known(sim):
     assert sim.pose.translation().distance(start.translation()) > 1.0
     assert sim.pieces.held == 0 and sim.battery.min_voltage < 12.5
     assert sim.match is sim.game and sim.robot_sim is sim.plant
+    told = DriverStation.getGameSpecificMessage()  # in teleop without auto (practice) too
+    assert told == sim.match.rules.hubs.first_inactive[0].upper()
+
+    sim.robot.goal = (0.0, 0.0, 0.0)
+    sim.run(0.5)
+    middle, after = sim.pose, sim.robot.odometry.getPose()
+    way = middle.translation().distance(start.translation())
+    assert after.translation().distance(believed.translation()) == pytest.approx(way, rel=0.02)
+    sim.robot.goal = (0.0, 0.0, 2.0)
+    sim.run(0.5)
+    turned = (sim.pose.rotation() - middle.rotation()).radians()
+    assert abs(turned) > 0.5
+    assert (sim.robot.odometry.getPose().rotation() - after.rotation()).radians() == pytest.approx(turned, abs=0.03)
+    sim.robot.goal = (1.0, 0.0, 0.0)
+    sim.run(0.3)
+    sim.disable(seconds=1.0)  # its code never takes the volts back
+    assert sim.robot_sim.chassis.speed < 0.02
+    sim.autonomous(seconds=0.1)
+    assert DriverStation.getGameSpecificMessage() == ""  # a new auto starts with none
     print("DIGEST", sim.digest)
 
 
@@ -113,6 +134,7 @@ def test_guessed_mechanisms_reach_their_setpoints(sim):
     assert facts["turret"] == pytest.approx(0.4, abs=0.01)
     assert facts["encoder"] == pytest.approx(facts["turret"], abs=0.01)
     assert facts["roller_rps"] == pytest.approx(10.0, rel=0.1)
+    print("GUESSED", dict(sim.physics.assignment.guessed))
     numbers = {name: value for name, value in facts.items() if isinstance(value, (int, float))}
     pose = sim.pose
     print("FACTS", json.dumps({**numbers, "x": pose.X(), "y": pose.Y(), "yaw": pose.rotation().radians()}))
@@ -123,7 +145,8 @@ def test_motors_that_nobody_describes_turn_guessed_mechanisms_and_so_does_what_i
     run = project_of(ROBOTS / "generated")
     (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
     code, said = run(GENERATED, "-rP")
-    assert code == 0, said
+    assert code == 0 and "'TalonFX 31 + 32 + 33': '3 x Kraken X60 FOC, 0.75:1" in said, said
+    assert "'TalonFXS 37': '1 x Minion, 3:1" in said, said
     code, told = run("", "--force", command=("-m", "simcore", "init"))
     text = (run.folder / "simcore.toml").read_text()
     assert code == 0 and "found 5 motors" in told, told

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-import simcore
-
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 DESCRIBED = ROOT / "examples" / "reefscape_robot"
 """The one that a simcore.toml describes."""
@@ -42,21 +37,6 @@ def project(request, tmp_path):
     return folder
 
 
-def run(
-    *command: str, cwd: Path, path: tuple[Path, ...] = (), timeout: float = 90.0
-) -> subprocess.CompletedProcess[str]:
-    """In a folder of its own, with our packages but without entry points, unless a path has them."""
-    return subprocess.run(
-        [sys.executable, *command],
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (*path, PACKAGES, cwd)))},
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("absent", [(), ("pathplannerlib",)], ids=["complete", "without PathPlanner"])
 def test_what_a_deploy_copies_starts_without_the_simulation(scenario, absent):
@@ -82,53 +62,43 @@ def test_what_a_deploy_copies_of_a_described_robot_starts_too(scenario):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("project", [DESCRIBED], indirect=True, ids=["reefscape"])
-def test_a_described_robot_scores_two_coral(project, distribution, whole):
+def test_a_described_robot_scores_two_coral(project, python, whole):
     """As red; in full also everything else that its tests ask, and five processes with one digest."""
-    chosen = () if whole else ("-k", "red")
-    done = run("-m", "robotpy", "test", "--", "-q", *chosen, cwd=project, path=(distribution,), timeout=600.0)
-    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
-    assert f"{6 if whole else 1} passed" in done.stdout
+    test = ("-m", "robotpy", "test", "--", "-q")
+    code, said = python(project, *test, *(() if whole else ("-k", "red")))
+    assert code == 0 and f"{6 if whole else 1} passed" in said, said[-4000:]
     if not whole:
         return
     (project / "tests" / "digest_test.py").write_text(DIGEST)
     for _ in range(5):
-        done = run(
-            *("-m", "robotpy", "test", "--", "-q", "tests/digest_test.py"),
-            cwd=project,
-            path=(distribution,),
-            timeout=300.0,
-        )
-        assert done.returncode == 0, done.stdout[-4000:]
+        code, said = python(project, *test, "tests/digest_test.py")
+        assert code == 0, said[-4000:]
     first, *others = (project / "digests").read_text().splitlines()
     assert others == [first] * 4
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted((ROOT / "examples").glob("*/tests")), ids=lambda path: path.parent.name)
-def test_pytest_finds_the_tests_of_an_example_where_it_lies(folder, distribution):
+def test_pytest_finds_the_tests_of_an_example_where_it_lies(folder, python):
     """The checkout around it has settings of its own, which leave the examples out."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
-    done = run(
-        *("-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider"), cwd=folder.parent, path=(distribution,)
-    )
-    files = {line.split("::")[0] for line in done.stdout.splitlines() if "::" in line}
-    assert files == {f"tests/{path.name}" for path in folder.glob("*_test.py")}, done.stdout
+    _, said = python(folder.parent, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider")
+    files = {line.split("::")[0] for line in said.splitlines() if "::" in line}
+    assert files == {f"tests/{path.name}" for path in folder.glob("*_test.py")}, said
 
 
 @pytest.mark.slow
-def test_the_camera_reader_and_its_filters(project):
+def test_the_camera_reader_and_its_filters(project, python):
     """The example's own unit tests, which need no robot."""
-    done = run("-m", "pytest", "-q", "-c", os.devnull, "--rootdir", ".", "tests/vision_test.py", cwd=project)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
-    assert " passed" in done.stdout and "skipped" not in done.stdout
+    code, said = python(project, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", ".", "tests/vision_test.py")
+    assert code == 0 and " passed" in said and "skipped" not in said, said[-4000:]
 
 
 @pytest.mark.slow
-@pytest.mark.realtime
-def test_robotpy_test_passes(project):
-    done = run("-m", "robotpy", "test", cwd=project, timeout=180.0)
-    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+def test_robotpy_test_passes(project, python):
+    code, said = python(project, "-m", "robotpy", "test")
+    assert code == 0, said[-6000:]
 
 
 @pytest.mark.slow

@@ -10,46 +10,6 @@ pytestmark = pytest.mark.slow
 
 STARTING = Path(__file__).parent / "robots" / "starting"
 
-FILE = """
-[robot]
-mass = 48.0
-[start]
-x = 2.0
-y = 1.2
-
-[[partner]]
-name = "friend"
-auto = "depot"
-
-[[opponent]]
-name = "defender"
-start = [2.0, 2.2, 0.0]
-script = "defense:defend"
-"""
-DEFENSE = """
-def defend(robot, time):
-    robot.drive.set_chassis_speeds(1.5, 0.0, 0.0)
-"""
-TEST = """
-import os
-
-
-def test_it(sim):
-    sim.alliance("blue")
-    sim.start()
-    match = sim.match
-    assert match.alliances == ["blue", "blue", "red"]
-    before = [robot.chassis.pose for robot in match.robots]
-    sim.run(0.5)
-    for robot, pose in zip(match.robots, before):  # disabled: they wait with the team's robot
-        assert max(abs(a - b) for a, b in zip(robot.chassis.pose, pose)) < 0.01
-    sim.autonomous(seconds=1.0)
-    sim.teleop(seconds=1.5)
-    ways = [abs(robot.chassis.pose[0] - pose[0]) for robot, pose in zip(match.robots, before)]
-    assert ways[1] > 0.2 and ways[2] > 0.5, ways
-    with open(os.environ["DIGESTS"], "a") as file:
-        file.write(f"{sim.digest}\\n")
-"""
 EMPTY = """
 def test_it(sim):
     sim.start()
@@ -58,17 +18,6 @@ def test_it(sim):
     sim.autonomous(seconds=1.5)
     assert sim.pose.translation().distance(start.translation()) > 1.0
 """
-
-
-def test_they_play_while_the_robot_is_enabled_and_alike_in_two_processes(project_of, tmp_path):
-    run, digests = project_of(STARTING), tmp_path / "digests"
-    (run.folder / "simcore.toml").write_text('game = "rebuilt"\n' + FILE)
-    (run.folder / "defense.py").write_text(DEFENSE)
-    for _ in range(2):
-        code, said = run(TEST, DIGESTS=str(digests))
-        assert code == 0, said
-    first, second = digests.read_text().splitlines()
-    assert first == second
 
 
 def test_a_robot_drives_on_the_empty_field(project_of):

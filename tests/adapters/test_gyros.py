@@ -10,6 +10,8 @@ import pytest
 NAVX = ("navx", "navx-usb", "navx-i2c", "navx-created")
 ADIS = ("ADIS16448_IMU", "ADIS16470_IMU")
 PACKAGES = dict.fromkeys((*NAVX, "navx3"), "navx")
+TOGETHER = (("navx", "navx-usb", "navx-i2c", *ADIS, "ADXRS450_Gyro", "AnalogGyro"), ("navx-created", "navx3"))
+"""Those of one process: two of one port are one device."""
 CLOCKWISE = (*NAVX, "ADXRS450_Gyro", "AnalogGyro")
 """Whose `getAngle` counts clockwise turns as positive, as their makers say."""
 PITCH, ROLL = math.degrees(0.1), math.degrees(-0.05)
@@ -25,7 +27,8 @@ def rows(scenario):
         if find_spec(package) is None:
             pytest.skip(f"needs {package}: pip install .[{package}]")
         if name not in shown:
-            shown[name] = scenario("gyros", name)
+            names = next(names for names in TOGETHER if name in names)
+            shown.update(scenario("gyros", *(n for n in names if find_spec(PACKAGES.get(n, "wpilib")))))
         return shown[name]
 
     return get

@@ -22,9 +22,42 @@ def warnings(caplog):
 """
 
 
+HEADSET = """
+import measures
+import wpilib
+from phoenix6.swerve import requests
+from questnav import QuestNav
+from wpimath.geometry import Pose2d, Pose3d, Rotation3d, Transform3d, Translation3d
+
+ROBOT_TO_QUEST = Transform3d(Translation3d(0.15, 0.2, 0.5), Rotation3d.fromDegrees(0, 0, 90))
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.drivetrain = measures.build()
+        self.quest, self.believed = QuestNav(), Pose2d()
+        {init}
+
+    def tell(self, pose):
+        self.quest.set_pose(Pose3d(pose).transformBy(ROBOT_TO_QUEST))
+
+    def robotPeriodic(self):
+        for frame in self.quest.unread_frames():
+            self.believed = frame.pose.transformBy(ROBOT_TO_QUEST.inverse()).toPose2d()
+
+    def autonomousInit(self):
+        self.drivetrain.reset_pose(Pose2d(3.5, 5.0, 0.0))
+        self.tell(Pose2d(3.5, 5.0, 0.0))
+
+    def teleopPeriodic(self):
+        self.drivetrain.set_control(requests.RobotCentric().with_velocity_x(1.0))
+"""
+"""Goes by a headset that looks to the left, which it tells where it is."""
+
+
 def test_a_headset_that_is_told_in_the_auto_s_first_loop_starts_where_the_auto_does(project_of):
     """The robot is carried after the headset has heard where it is: it was there all the time."""
-    code, said = project_of(ROBOTS / "team_quest")(
+    code, said = project_of(HEADSET.format(init=""))(
         HELPERS
         + """
 def test_it(sim):
@@ -32,21 +65,20 @@ def test_it(sim):
     assert sim.pose.X() < 3.0
     sim.autonomous(seconds=1.0)
     assert sim.pose.X() == pytest.approx(3.5, abs=0.02) and sim.pose.Y() == pytest.approx(5.0, abs=0.02)
-    assert apart(sim, sim.robot.swerve.get_state().pose) < 0.02
+    assert apart(sim, sim.robot.believed) < 0.02
     mount = sim.match.cameras.headsets[0].mount
     assert (mount.x, mount.y, mount.yaw_deg) == pytest.approx((0.15, 0.2, 90.0), abs=0.05)
     sim.disable(seconds=0.2)
     sim.place(5.5, 5.0, 1.0)  # elsewhere, by people who have told nobody: a headset sees the way
     sim.run(0.2)
-    assert apart(sim, sim.robot.swerve.get_state().pose) < 0.1
+    assert apart(sim, sim.robot.believed) < 0.1
 """
     )
     assert code == 0, said
 
 
 def test_a_headset_that_is_told_before_the_first_tick_has_heard_it(project_of):
-    run = project_of(ROBOTS / "headset")
-    code, said = run(
+    code, said = project_of(HEADSET.format(init="self.tell(Pose2d())"))(
         HELPERS
         + """
 def test_it(sim):
@@ -63,8 +95,47 @@ def test_it(sim):
     assert code == 0, said
 
 
+SEEDING = """
+import os
+
+import measures
+import wpilib
+from phoenix6.swerve import requests
+from wpimath.geometry import Pose2d
+
+PLACES = {"left": (3.0, 6.0, 1.0), "right": (3.0, 2.0, 0.0), "in the hub": (4.6, 4.035, 0.0), "none": None}
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.drivetrain = measures.build()
+        if "AT_ONCE" in os.environ:
+            self.drivetrain.reset_pose(Pose2d(3.0, 6.0, 1.0))
+        self.chooser = wpilib.SendableChooser()
+        self.chooser.setDefaultOption("none", "none")
+        for name in PLACES:
+            self.chooser.addOption(name, name)
+        wpilib.SmartDashboard.putData("Auto", self.chooser)
+        self.chosen = "none"
+
+    def disabledPeriodic(self):
+        name = self.chooser.getSelected()
+        if name != self.chosen:
+            self.chosen = name
+            if PLACES[name] is not None:
+                self.drivetrain.reset_pose(Pose2d(*PLACES[name]))
+
+    def autonomousPeriodic(self):
+        self.drivetrain.set_control(requests.RobotCentric().with_velocity_x(1.0))
+
+    def disabledInit(self):
+        self.drivetrain.set_control(requests.SwerveDriveBrake())
+"""
+"""Sets its pose while disabled: in robotInit, on a change of the chooser, or never; its auto only drives ahead."""
+
+
 def test_a_pose_that_was_set_while_disabled_is_where_the_auto_begins(project_of):
-    code, said = project_of(ROBOTS / "seeding")(
+    code, said = project_of(SEEDING)(
         HELPERS
         + """
 def test_it(sim, caplog):
@@ -115,7 +186,7 @@ def test_a_place_that_was_given_stays_and_one_warning_says_so(sim, caplog):
 
 
 def test_a_pose_that_was_set_in_robotinit_counts_too(project_of):
-    code, said = project_of(ROBOTS / "seeding")(
+    code, said = project_of(SEEDING)(
         HELPERS
         + """
 def test_it(sim, caplog):
@@ -203,8 +274,36 @@ def test_without_isolation_robotpy_test_ends(project_of, tmp_path, environment):
     assert code == 0 and "1 passed" in said, said
 
 
+TWICE = """
+import os
+
+import measures
+import wpilib
+
+AMPS = float(os.environ.get("AMPS", "90"))  # of a drive motor, at which its wheel shall not slip
+
+
+class Container:
+    def __init__(self):
+        self.drivetrain = measures.build(slip_current=AMPS)
+
+    def drive(self):
+        self.drivetrain.set_control(measures.driver_request())
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.drivetrain = measures.build(slip_current=AMPS)
+        self.container = Container()
+
+    def teleopPeriodic(self):
+        self.container.drive()
+"""
+"""Builds its drivetrain twice, in robot.py and in its container, which is the one that drives."""
+
+
 def test_a_drivetrain_that_is_built_twice_is_one(project_of):
-    code, said = project_of(ROBOTS / "twice")(
+    code, said = project_of(TWICE)(
         """
 import logging
 import pytest
@@ -232,7 +331,7 @@ def test_odometry_leads_by_what_wheels_slip_and_by_nothing_else(project_of):
     While a wheel turns its drive is scaled by the cosine of what it lacks, so without slip odometry is right from the
     first instant. With full slip it leads by v^2 / (2 mu g) = 0.38 m at 3 m/s.
     """
-    leads, run = [], project_of(ROBOTS / "twice")
+    leads, run = [], project_of(TWICE)
     for amps in ("40", "90"):
         code, said = run(
             """
@@ -254,8 +353,38 @@ def test_it(sim):
     assert abs(leads[0]) < 0.01 and 0.05 < leads[1] < 0.38, leads
 
 
+NAMED = """
+import measures
+import wpilib
+from phoenix6 import hardware
+
+LIFT_MOTOR = hardware.TalonFX(40)
+
+
+class Shooter:
+    def __init__(self):
+        self.shooterMotorTop, self.bottom = hardware.TalonFX(31), hardware.TalonFX(32)
+
+
+class IntakeSubsystem:
+    def __init__(self):
+        self.motor = hardware.TalonFX(33)
+        self.m_pivotTalonFX = hardware.TalonFX(34)
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.drivetrain = measures.build()
+        self.shooter, self.intake = Shooter(), IntakeSubsystem()
+        self.Feeder1Motor = hardware.TalonFX(35)
+        self.WristMotor = hardware.TalonFX(36)
+        self.all = [hardware.TalonFX(37)]
+"""
+"""Motors whose attributes say what they turn, in the ways in which teams write them."""
+
+
 def test_init_names_mechanisms_as_robot_code_does(project_of):
-    run = project_of(ROBOTS / "named")
+    run = project_of(NAMED)
     code, said = run("", command=("-m", "simcore", "init", "."))
     assert code == 0, said
     text = (run.folder / "simcore.toml").read_text()

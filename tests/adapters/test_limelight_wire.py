@@ -228,6 +228,11 @@ def local():
     ntcore.NetworkTableInstance.destroy(instance)
 
 
+def camera_on(instance, config):
+    table = LimelightTable(instance, config, LAYOUT.field_size, NetworkClock())
+    return LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[table])
+
+
 def look(camera, seconds, scene=None, start=0.0):
     history = PoseHistory()
     for k in range(round(seconds / 0.02)):
@@ -240,8 +245,7 @@ def look(camera, seconds, scene=None, start=0.0):
 def test_without_tags_there_are_zeros_and_frames_go_on(local):
     """Zeros with a tag count of 0, a beating heart, and a stamp a frame: a reader sees that it is alive."""
     away = CameraConfig(name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=90.0))
-    table = LimelightTable(local, away, LAYOUT.field_size, NetworkClock())
-    camera = LimelightSim(away, LAYOUT, np.random.default_rng(0), ports=[table])
+    camera = camera_on(local, away)
     options = ntcore.PubSubOptions(sendAll=True, keepDuplicates=True, pollStorage=100)
     poses = local.getDoubleArrayTopic("/ll/botpose_wpiblue").subscribe([], options)
     look(camera, 1.0)
@@ -261,8 +265,7 @@ def test_detections_on_the_wire(local):
     config = CameraConfig(
         name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=20.0), pipelines=(PiecePipeline(),)
     )
-    table = LimelightTable(local, config, LAYOUT.field_size, NetworkClock())
-    camera = LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[table])
+    camera = camera_on(local, config)
     pieces = np.array([(PLACE[0] + 2.0, PLACE[1], 0.075), (PLACE[0] + 1.2, PLACE[1] + 0.2, 0.075)])
     look(camera, 0.5, CameraScene(pieces=pieces, radii=np.full(2, 0.075), class_names=("ball",)))
     raw = np.array(local.getDoubleArrayTopic("/ll/rawdetections").subscribe([]).get()).reshape(-1, 12)
@@ -274,42 +277,20 @@ def test_detections_on_the_wire(local):
     camera.close()
 
 
-@pytest.mark.parametrize("kind", ["double", "int"])
-def test_numbers_are_taken_as_doubles_or_integers(local, kind):
-    camera = LimelightSim(
-        CONFIG,
-        LAYOUT,
-        np.random.default_rng(0),
-        ports=[LimelightTable(local, CONFIG, LAYOUT.field_size, NetworkClock())],
-    )
-    entry = local.getEntry("/limelight-wire/pipeline")
-    entry.setDouble(1.0) if kind == "double" else entry.setInteger(1)
-    camera.listen(0.0)
-    assert camera.settings.pipeline == 1
-    camera.close()
-
-
-def test_a_request_that_was_there_before_the_camera_is_taken(local):
+@pytest.mark.parametrize("kind", ["setDouble", "setInteger"])
+@pytest.mark.parametrize("is_early", [False, True])
+def test_numbers_are_taken_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
     """Robot code often sets a pipeline in its constructor, before the simulated camera exists."""
-    local.getEntry("/limelight-wire/pipeline").setDouble(1.0)
-    camera = LimelightSim(
-        CONFIG,
-        LAYOUT,
-        np.random.default_rng(0),
-        ports=[LimelightTable(local, CONFIG, LAYOUT.field_size, NetworkClock())],
-    )
+    camera = None if is_early else camera_on(local, CONFIG)
+    getattr(local.getEntry("/limelight-wire/pipeline"), kind)(1)
+    camera = camera or camera_on(local, CONFIG)
     camera.listen(0.0)
     assert camera.settings.pipeline == 1
     camera.close()
 
 
 def test_nonsense_on_inputs_is_ignored_and_logged_once(local, caplog):
-    camera = LimelightSim(
-        CONFIG,
-        LAYOUT,
-        np.random.default_rng(0),
-        ports=[LimelightTable(local, CONFIG, LAYOUT.field_size, NetworkClock())],
-    )
+    camera = camera_on(local, CONFIG)
     before = CameraSettings.of(CONFIG)
     requests = local.getTable("limelight-wire")
     for _ in range(3):

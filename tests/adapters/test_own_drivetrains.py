@@ -1,12 +1,13 @@
-"""Robots whose drivetrains are their own, shaped as teams write them, with no line of code for simcore."""
+"""Robots whose drivetrains are their own, as teams write them: belief holds with no line of code, and `init` says how.
+
+Where a program's odometry does not hold, simcore says why.
+"""
 
 from __future__ import annotations
 
 import json
-import os
+import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,112 +22,468 @@ pytestmark = pytest.mark.slow
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
 NEEDS = ("wpilib", "pyfrc", "phoenix6", "rev", "commands2", "magicbot")
+SWERVE = """
+import math
+import rev
+import wpilib
+from wpilib import RobotBase
+from wpimath.controller import PIDController
+from wpimath.estimator import SwerveDrive4PoseEstimator
+from wpimath.geometry import Pose2d, Rotation2d, Translation2d
+from wpimath.kinematics import (
+    ChassisSpeeds, SwerveDrive4Kinematics, SwerveDrive4Odometry, SwerveModulePosition, SwerveModuleState)
+
+X = Y = 0.28
+KIN = SwerveDrive4Kinematics(Translation2d(X, Y), Translation2d(X, -Y), Translation2d(-X, Y), Translation2d(-X, -Y))
+METERS = 0.1016 * math.pi / 6.75
+TURNS = math.tau / 21.43
+BRUSHLESS = rev.SparkLowLevel.MotorType.kBrushless
+
+
+class Module:
+    def __init__(self, k):
+        self.drive = rev.SparkMax(2 * k + 1, BRUSHLESS)
+        self.steer = rev.SparkMax(2 * k + 2, BRUSHLESS)
+        c = rev.SparkMaxConfig()
+        c.encoder.positionConversionFactor(METERS).velocityConversionFactor(METERS / 60)
+        c.closedLoop.pid(0.1, 0, 0)
+        c.closedLoop.feedForward.kV(2.4)
+        self.drive.configure(c, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kNoPersistParameters)
+        c = rev.SparkMaxConfig()
+        c.encoder.positionConversionFactor(TURNS).velocityConversionFactor(TURNS / 60)
+        c.closedLoop.pid(1.0, 0, 0).positionWrappingEnabled(True).positionWrappingInputRange(-math.pi, math.pi)
+        self.steer.configure(c, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kNoPersistParameters)
+
+    def angle(self):
+        return Rotation2d(self.steer.getEncoder().getPosition())
+
+    def get_position(self):
+        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())
+
+    def steer_to(self, angle):
+        self.steer.getClosedLoopController().setReference(angle.radians(), rev.SparkLowLevel.ControlType.kPosition)
+
+    def go(self, state):
+        state.optimize(self.angle())
+        self.drive.getClosedLoopController().setReference(state.speed, rev.SparkLowLevel.ControlType.kVelocity)
+        self.steer_to(state.angle)
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.modules = [Module(k) for k in range(4)]
+        self.gyro, self.pad = wpilib.ADXRS450_Gyro(), wpilib.XboxController(0)
+        self.odometry = SwerveDrive4Odometry(KIN, self.heading(), self.positions())
+
+    def heading(self):
+        return self.gyro.getRotation2d()
+
+    def positions(self):
+        return tuple(m.get_position() for m in self.modules)
+
+    def robotPeriodic(self):
+        self.odometry.update(self.heading(), self.positions())
+
+    def teleopPeriodic(self):
+        speeds = ChassisSpeeds(-3 * self.pad.getLeftY(), -3 * self.pad.getLeftX(), -2 * self.pad.getRightX())
+        for module, state in zip(self.modules, KIN.toSwerveModuleStates(speeds)):
+            module.go(state)
+"""
+TANK = """
+import math
+import rev
+import wpilib
+from wpilib.drive import DifferentialDrive
+from wpimath.kinematics import DifferentialDriveOdometry
+
+FACTOR = 0.1524 * math.pi / 8.45
+
+
+def spark(number, inverted=False, leader=None):
+    motor = rev.SparkMax(number, rev.SparkLowLevel.MotorType.kBrushless)
+    c = rev.SparkMaxConfig().setIdleMode(rev.SparkBaseConfig.IdleMode.kBrake)
+    c.encoder.positionConversionFactor(FACTOR).velocityConversionFactor(FACTOR / 60)
+    c.inverted(inverted) if leader is None else c.follow(leader)
+    motor.configure(c, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kNoPersistParameters)
+    return motor
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.motorL1, self.motorL2 = spark(1), spark(2, leader=1)
+        self.motorR1, self.motorR2 = spark(3, True), spark(4, leader=3)
+        self.drive = DifferentialDrive(self.motorL1, self.motorR1)
+        self.gyro, self.pad = wpilib.ADXRS450_Gyro(), wpilib.XboxController(0)
+        self.odometry = DifferentialDriveOdometry(self.gyro.getRotation2d(), 0.0, 0.0)
+
+    def robotPeriodic(self):
+        left, right = self.motorL1.getEncoder().getPosition(), self.motorR1.getEncoder().getPosition()
+        self.odometry.update(self.gyro.getRotation2d(), left, right)
+
+    def teleopPeriodic(self):
+        self.drive.arcadeDrive(-self.pad.getLeftY(), -self.pad.getRightX(), False)
+"""
+MECANUM = """
+import math
+import rev
+import wpilib
+from wpilib.drive import MecanumDrive
+from wpimath.geometry import Translation2d
+from wpimath.kinematics import MecanumDriveKinematics, MecanumDriveOdometry, MecanumDriveWheelPositions
+
+FACTOR = 0.1524 * math.pi / 8.45
+PLACES = [(0.26, 0.28), (0.26, -0.28), (-0.26, 0.28), (-0.26, -0.28)]
+KIN = MecanumDriveKinematics(*(Translation2d(*place) for place in PLACES))
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.wheels = []
+        for number in (1, 2, 3, 4):
+            motor = rev.SparkMax(number, rev.SparkLowLevel.MotorType.kBrushless)
+            c = rev.SparkMaxConfig().inverted(number in (2, 4))
+            c.encoder.positionConversionFactor(FACTOR).velocityConversionFactor(FACTOR / 60)
+            motor.configure(c, rev.ResetMode.kResetSafeParameters, rev.PersistMode.kNoPersistParameters)
+            self.wheels.append(motor)
+        fl, fr, rl, rr = self.wheels
+        self.drive = MecanumDrive(fl, rl, fr, rr)
+        self.gyro, self.pad = wpilib.ADXRS450_Gyro(), wpilib.XboxController(0)
+        self.odometry = MecanumDriveOdometry(KIN, self.gyro.getRotation2d(), self.positions())
+
+    def positions(self):
+        now = MecanumDriveWheelPositions()
+        now.frontLeft, now.frontRight, now.rearLeft, now.rearRight = (
+            motor.getEncoder().getPosition() for motor in self.wheels)
+        return now
+
+    def robotPeriodic(self):
+        self.odometry.update(self.gyro.getRotation2d(), self.positions())
+
+    def teleopPeriodic(self):
+        self.drive.driveCartesian(-self.pad.getLeftY(), self.pad.getLeftX(), self.pad.getRightX())
+"""
+TANK_PWM = """
+import math
+import wpilib
+from wpilib.drive import DifferentialDrive
+from wpimath.kinematics import DifferentialDriveKinematics, DifferentialDriveOdometry
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.left, self.right, self.left_back, self.right_back = (wpilib.Spark(k) for k in range(4))
+        {sides}
+        self.left_encoder, self.right_encoder = wpilib.Encoder(0, 1), wpilib.Encoder(2, 3, True)
+        for encoder in (self.left_encoder, self.right_encoder):
+            encoder.setDistancePerPulse(math.pi * 0.1524 / 360)
+        self.gyro, self.pad = wpilib.ADXRS450_Gyro(), wpilib.Joystick(0)
+        self.kinematics = DifferentialDriveKinematics(0.6)
+        self.odometry = DifferentialDriveOdometry(self.gyro.getRotation2d(), 0.0, 0.0)
+
+    def robotPeriodic(self):
+        ways = self.left_encoder.getDistance(), self.right_encoder.getDistance()
+        self.odometry.update(self.gyro.getRotation2d(), *ways)
+
+    def teleopPeriodic(self):
+        self.drive.arcadeDrive(-self.pad.getRawAxis(1), -self.pad.getRawAxis(4), False)
+"""
+FOLLOWERS = """self.left.addFollower(self.left_back)
+        self.right.addFollower(self.right_back)
+        self.right.setInverted(True)
+        self.right_back.setInverted(True)
+        self.drive = DifferentialDrive(self.left, self.right)"""
+GROUPS = """self.left = wpilib.MotorControllerGroup(self.left, self.left_back)
+        self.right = wpilib.MotorControllerGroup(self.right, self.right_back)
+        self.right.setInverted(True)
+        self.drive = DifferentialDrive(lambda speed: self.left.set(speed), lambda speed: self.right.set(speed))"""
+_RIO = (
+    "self.steer.getClosedLoopController().setReference(angle.radians(), rev.SparkLowLevel.ControlType.kPosition)",
+    "self.steer.setVoltage({sign}self.loop.calculate(self.angle().radians(), angle.radians()))",
+)
+_LOOP = (
+    "    def angle(self):",
+    "        self.loop = PIDController(8.0, 0, 0)\n        self.loop.enableContinuousInput(-math.pi, math.pi)\n"
+    "{more}\n    def angle(self):",
+)
+_DIO = (
+    "return Rotation2d(self.steer.getEncoder().getPosition())",
+    "return Rotation2d.fromRotations({sign}self.azimuth.get())",
+)
+_SIM_WRITES = (
+    "    def teleopPeriodic(self):",
+    "    def {hook}(self):\n        for sim in self.sims:\n            sim.iterate(3.0, 12.0, 0.02)\n"
+    "            sim.getRelativeEncoderSim().setPosition(0.1)\n\n    def teleopPeriodic(self):",
+)
+_SIMS = (
+    "        self.odometry = ",
+    "        from wpimath.system.plant import DCMotor\n"
+    "        motors = [m for module in self.modules for m in (module.drive, module.steer)]\n"
+    "        self.sims = [rev.{cls}(m, DCMotor.NEO()) for m in motors]\n"
+    "        self.odometry = ",
+)
+_MOVES_ITSELF = (
+    "        self.odometry.update(self.heading(), self.positions())",
+    "        self.odometry.update(self.heading(), self.positions())\n        if RobotBase.isSimulation():\n"
+    "            p = self.odometry.getPose()\n            p = Pose2d(p.x, p.y + 0.014 * self.asked, p.rotation())\n"
+    "            self.odometry.resetPosition(self.heading(), self.positions(), p)",
+)
+_ASKED = (
+    "        for module, state in",
+    "        self.asked = -3 * self.pad.getLeftX()\n        for module, state in",
+)
+
+
+def _with(text: str, *changes: tuple[str, str], **words: str) -> str:
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new.format(**words) if words else new, 1)
+    return text
+
+
+_IDLE = ("        self.modules = [", "        self.asked = 0.0\n        self.modules = [")
+_AZIMUTH = "        self.azimuth = wpilib.DutyCycleEncoder(k)\n"
+_QUADRATURE = """
+        self.azimuth = wpilib.Encoder(2 * k, 2 * k + 1)
+        self.azimuth.setDistancePerPulse(math.tau / 4096)
+"""
+TWO_MAKERS = _with(
+    TANK,
+    ("self.motorR1, self.motorR2 = spark(3, True), spark(4, leader=3)", "self.motorR1 = wpilib.PWMSparkMax(0)\n"
+     "        self.motorR1.setInverted(True)\n        self.rightEncoder = wpilib.Encoder(0, 1)\n"
+     "        self.rightEncoder.setDistancePerPulse(0.1524 * math.pi / 2048)"),
+    ("self.motorR1.getEncoder().getPosition()", "self.rightEncoder.getDistance()"),
+    ("self.drive = ", "self.leftEncoder = wpilib.Encoder(2, 3)\n"
+     "        self.leftEncoder.setDistancePerPulse(0.1524 * math.pi / 2048)\n        self.drive = "),
+    ("self.motorL1.getEncoder().getPosition()", "self.leftEncoder.getDistance()"),
+)  # fmt: skip
+CLEAN: dict[str, str | Path] = {
+    "loops on SPARKs": SWERVE,
+    "SparkSim in simulationPeriodic": _with(
+        _with(SWERVE, _SIMS, cls="SparkSim"), _SIM_WRITES, hook="simulationPeriodic"
+    ),
+    "SparkMaxSim in _simulationPeriodic": _with(
+        _with(SWERVE, _SIMS, cls="SparkMaxSim"), _SIM_WRITES, hook="_simulationPeriodic"
+    ),
+    "loops on the roboRIO, DIO encoders": _with(
+        _with(_with(SWERVE, _RIO, sign=""), _LOOP, more=_AZIMUTH), _DIO, sign=""
+    ),
+    "steer motors turn the other way": _with(
+        _with(_with(SWERVE, _RIO, sign="-"), _LOOP, more=_AZIMUTH), _DIO, sign=""
+    ),
+    "encoders count clockwise": _with(_with(_with(SWERVE, _RIO, sign=""), _LOOP, more=_AZIMUTH), _DIO, sign="-"),
+    "quadrature encoders on the azimuths": _with(
+        _with(_with(SWERVE, _RIO, sign=""), _LOOP, more=_QUADRATURE),
+        (_DIO[0], "return Rotation2d(self.azimuth.getDistance())"),
+    ),
+    "a class of SPARKs of its own": _with(
+        SWERVE,
+        ("class Module:", "class Spark(rev.SparkMax):\n    def configure(self, *settings):\n"
+         "        return super().configure(*settings)\n\n\nclass Module:"),
+        ("self.drive = rev.SparkMax", "self.drive = Spark"),
+    ),
+    "places in inches": _with(SWERVE, ("X = Y = 0.28", "X = Y = 11.0"), ("getRightX())", "getRightX() * 0)")),
+    "a pose that the program moves in simulation": _with(SWERVE, _MOVES_ITSELF, _ASKED, _IDLE),
+    "an estimator": _with(SWERVE, ("SwerveDrive4Odometry(KIN, self.heading(), self.positions())",
+                                   "SwerveDrive4PoseEstimator(KIN, self.heading(), self.positions(), Pose2d())")),
+    "tank of motors L1 and R1": TANK,
+    "tank of lDrive and rDrive": TANK.replace("motorL", "lDrive").replace("motorR", "rDrive"),
+    "tank of fl_motor and rr_motor": TANK.replace("motorL1", "fl_motor").replace("motorL2", "rl_motor")
+    .replace("motorR1", "fr_motor").replace("motorR2", "rr_motor"),
+    "tank of two makers": TWO_MAKERS,
+    "tank that knows its gears alone": _with(
+        TANK,
+        ("    c.encoder.positionConversionFactor(FACTOR).velocityConversionFactor(FACTOR / 60)\n", ""),
+        ("getRotation2d(), left, right)", "getRotation2d(), 0.04 * left, 0.04 * right)"),
+    ),
+    "tank whose encoders count inches": _with(
+        TWO_MAKERS,
+        *[("setDistancePerPulse(0.1524 * math.pi / 2048)", "setDistancePerPulse(6.0 * math.pi / 360)")] * 2,
+        ("getRotation2d(), left, right)", "getRotation2d(), 0.0254 * left, 0.0254 * right)"),
+    ),
+    "mecanum": MECANUM,
+    "MAXSwerve": ROBOTS / "own_maxswerve",
+    "TalonFX and CANcoders": ROBOTS / "own_talons",
+    "PWM controllers and ports": ROBOTS / "own_rio_loops",
+    "MagicBot of two makers": ROBOTS / "own_magic",
+    "SPARKs seeded from CANcoders": _with(
+        SWERVE,
+        ("import wpilib\n", "import wpilib\nfrom phoenix6.configs import CANcoderConfiguration\n"
+         "from phoenix6.hardware import CANcoder, Pigeon2\n"),
+        *[("        c.closedLoop", "        c.inverted(True)\n        c.closedLoop")] * 2,
+        ("    def angle(self):", "        self.can_coder, c = CANcoder(20 + k), CANcoderConfiguration()\n"
+         "        c.magnet_sensor.magnet_offset = 0.15 * k - 0.2\n        self.can_coder.configurator.apply(c)\n"
+         "        absolute = self.can_coder.get_absolute_position().value\n"
+         "        self.steer.getEncoder().setPosition(math.tau * absolute)\n\n    def angle(self):"),
+        ("wpilib.ADXRS450_Gyro()", "Pigeon2(9)"),
+    ),
+    "six modules of SPARK Flex": _with(
+        SWERVE.replace("SparkMax", "SparkFlex").replace("Drive4", "Drive6")
+        .replace("self.steer.getEncoder()", "self.steer.getAbsoluteEncoder()"),
+        ("c.encoder.positionConversionFactor(TURNS).velocityConversionFactor(TURNS / 60)",
+         "c.absoluteEncoder.positionConversionFactor(math.tau)"),
+        ("c.closedLoop.pid(1.0, 0, 0)",
+         "c.closedLoop.setFeedbackSensor(rev.FeedbackSensor.kAbsoluteEncoder).pid(0.8, 0, 0)"),
+        ("Translation2d(X, Y), Translation2d(X, -Y), Translation2d(-X, Y), Translation2d(-X, -Y)",
+         "*(Translation2d(x, y) for x in (0.32, 0.0, -0.32) for y in (Y, -Y))"),
+        ("range(4)", "range(6)"),
+    ),
+    "tank on PWM with followers": TANK_PWM.format(sides=FOLLOWERS),
+    "tank of groups by functions": TANK_PWM.format(sides=GROUPS),
+}  # fmt: skip
+"""Programs with which nothing is wrong, by their habit: belief holds with no line of code."""
+
+IO_LAYERS = _with(
+    SWERVE,
+    (
+        "class Robot(",
+        '''class SimulatedModule:
+    """What an IO layer builds in simulation: no motor, a model of its own."""
+
+    def __init__(self, k):
+        self.way, self.state = 0.0, SwerveModuleState()
+
+    def get_position(self):
+        self.way += 0.02 * self.state.speed
+        return SwerveModulePosition(self.way, self.state.angle)
+
+    def go(self, state):
+        self.state = state
+
+
+class Robot(''',
+    ),
+    ("[Module(k) for", "[(Module if RobotBase.isReal() else SimulatedModule)(k) for"),
+)
+"""Builds motors on the real robot alone."""
+
+FAULTS: dict[str, tuple[str, str, str]] = {
+    "a gyro that is not negated": (
+        _with(SWERVE, ("return self.gyro.getRotation2d()", "return Rotation2d.fromDegrees(self.gyro.getAngle())")),
+        "",
+        "gyro is not negated",
+    ),
+    "wheels of another size": (SWERVE, "drive_gearing = 6.75\nwheel_diameter = 0.13", "wheel size"),
+    "zeros that differ": (SWERVE, "zeros_deg = [40.0, 40.0, 40.0, 40.0]", "zeros"),
+    "a tank that drives backward": (
+        _with(TANK, ("getRotation2d(), left, right)", "getRotation2d(), -left, -right)")),
+        "",
+        "goes the other way",
+    ),
+    "a heading that is half of it": (
+        _with(SWERVE, ("return self.gyro.getRotation2d()", "return self.gyro.getRotation2d() * 0.5")),
+        "",
+        "times as far",
+    ),
+}  # fmt: skip
+"""Programs with an error: source, keys of [drivetrain], and what the warning says."""
+
 FOUND = {
-    "maxswerve": ("swerve", "SPARK MAX", "wired"),
-    "spark_cancoder": ("swerve", "SPARK MAX", "CANcoder"),
-    "talons": ("swerve", "TalonFX", "CANcoder"),
-    "rio_loops": ("swerve", "PWM", "DutyCycleEncoder"),
-    "magic": ("swerve", "TalonFX", "AnalogEncoder"),
-    "six": ("swerve", "SPARK Flex", "wired"),
-    "tank_sparks": ("tank", "SPARK MAX", None),
-    "tank_pwm": ("tank", "PWM", None),
-    "tank_groups": ("tank", "PWM", None),
-    "mecanum": ("mecanum", "TalonFX", None),
+    "MAXSwerve": ("swerve", "SPARK MAX", "wired"),
+    "SPARKs seeded from CANcoders": ("swerve", "SPARK MAX", "CANcoder"),
+    "TalonFX and CANcoders": ("swerve", "TalonFX", "CANcoder"),
+    "PWM controllers and ports": ("swerve", "PWM", "DutyCycleEncoder"),
+    "MagicBot of two makers": ("swerve", "TalonFX", "AnalogEncoder"),
+    "six modules of SPARK Flex": ("swerve", "SPARK Flex", "wired"),
+    "tank of motors L1 and R1": ("tank", "SPARK MAX", None),
+    "tank on PWM with followers": ("tank", "PWM", None),
+    "tank of groups by functions": ("tank", "PWM", None),
+    "tank of two makers": ("tank", None, None),
+    "mecanum": ("mecanum", "SPARK MAX", None),
 }
 """Kind, controller of the drive motors and encoder of the azimuths, as simcore finds them."""
-SAMPLE = ("maxswerve", "tank_groups", "mecanum")
+SAMPLE = (
+    *("SparkSim in simulationPeriodic", "steer motors turn the other way", "tank of motors L1 and R1"),
+    *("MAXSwerve", "TalonFX and CANcoders", "tank of groups by functions", "mecanum"),
+)
 """Those that are run without --whole."""
+COURSE = """
+import legs
+
+def test_course(sim):
+    legs.drive(sim, legs.{legs})
+"""
 
 
-@pytest.fixture(scope="module")
-def project(tmp_path_factory, distribution) -> Callable[[str], Path]:
-    def copy(name: str) -> Path:
-        for module in NEEDS:
-            if find_spec(module) is None:
-                pytest.skip(f"needs {module}, which is not installed")
-        folder = tmp_path_factory.mktemp(name) / name
-        shutil.copytree(ROBOTS / f"own_{name}", folder, ignore=shutil.ignore_patterns("__pycache__"))
-        (folder / "tests").mkdir()
-        shutil.copy(ROBOTS / "shared" / "own_course.py", folder / "tests" / "course_test.py")
-        return folder
-
-    return copy
-
-
-@pytest.fixture(scope="module")
-def python(distribution) -> Callable[..., str]:
-    """Runs Python in a folder and returns what it printed; it must end well."""
-
-    def run(folder: Path, *arguments: str, fails: bool = False) -> str:
-        path = os.pathsep.join([*map(str, (distribution, PACKAGES)), *filter(None, [os.environ.get("PYTHONPATH")])])
-        done = subprocess.run(
-            [sys.executable, *arguments],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-            timeout=300,
-            check=False,
-        )
-        said = done.stdout + done.stderr
-        assert (done.returncode != 0) is fails, said
-        return said
-
-    return run
+def sampled(name: str, request: pytest.FixtureRequest) -> None:
+    if name not in SAMPLE and not request.config.getoption("--whole"):
+        pytest.skip("not in the sample: --whole runs all of them")
 
 
 @pytest.fixture
-def driven(project, python) -> Callable[[Path], dict[str, Any]]:
-    """Runs the course in a process of its own."""
-
-    def drive(folder: Path) -> dict[str, Any]:
-        python(folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py")
-        facts: dict[str, Any] = json.loads((folder / "facts.json").read_text())
-        return facts
-
-    return drive
+def own(project_of) -> Callable[[str | Path], Any]:
+    """Makes a project as `project_of` does, where all makers' libraries are installed."""
+    for module in NEEDS:
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}, which is not installed")
+    return project_of
 
 
-def sampled(name: str, request: pytest.FixtureRequest) -> str:
-    if name not in SAMPLE and not request.config.getoption("--whole"):
-        pytest.skip("not in the sample: --whole runs all of them")
-    return name
+def drive(run: Any, legs: str = "HOLONOMIC") -> dict[str, Any]:
+    """Drive the legs in a process of its own."""
+    code, said = run(COURSE.format(legs=legs))
+    assert code == 0, said
+    return json.loads((run.folder / "facts.json").read_text())
 
 
-def require_course(facts: dict[str, Any]) -> None:
-    (true, _), (told, _) = facts["true"], facts["told"]
-    assert true > 5.0 and abs(told - true) < 0.05 * true
-    assert facts["pushed"] > 50 and not facts["warned"]
-    assert abs(facts["at_wall"]) < 0.06 and abs(facts["speed_at_wall"]) < 0.01
-    if facts["holonomic"]:
-        true, told = facts["true_left"][1], facts["told_left"][1]
-        assert true > 1.5 and abs(told - true) < 0.05 * true
+def init(run: Any) -> tuple[str, str]:
+    """Write a simcore.toml; return what was printed, and the file."""
+    code, said = run("", command=("-m", "simcore", "init"))
+    assert code == 0, said
+    return said, (run.folder / "simcore.toml").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", FOUND)
-def test_it_drives_as_its_odometry_says_the_same_in_two_processes(name, project, driven, request):
-    folder = project(sampled(name, request))
-    first, second = driven(folder), driven(folder)
-    require_course(first)
-    assert first == second
+def legs_of(name: str) -> str:
+    return "TANK" if name.startswith("tank") else "HOLONOMIC"
 
 
-@pytest.mark.parametrize("name", FOUND)
-def test_what_init_writes_drives_the_same(name, project, driven, python, request):
-    folder = project(sampled(name, request))
-    plain = driven(folder)
-    python(folder, "-m", "simcore", "init")
+def check_legs(name: str, facts: dict[str, Any]) -> None:
+    legs = facts["legs"]
+    for leg in ("ahead",) if name.startswith("tank") or name == "mecanum" else ("ahead", "left"):
+        true, told, turned = legs[leg]
+        assert true > 0.8 and told == pytest.approx(true, rel=0.05) and abs(turned) < 0.2, (leg, legs)
+    assert legs["turn"][2] > (0.0 if "places" in name else 0.5), "counter-clockwise, on the spot"
+    assert "curve" not in legs or legs["curve"][2] > 0.3
+    assert not [text for text in facts["warnings"] if "does not hold" in text]
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_it_goes_where_the_sticks_say_and_knows_it_also_by_what_init_writes(name, own, request):
+    sampled(name, request)
+    run = own(CLEAN[name])
+    facts = drive(run, legs_of(name))
+    check_legs(name, facts)
+    if name in (SAMPLE[0], "MAXSwerve"):
+        assert drive(run, legs_of(name)) == facts
+    if name not in FOUND:
+        return
     kind, controller, encoder = FOUND[name]
-    text = (folder / "simcore.toml").read_text(encoding="utf-8")
-    assert f'kind = "{kind}"' in text and f'controller = "{controller}"' in text
+    _, text = init(run)
+    assert f'kind = "{kind}"' in text and (controller is None or f'controller = "{controller}"' in text)
     assert encoder is None or f'encoder = "{encoder}"' in text
-    described = driven(folder)
-    assert [*plain] == [*described]
-    for fact, value in plain.items():  # measures are written with seven digits, and fuel multiplies what they leave
-        if fact not in ("digest", "pushed"):
-            assert described[fact] == pytest.approx(value, rel=5e-3, abs=0.02), fact
-    said = python(folder, "-m", "simcore", "check")
-    assert f"note: {kind} drive: as simcore.toml says" in said and "nothing wrong" in said
+    for leg, figures in drive(run, legs_of(name))["legs"].items():  # measures are written with seven digits
+        assert figures == pytest.approx(facts["legs"][leg], rel=5e-3, abs=0.02), leg
+    code, said = run("", command=("-m", "simcore", "check"))
+    assert code == 0 and f"note: {kind} drive: as simcore.toml says" in said and "nothing wrong" in said, said
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_an_odometry_that_does_not_hold_is_told_with_its_cause(name, own, request):
+    if name != next(iter(FAULTS)) and not request.config.getoption("--whole"):
+        pytest.skip("not in the sample: --whole runs all of them")
+    source, keys, cause = FAULTS[name]
+    run = own({"robot.py": source, "simcore.toml": f"[drivetrain]\n{keys}\n" if keys else ""})
+    said = drive(run, "TANK" if "tank" in name else "HOLONOMIC")["warnings"]
+    told = [text for text in said if "does not hold" in text]
+    assert len(told) == 1 and cause in told[0], said
+
+
+def test_an_io_layer_builds_its_motors_where_the_file_says_that_it_is_real(own):
+    run = own(IO_LAYERS)
+    code, said = run(COURSE.format(legs="HOLONOMIC"))
+    assert code == 1 and "real = true" in said, said
+    (run.folder / "simcore.toml").write_text("[robot]\nreal = true\n")
+    true, told, _ = drive(run)["legs"]["ahead"]
+    assert true > 0.8 and told == pytest.approx(true, rel=0.05)
 
 
 AUTO = """
@@ -158,65 +515,56 @@ FILLED = {
 """What a student writes over what `init` proposes."""
 
 
-def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(tmp_path, python, drawn):
+def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(own):
     """MAXSwerve modules, navX, a pose estimator that PhotonVision corrects, PathPlanner's auto through the depot."""
-    for module in (*NEEDS, "navx", "pathplannerlib", "photonlibpy", "cv2", "robotpy_apriltag"):
-        if find_spec(module) is None:
-            pytest.skip(f"needs {module}, which is not installed")
-    folder = tmp_path / "paths"
-    (folder / "tests").mkdir(parents=True)
-    for name, chosen in (
-        ("own_maxswerve", "*.py"),
-        ("team_photon", "vision.py"),
-        ("own_paths", "*.*"),
-    ):  # own come last
-        for source in sorted((ROBOTS / name).glob(chosen)):
-            shutil.copy(source, folder)
-    drawn(folder, "own_paths")
-    (folder / "tests" / "auto_test.py").write_text(AUTO)
-    python(folder, "-m", "simcore", "init", "--all")
-    file = folder / "simcore.toml"
-    text = file.read_text(encoding="utf-8") + (folder / "filled.toml").read_text(encoding="utf-8")
+    for module in ("navx", "pathplannerlib", "photonlibpy", "cv2", "robotpy_apriltag"):
+        pytest.importorskip(module)
+    run = own(ROBOTS / "own_paths")
+    for name in ("constants.py", "subsystems.py"):
+        shutil.copy(ROBOTS / "own_maxswerve" / name, run.folder)
+    code, said = run("", command=("-m", "simcore", "init", "--all"))
+    assert code == 0, said
+    file = run.folder / "simcore.toml"
+    text = re.sub(r"(?m)^\[\[mechanism\]\]\n(?:.+\n)+", "", file.read_text(encoding="utf-8"))  # proposed by id alone
+    text += (run.folder / "filled.toml").read_text(encoding="utf-8")
     for proposed, true in FILLED.items():
         assert proposed in text
         text = text.replace(proposed, true, 1)
     file.write_text(text, encoding="utf-8")
-    print(python(folder, "-m", "robotpy", "test", "--", "-q", "-rP", "-p", "no:cacheprovider", "tests/auto_test.py"))
+    code, said = run(AUTO, "-rP")
+    print(said)
+    assert code == 0
 
 
-def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_what_to_write(project, python):
-    folder = project("maxswerve")
-    (folder / "robot.py").write_text(
+def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_what_to_write(own):
+    run = own(
         "import wpilib\n\nclass Robot(wpilib.TimedRobot):\n    def robotPeriodic(self):\n"
         "        print('loop', wpilib.Timer.getFPGATimestamp() > 1.0, flush=True)\n"
         "        if wpilib.Timer.getFPGATimestamp() > 2.0:\n            raise SystemExit\n"
     )
-    said = python(
-        folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py", fails=True
-    )
+    code, said = run(COURSE.format(legs="HOLONOMIC"))
     sentence = "no drivetrain found: the program builds none of"
-    assert sentence in said and "[drivetrain] table in simcore.toml describes it" in said
-    path = os.pathsep.join(map(str, (PACKAGES, *sys.path)))
-    done = subprocess.run(
-        [sys.executable, "-m", "robotpy", "sim", "--simcore", "--nogui"],
-        cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
-    assert sentence in done.stdout + done.stderr and "loop True" in done.stdout
+    assert code == 1 and sentence in said and "[drivetrain] table in simcore.toml describes it" in said
+    _, said = run("", command=("-m", "robotpy", "sim", "--simcore", "--nogui"))
+    assert sentence in said and "loop True" in said
 
 
-def test_absolute_encoders_that_are_read_as_volts_steer(project, driven):
-    folder = project("magic")
-    robot = folder / "robot.py"
-    text = robot.read_text().replace("wpilib.AnalogEncoder(channel)", "wpilib.AnalogInput(channel)")
-    robot.write_text(text.replace("self.absolute.get()", "self.absolute.getVoltage() / 5.0"))
-    assert "AnalogEncoder(" not in robot.read_text() and "getVoltage" in robot.read_text()
-    require_course(driven(folder))
+def test_absolute_encoders_that_are_read_as_volts_steer(own):
+    run = own(ROBOTS / "own_magic")
+    robot = run.folder / "robot.py"
+    robot.write_text(
+        _with(
+            robot.read_text(),
+            ("wpilib.AnalogEncoder(channel)", "wpilib.AnalogInput(channel)"),
+            ("self.absolute.get()", "self.absolute.getVoltage() / 5.0"),
+        )
+    )
+    check_legs("read as volts", drive(run))
 
 
-def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(project, python):
+def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(own):
     """Not by those of a lift; conversion factors that count turns of the wheel, 1 / 10, are its gearing."""
-    folder = project("tank_sparks")
-    (folder / "robot.py").write_text(
+    run = own(
         "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
         "class Pair:\n    def __init__(self, first: int) -> None:\n"
         "        self.left_motor, self.right_motor = rev.SparkMax(first, SPARK), rev.SparkMax(first + 1, SPARK)\n"
@@ -226,56 +574,47 @@ def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(p
         "class Robot(wpilib.TimedRobot):\n    def robotInit(self) -> None:\n"
         "        self.lift, self.drive_base = Pair(1), Pair(3)\n"
     )
-    said = python(folder, "-m", "simcore", "init")
-    text = (folder / "simcore.toml").read_text(encoding="utf-8")
+    said, text = init(run)
     assert "tank drive: sides of names of motors" in said and "drive_gearing 10 " in said, said
     assert "left = [3]" in text and "right = [4]" in text
 
 
-def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(project, python):
+def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(own):
     """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
-    folder = project("spark_cancoder")
-    robot, file = folder / "robot.py", folder / "simcore.toml"
-    at_once, asked = (
-        robot.read_text(),
-        "        return SwerveModulePosition(self.drive_encoder.getPosition(), self.angle)\n",
-    )
-    assert asked in at_once
-    sentence = "SwerveModule says the same position whatever its sensors read"
-    said = python(folder, "-m", "simcore", "init")
-    table = file.read_text(encoding="utf-8")
+    run, sentence = own(SWERVE), "Module says the same position whatever its sensors read"
+    asked = "        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())\n"
+    said, table = init(run)
     assert sentence not in said
     keeps = "        return getattr(self, 'last', SwerveModulePosition())\n\n    def periodic(self) -> None:\n"
     for text, is_told in ((keeps + asked.replace("return", "self.last ="), False), (keeps + "        pass\n", True)):
-        robot.write_text(at_once.replace(asked, text))
-        file.unlink()
-        said = python(folder, "-m", "simcore", "init")
+        (run.folder / "robot.py").write_text(_with(SWERVE, (asked, text)))
+        (run.folder / "simcore.toml").unlink()
+        said, file = init(run)
         assert (sentence in said) is is_told
-        assert (file.read_text(encoding="utf-8") == table) is not is_told
+        assert (file == table) is not is_told
 
 
-def test_modules_of_an_installed_library_are_found(project, python):
-    folder = project("spark_cancoder")
-    robot, library = folder / "robot.py", folder / "site-packages" / "shared_modules.py"
-    library.parent.mkdir()
-    head, rest = robot.read_text().split("class SwerveModule:")
+def test_modules_of_an_installed_library_are_found(own, tmp_path):
+    library = tmp_path / "robot" / "site-packages"
+    head, rest = SWERVE.split("class Module:")
     body, program = rest.split("class Robot(")
-    library.write_text(f"{head}class SwerveModule:{body}")
-    place = f"import sys\n\nsys.path.insert(0, {str(library.parent)!r})\nfrom shared_modules import SwerveModule\n"
-    robot.write_text(f"{head}{place}\n\nclass Robot({program}")
-    said = python(folder, "-m", "simcore", "init")
-    assert "swerve drive: 4 modules (SwerveModule)" in said, said
+    place = f"import sys\n\nsys.path.insert(0, {str(library)!r})\nfrom shared_modules import Module\n"
+    run = own(f"{head}{place}\n\nclass Robot({program}")
+    library.mkdir()
+    (library / "shared_modules.py").write_text(f"{head}class Module:{body}")
+    said, _ = init(run)
+    assert "swerve drive: 4 modules (Module)" in said, said
 
 
-def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
+def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path, python):
     """`scripts/write_which_robots.py` brings it up to date."""
     for module in (*NEEDS, "navx"):
-        if find_spec(module) is None:
-            pytest.skip(f"needs {module}, which is not installed")
+        pytest.importorskip(module)
     made = tmp_path / "page.md"
-    program = "import runpy, pathlib, sys; m = runpy.run_path('scripts/write_which_robots.py'); "
-    subprocess.run(
-        [sys.executable, "-c", program + "pathlib.Path(sys.argv[1]).write_text(m['text'](), 'utf-8')", str(made)],
-        cwd=PACKAGES, env={**os.environ, "PYTHONPATH": str(PACKAGES)}, capture_output=True, check=True, timeout=100,
-    )  # fmt: skip
+    program = (
+        "import runpy, pathlib, sys; m = runpy.run_path('scripts/write_which_robots.py'); "
+        "pathlib.Path(sys.argv[1]).write_text(m['text'](), 'utf-8')"
+    )
+    code, said = python(PACKAGES, "-c", program, str(made))
+    assert code == 0, said
     assert made.read_text(encoding="utf-8") == (PACKAGES / "docs" / "which_robots.md").read_text(encoding="utf-8")

@@ -85,7 +85,7 @@ def test_old(control, robot):
 
 
 def test_what_goes_wrong_is_said(project):
-    """Log and picture of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
+    """Log and page of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
     code, said = project(
         """
 import logging
@@ -144,7 +144,7 @@ def test_robot_raises(sim):
     notes = PageReader(project.folder / "test_output" / "test_fails" / "run.html").words
     assert "says this test" in notes and "the program believes to be at " in notes
     left = {file for file in files(project.folder / "test_output") if not file.startswith("test_nothing")}
-    assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
+    assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
 def test_without_physics_it_attaches_and_what_cannot_start_ends_with_a_sentence(project):

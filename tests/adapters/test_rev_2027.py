@@ -1,17 +1,11 @@
-"""REVLib of 2027, which has turns and rpm alone: mechanisms on closed forms, drivetrains over the course."""
+"""REVLib of 2027, which has turns and rpm alone: mechanisms on closed forms, drivetrains over their legs."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-
-import simcore
 
 ROBOTS = Path(__file__).parent / "robots"
 
@@ -43,24 +37,16 @@ def test_mechanisms_move_as_closed_forms_say_and_read_in_turns(library, scenario
 
 @pytest.mark.slow
 @pytest.mark.parametrize("drive", ["tank", "swerve"])
-def test_it_finds_its_way_the_same_in_two_processes(drive, library, tmp_path, distribution):
-    folder = tmp_path / "robot"
-    shutil.copytree(ROBOTS / f"own_{drive}_rev_2027", folder, ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "tests").mkdir()
-    shutil.copy(ROBOTS / "shared" / "own_course.py", folder / "tests" / "course_test.py")
-    path = os.pathsep.join(map(str, (distribution, Path(simcore.__file__).resolve().parents[1])))
+def test_it_finds_its_way_the_same_in_two_processes(drive, library, project_of):
+    run = project_of(ROBOTS / f"own_{drive}_rev_2027")
+    legs = {"tank": "TANK", "swerve": "HOLONOMIC"}[drive]
     runs = []
     for _ in range(2):
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/course_test.py"],
-            cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=300,
-            check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout + done.stderr
-        runs.append(json.loads((folder / "facts.json").read_text()))
-    facts = runs[0]
-    assert facts == runs[1]
-    assert facts["true"][0] > 5.0 and facts["told"][0] == pytest.approx(facts["true"][0], rel=0.05)
-    if drive == "swerve":
-        assert facts["told_left"][1] == pytest.approx(facts["true_left"][1], rel=0.05) and facts["true_left"][1] > 1.5
-    assert facts["pushed"] > 50 and abs(facts["at_wall"]) < 0.06 and abs(facts["speed_at_wall"]) < 0.01
+        code, said = run(f"import legs\n\n\ndef test_course(sim):\n    legs.drive(sim, legs.{legs})\n")
+        assert code == 0, said
+        runs.append(json.loads((run.folder / "facts.json").read_text()))
+    assert runs[0] == runs[1]
+    for leg in ("ahead",) if drive == "tank" else ("ahead", "left"):
+        true, told, _ = runs[0]["legs"][leg]
+        assert true > 0.8 and told == pytest.approx(true, rel=0.05)
+    assert runs[0]["legs"]["turn"][2] > 0.5

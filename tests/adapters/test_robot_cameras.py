@@ -197,3 +197,40 @@ def test_limelights_and_questnav_by_topics(project_of):
     (run.folder / "simcore.toml").write_text(SIGHTED_TOML)
     code, said = run(SIGHTED, "-rP")
     assert code == 0 and "1 passed" in said, said
+
+
+MISLED = """
+import ntcore
+import pytest
+from wpimath.geometry import Pose2d
+
+
+def test_cameras_correct_odometry_and_find_fuel(sim):
+    pad, heard = sim.xbox(0), ntcore.NetworkTableInstance.getDefault().getTable("limelight-two")
+    sim.start()
+    sim.place(2.6, 5.3, -0.5)
+    sim.teleop(seconds=0.2)
+    drivetrain, true = sim.robot.container.drivetrain, sim.pose
+
+    def error():
+        return drivetrain.get_state().pose.translation().distance(sim.pose.translation())
+
+    drivetrain.reset_pose(Pose2d(true.X() + 0.5, true.Y() - 0.3, true.rotation()))
+    sim.run(0.02)
+    assert error() > 0.5
+    pad.left_y = -0.2
+    sim.run_until(lambda: error() < 0.05, timeout=2.0)
+    pad.left_y = 0.0
+    sim.run(1.0)
+    assert error() < 0.05
+    heading = heard.getNumberArray("robot_orientation_set", [0.0])[0]
+    assert heading == pytest.approx(sim.pose.rotation().degrees(), abs=1.5)
+    pad.left_bumper = True  # to the fuel that its other camera sees
+    sim.run(4.0)
+    assert len(sim.record.taken_in) >= 3
+"""
+
+
+def test_the_example_that_is_told_of_a_place_0_6_m_off_is_back_in_2_s(project):
+    code, said = project(MISLED)
+    assert code == 0, said

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +10,6 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).resolve().parents[2]
 GENERATED = Path(__file__).parent / "robots" / "team_generated"
 HOLLOW = """
 from dataclasses import replace
@@ -62,7 +58,7 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, distribution, install, tmp_path):
+def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, python, install, tmp_path):
     pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     start, project = STARTS[name], project_of(GENERATED).folder
     for file, text in start.files.items():
@@ -72,7 +68,8 @@ def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, distri
     for file, text in start.library.items():
         (library / file).write_text(text)
     install(library, "hollow-game", {"simcore.games": "hollow = hollow_game:GAME"} if "no mesh" == name else {})
-    code, said = run_sim(project, (library, distribution, ROOT), start.flags)
+    words = ("-m", "robotpy", "sim", "--simcore", "--nogui", *start.flags)
+    code, said = python(project, *words, path=(library,), on_screen=True)
     before, _, last = f"\n{said}".rstrip("\n").rpartition("\n\n")
     assert "\n" not in last and last.startswith("robotpy sim: "), said
     for words in start.says:
@@ -80,14 +77,3 @@ def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, distri
     assert last.removeprefix("robotpy sim: ") not in before, said
     assert code == 1, said
     assert said.count("Traceback") == (name == "physics.py that fails") and "simcore/robotpy" not in said, said
-
-
-def run_sim(folder: Path, path: Sequence[Path], flags: Sequence[str]) -> tuple[int, str]:
-    """Status, and everything on the screen."""
-    done = subprocess.run(
-        [sys.executable, "-m", "robotpy", "sim", "--simcore", "--nogui", *flags],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, path))},
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    return done.returncode, done.stdout

@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-import simcore
-
 pytest.importorskip("ntcore", reason="pyntcore is not installed")
 pytest.importorskip("pyfrc", reason="needs the extra 'robotpy'")
-
-PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 PROGRAM = """
 import json, sys
@@ -46,18 +38,10 @@ class Vision:
 """
 
 
-def test_every_way_of_asking_is_noted(tmp_path):
+def test_every_way_of_asking_is_noted(tmp_path, python):
     (tmp_path / "early.py").write_text(EARLY)
     (tmp_path / "program.py").write_text(PROGRAM)
-    done = subprocess.run(
-        [sys.executable, "program.py", str(tmp_path)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(PACKAGES)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    names = json.loads(done.stdout.splitlines()[-1])
+    code, said = python(tmp_path, "program.py", str(tmp_path))
+    assert code == 0, said
+    names = json.loads(said.splitlines()[-1])
     assert names == [f"limelight-{k}" for k in ("top", "class", "a", "b", "c", "d", "e")]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -98,23 +95,19 @@ def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_f
     assert "game crates (1), as --game says" in line_of(run)
 
 
-def test_a_broken_game_beside_stops_nothing_else(tmp_path_factory, install, distribution, project_of):
+def test_a_broken_game_beside_stops_nothing_else(tmp_path_factory, install, project_of):
     """Its robot tests, play, check, sweep, compare and doctor; a game called by its name says where it broke."""
     site = tmp_path_factory.mktemp("broken")
     (site / "broken_game.py").write_text("from games.rebuilt import REBUILT\n\nGAME = replace(REBUILT)\n")
     install(site, "broken-game", {"simcore.games": "broken = broken_game:GAME"})
-    path = os.pathsep.join(map(str, (site, distribution, Path(__file__).parents[2])))
     project = project_of(TURRETED)
-    code, said = project("def test_it(sim):\n    sim.teleop(seconds=0.2)\n", PYTHONPATH=path)
+    code, said = project("def test_it(sim):\n    sim.teleop(seconds=0.2)\n", path=(site,))
     assert code == 0 and "1 passed" in said, said
 
     def said_by(*words: str, status: int = 0) -> str:
-        run = subprocess.run(
-            [sys.executable, "-m", "simcore", *words],
-            cwd=project.folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=300,
-        )  # fmt: skip
-        assert "Traceback" not in run.stderr and run.returncode == status, run.stdout + run.stderr
-        return run.stdout + run.stderr
+        code, said = project("", command=("-m", "simcore", *words), path=(site,))
+        assert "Traceback" not in said and code == status, said
+        return said
 
     why = "game broken of the package broken-game does not load: broken_game.py, line 3: NameError: name 'replace' is"
     assert "nothing wrong" in said_by("check") and "points" in said_by("play", "rebuilt", "--seconds", "0.2")

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 from dashboard import Dashboard
+from simcore.telemetry.control_topics import ControlTopics
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as rebuilt

@@ -49,19 +49,6 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
     assert "\n" not in str(error.value)
 
 
-def test_what_is_not_modelled_raises_with_its_name(bench):
-    from phoenix6 import controls, signals
-
-    talon = bench.talon()
-    with pytest.raises(NotImplementedError, match="DifferentialVoltage"):
-        talon.set_control(controls.DifferentialVoltage(1.0, 0.0))
-    with pytest.raises(NotImplementedError, match="AnalogVoltage"):
-        bench.device("TalonFXS", 1).sim_state.set_analog_voltage(1.0)
-    with pytest.raises(NotImplementedError, match="gain scheduling"):
-        bench.talon(2, slot0__gain_sched_behavior=signals.GainSchedBehaviorValue.USE_SLOT1)
-        bench.emulator.talon(2).apply("PositionVoltage", position=1.0)
-
-
 @pytest.mark.parametrize("cls", ["TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi"])
 def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(bench, cls):
     from phoenix6 import configs
@@ -178,6 +165,7 @@ def test_tasks_run_at_their_time_within_a_step(bench):
 
 @pytest.mark.parametrize("mirror", [False, True])
 def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
+    import hal
     from phoenix6 import controls
 
     from simcore import season
@@ -189,7 +177,7 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     talon = bench.talon(number)
     bench.hold(talon, rotations=3.0)
     bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
-    (getattr(season.hal, "sim_periodic_before", None) or season.hal.simPeriodicBefore)()
+    (hal.simPeriodicBefore if hasattr(hal, "simPeriodicBefore") else hal.sim_periodic_before)()
     sim_device = season.wpilib_simulation.SimDeviceSim
     volts = sim_device(f"CANMotor:Talon FX (v6)[{number}]").get_double("motorVoltage").get()
     rotor = sim_device(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").get_double("position").get()
@@ -197,16 +185,43 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
 
 
-def test_what_is_not_a_number_is_refused_where_it_enters(bench):
+def _scheduled():
+    from phoenix6 import signals
+
+    return signals.GainSchedBehaviorValue.USE_SLOT1
+
+
+REFUSALS = {
+    "differential": (
+        lambda b, c: b.talon().set_control(c.DifferentialVoltage(1.0, 0.0)),
+        r"DifferentialVoltage is not modelled .* --phoenix=real runs",
+    ),
+    "analog voltage": (lambda b, c: b.device("TalonFXS", 1).sim_state.set_analog_voltage(1.0), "AnalogVoltage"),
+    "gain scheduling": (
+        lambda b, c: (
+            b.talon(2, slot0__gain_sched_behavior=_scheduled()),
+            b.emulator.talon(2).apply("PositionVoltage", position=1.0),
+        ),
+        "gain scheduling",
+    ),
+    "a request that is no number": (
+        lambda b, c: b.talon().set_control(c.VelocityVoltage(math.nan)),
+        "talon fx 1: VelocityVoltage: velocity must be a number, got nan",
+    ),
+    "a rotor that is no number": (lambda b, c: b.talon().sim_state.set_rotor_velocity(math.nan), "RotorVelocity"),
+}
+"""By what is refused: the call, and what is said."""
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_what_is_not_modelled_or_no_number_is_refused_by_its_name(bench, name):
     from phoenix6 import controls
 
     from simcore.errors import NonFiniteError
 
-    talon = bench.talon()
-    with pytest.raises(NonFiniteError, match="talon fx 1: VelocityVoltage: velocity must be a number, got nan"):
-        talon.set_control(controls.VelocityVoltage(math.nan))
-    with pytest.raises(NonFiniteError, match="RotorVelocity"):
-        talon.sim_state.set_rotor_velocity(math.nan)
+    call, words = REFUSALS[name]
+    with pytest.raises(NonFiniteError if "number" in name else NotImplementedError, match=words):
+        call(bench, controls)
 
 
 def test_versions_and_licences_are_those_of_the_library(bench):

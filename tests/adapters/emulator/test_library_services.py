@@ -92,13 +92,6 @@ def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, n
     assert called > 20
 
 
-def test_a_request_that_is_not_modelled_says_what_would_work(bench):
-    from phoenix6 import controls
-
-    with pytest.raises(NotImplementedError, match=r"DifferentialVoltage is not modelled .* --phoenix=real runs"):
-        bench.talon(3).set_control(controls.DifferentialVoltage(1.0, 0.0))
-
-
 def test_every_function_that_the_python_library_calls_is_known():
     """What is missing is a request of differential mechanisms, and nothing else."""
     import phoenix6

@@ -6,6 +6,7 @@ import json
 import os
 import socket
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +20,7 @@ from simcore.devices.ownership import Ownership
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
 from simcore.phoenix6.built_devices import require_distinct
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robotpy.attach import is_port_taken
 from simcore.robotpy.attached_physics import AttachedPhysics
 
@@ -66,6 +68,15 @@ def main() -> None:
     second = swerve.SwerveDrivetrain(*kinds, constants, others)
     said["two drivetrains"] = message(attach)
     adapter._seen.pop(second)
+
+    config, kept = adapter.swerve_config(whole), adapter._seen.pop(whole)
+    said["too early"] = message(lambda: adapter.swerve_config(whole))
+    adapter._seen[whole] = kept
+    three = SwerveDrive(replace(config, modules=config.modules[:3]))
+    said["fewer modules"] = message(lambda: adapter.SwerveDrivetrainSim(whole, three))
+    shared = SimpleNamespace(modules=[*whole.modules[:3], whole.modules[0]], pigeon2=whole.pigeon2)
+    twice = {"modules": adapter.module_constants(whole)}  # the back right module has the front left one's motors
+    said["one motor twice"] = message(lambda: adapter.SwerveDrivetrainSim(shared, SwerveDrive(config), **twice))
 
     known = adapter.module_constants(whole)
     radius = known[2].wheel_radius

@@ -57,11 +57,8 @@ def read(gyro: Any) -> dict[str, Any]:
     return row
 
 
-def main() -> None:
-    hal.initialize(500, 0)
-    pauseTiming()
-    watch_makers()
-    name = sys.argv[1]
+def turned(name: str) -> dict[str, Any]:
+    """Everything that one gyro shows."""
     gyro = built(name)
     device = device_of(gyro)
     assert device is not None, "the constructor was not seen"
@@ -70,13 +67,13 @@ def main() -> None:
     ports = ShaftPorts(drive, ([motor], [motor]), gyro=maker_of(device).gyro_port(device))
     model = Gyro(gyro_config("ideal"), np.random.default_rng(1))
     model.reset(yaw=HEADING, true_yaw=HEADING)
-    turned = 0.0
+    angle = 0.0
 
     def turn(seconds: float) -> dict[str, Any]:
-        nonlocal turned
+        nonlocal angle
         for _ in range(round(seconds / DT)):
-            turned += DT
-            model.step(DT, math.remainder(HEADING + turned, math.tau), PITCH, ROLL, (0.0, 0.0, 1.0))
+            angle += DT
+            model.step(DT, math.remainder(HEADING + angle, math.tau), PITCH, ROLL, (0.0, 0.0, 1.0))
             ports.write(model.yaw, model.pitch, model.roll, model.rates.tolist())
         return read(gyro)
 
@@ -86,7 +83,14 @@ def main() -> None:
     next(getattr(gyro, reset) for reset in ("zeroYaw", "resetYaw", "reset") if hasattr(gyro, reset))()
     rows["reset"] = read(gyro)
     rows["1 s later"] = turn(1.0)
-    print(json.dumps({"lateness_ms": 0.0, "model": device.model, "number": device.address.number, "rows": rows}))
+    return {"number": device.address.number, "rows": rows}
+
+
+def main() -> None:
+    hal.initialize(500, 0)
+    pauseTiming()
+    watch_makers()
+    print(json.dumps({"lateness_ms": 0.0, **{name: turned(name) for name in sys.argv[1:]}}))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import math
 from phoenix6 import configs, controls, hardware, signals
 from phoenix6.sim import ChassisReference
 from realtime import DT, Loop, enable, report, start
-from wpilib.simulation import DCMotorSim, ElevatorSim, FlywheelSim, SingleJointedArmSim
+from wpilib.simulation import DCMotorSim, FlywheelSim, SingleJointedArmSim
 from wpimath.system.plant import DCMotor, LinearSystemId
 
 from simcore.phoenix6.talon_motor import TalonFXMotorSim
@@ -24,9 +24,7 @@ def talon(number: int, *, inverted=CCW, neutral=signals.NeutralModeValue.BRAKE, 
     config = configs.TalonFXConfiguration()
     config.motor_output.inverted = inverted
     config.motor_output.neutral_mode = neutral
-    for name in ("sensor_to_mechanism_ratio",):
-        if name in gains:
-            config.feedback.sensor_to_mechanism_ratio = gains.pop(name)
+    config.feedback.sensor_to_mechanism_ratio = gains.pop("sensor_to_mechanism_ratio", 1.0)
     if "cruise" in gains:
         config.motion_magic.motion_magic_cruise_velocity = gains.pop("cruise")
         config.motion_magic.motion_magic_acceleration = gains.pop("acceleration")
@@ -136,44 +134,6 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
         k_p=120.0,
         k_d=4.0,
     )
-    pair(
-        "elevator",
-        4,
-        mechanisms.ElevatorSim(
-            mechanisms.ElevatorConfig(
-                gearbox=GearboxConfig(motor=KRAKEN, gearing=10.0), carriage_mass=6.0, drum_radius=0.02, max_height=1.2
-            )
-        ),
-        ElevatorSim(KRAKEN, 10.0, 6.0, 0.02, 0.0, 1.2, True, 0.0),
-        lambda s: s.getPosition() / 0.02,
-        lambda s: s.getVelocity() / 0.02,
-        10.0,
-        controls.MotionMagicVoltage(5.0),
-        "position",
-        sensor_to_mechanism_ratio=10.0,
-        k_p=30.0,
-        k_v=1.24,
-        cruise=8.0,
-        acceleration=30.0,
-    )
-    pair(
-        "rack",
-        5,
-        mechanisms.RackSim(
-            mechanisms.RackConfig(
-                gearbox=GearboxConfig(motor=KRAKEN, gearing=10.0), mass=4.0, pinion_radius=0.019, travel=0.28
-            )
-        ),
-        DCMotorSim(LinearSystemId.DCMotorSystem(KRAKEN, 4.0 * 0.019**2, 10.0), KRAKEN),
-        lambda s: s.getAngularPosition(),
-        lambda s: s.getAngularVelocity(),
-        10.0,
-        controls.PositionVoltage(2.0),
-        "position",
-        sensor_to_mechanism_ratio=10.0,
-        k_p=20.0,
-        k_d=0.3,
-    )
     arm_config = mechanisms.ArmConfig(
         gearbox=GearboxConfig(motor=KRAKEN, gearing=90.0),
         inertia=2.0,
@@ -242,10 +202,7 @@ def main() -> None:
             "end": a[-1][1],
             "end_wpilib": b[-1][1],
         }
-    shooter, adapter, *_, followers = made["shooter"]
-    results["followers"] = [f.get_velocity().value for f in followers]
-    results["shooter_amps"] = adapter.mechanism.current
-    results["shooter_device_amps"] = shooter.get_torque_current().value
+    results["followers"] = [f.get_velocity().value for f in made["shooter"][-1]]
     hood = made["hood"][1]
     results["hood_deg"] = math.degrees(hood.mechanism.position)
 

@@ -1,12 +1,8 @@
 """Swerve drivetrains of other measures than simcore's own, for the robots of these tests; copied beside each."""
 
-import math
-
 import wpilib
 from phoenix6 import CANBus, configs, hardware, signals, swerve
 from phoenix6.swerve import requests
-from wpimath.geometry import Pose2d, Rotation2d, Translation2d
-from wpimath.kinematics import ChassisSpeeds
 
 INCH = 0.0254
 
@@ -18,9 +14,10 @@ def modules(
     torque_current: bool = False,
     fxs: bool = False,
     slip_current: float = 90.0,
+    k_s: float = 0.0,
 ) -> list:
     """Four modules with ids 1-4, 11-14, 21-24; the right side's drive motors and one encoder are inverted."""
-    drive = configs.Slot0Configs().with_k_p(0.2).with_k_v(0.124)
+    drive = configs.Slot0Configs().with_k_s(k_s).with_k_p(0.2).with_k_v(0.124)
     output = swerve.ClosedLoopOutputType.VOLTAGE
     if torque_current:
         drive = configs.Slot0Configs().with_k_p(15).with_k_s(2.0)
@@ -92,40 +89,3 @@ def talon(number, *, cls=hardware.TalonFX, ratio=1.0, arrangement=None, **gains)
         setattr(config.slot0, name, value)
     device.configurator.apply(config)
     return device
-
-
-HUB = Translation2d(4.625, 4.035)
-
-
-def hub_of(alliance_is_red: bool) -> Translation2d:
-    """Center of the alliance's hub on the field of 2026."""
-    return Translation2d(16.541 - HUB.X(), 8.069 - HUB.Y()) if alliance_is_red else HUB
-
-
-def shot_speed(distance: float, height: float, elevation_deg: float) -> float:
-    """Speed with which a piece meets the rim of the hub, 1.83 m high, and some for the air [m/s]."""
-    angle = math.radians(elevation_deg)
-    rise = distance * math.tan(angle) - (1.83 - height)
-    return 1.02 * math.sqrt(9.81 * distance**2 / (2.0 * math.cos(angle) ** 2 * rise))
-
-
-def toward(pose: Pose2d, goal: Pose2d, fastest: float = 2.5) -> ChassisSpeeds:
-    """Field speeds that bring a robot to a pose, in proportion to what is left."""
-    way = goal.translation() - pose.translation()
-    speed = min(fastest, 3.0 * way.norm())
-    turn = (goal.rotation() - pose.rotation()).radians()
-    direction = way / way.norm() if way.norm() > 1e-6 else way
-    return ChassisSpeeds(direction.X() * speed, direction.Y() * speed, min(max(4.0 * turn, -4.0), 4.0))
-
-
-def is_there(pose: Pose2d, goal: Pose2d) -> bool:
-    """Within 8 cm and 3 degrees."""
-    return (
-        pose.translation().distance(goal.translation()) < 0.08
-        and abs((goal.rotation() - pose.rotation()).degrees()) < 3.0
-    )
-
-
-def for_red(pose: Pose2d) -> Pose2d:
-    """The corresponding pose on the other side: the field of 2026 is turned by half a turn."""
-    return Pose2d(16.541 - pose.X(), 8.069 - pose.Y(), pose.rotation() + Rotation2d(math.pi))
