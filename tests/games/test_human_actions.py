@@ -7,7 +7,6 @@ import time
 
 import numpy as np
 from dashboard import Dashboard
-from simcore.telemetry.control_topics import ControlTopics
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as rebuilt
@@ -15,6 +14,7 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
 from simcore import Match, RobotEntry
+from simcore.match.control_topics import ControlTopics
 from simcore.pieces.pool import PieceStatus
 
 
