@@ -299,7 +299,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
         return replace(setup, **changed)
     if name not in _STARTS:
         raise UnknownNameError("factor", name, [*PLAYED[:-1], *_STARTS])
-    start = tuple(value if part == name else old for part, old in zip(_STARTS, auto.start, strict=True))
+    start: Any = tuple(value if part == name else old for part, old in zip(_STARTS, auto.start, strict=True))
     return replace(setup, auto=replace(auto, start=start))
 
 

@@ -39,7 +39,7 @@ from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityCon
 from simcore.robot.mechanisms import PistonConfig, RollerConfig, ServoConfig
 from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig
 from simcore.sweep.experiment import Experiment
-from simcore.sweep.factors import Distribution, Factor
+from simcore.sweep.factors import Distribution, Factor, RunSetup
 from simcore.sweep.results import Results
 from simcore.vision.camera import CameraConfig, PiecePipeline, TagPipeline
 from simcore.vision.quest_headset import QuestConfig
@@ -104,6 +104,7 @@ FOUND = (
     WheelConfig(),
     Experiment(),
     Factor("mass", distribution=Distribution("uniform", 40.0, 60.0)),
+    RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot()),
     CameraConfig(pipelines=(TagPipeline(), PiecePipeline(piece_class="fuel"))),
     QuestConfig(),
 )

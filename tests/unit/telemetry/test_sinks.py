@@ -13,25 +13,6 @@ from simcore.errors import ConfigError
 from simcore.telemetry.sinks import Cadence, GuardedSink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
-from simcore.testing.doubles import MemorySink
-
-
-def test_period_and_capacity(snapshots: list[Snapshot]) -> None:
-    sink = MemorySink(period=0.04, capacity=3)
-    for snapshot in snapshots:
-        if sink.due(snapshot.time):
-            sink.write(snapshot)
-    assert [round(s.time, 6) for s in sink.snapshots] == [0.32, 0.36, 0.4]
-
-
-def test_series_and_close(snapshots: list[Snapshot]) -> None:
-    sink = MemorySink()
-    for snapshot in snapshots[:2]:
-        sink.write(snapshot)
-    sink.close()
-    sink.close()
-    assert not sink.due(9.0)
-    assert sink.series("Sim/Robot/GroundClearance") == ([0.02, 0.04], [0.0, 0.01])
 
 
 @given(period=st.integers(1, 50), ticks=st.integers(1, 2000))
