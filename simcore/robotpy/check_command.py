@@ -183,8 +183,9 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
         drivetrain = _drivetrain(found["model"])
         problems += [RobotFinding(line, is_wrong=False) for line in found["lines"]]
     else:
-        why = "" if answer is None else f" ({found['problem']})"
-        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=answer is not None))
+        is_wrong = look and (folder / "robot.py").is_file()
+        why = f" ({found['problem'] if answer else why_not})" if is_wrong else ""
+        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=is_wrong))
     if (folder / "physics.py").is_file():
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}

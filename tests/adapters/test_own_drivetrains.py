@@ -241,7 +241,7 @@ def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(p
         "        return SwerveModulePosition(self.drive_encoder.getPosition(), self.angle)\n",
     )
     assert asked in at_once
-    sentence = "SwerveModule says the same position whatever its sensors read"
+    sentence = " say the same positions whatever their sensors read"
     said = python(folder, "-m", "simcore", "init")
     table = file.read_text(encoding="utf-8")
     assert sentence not in said
