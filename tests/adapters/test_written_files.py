@@ -80,7 +80,9 @@ class Robot(wpilib.TimedRobot):
 """
 PROGRAMS = {
     "swerve": HEAD + SWERVE,
-    "CTRE swerve": (ROBOTS / "plain" / "robot.py").read_text(encoding="utf-8"),
+    "CTRE swerve": (ROBOTS / "plain" / "robot.py")
+    .read_text(encoding="utf-8")
+    .partition("    def _simulationPeriodic")[0],
     "tank": HEAD + TANK,
     "mecanum": HEAD + MECANUM,
 }
