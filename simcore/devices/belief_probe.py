@@ -211,7 +211,7 @@ def _change(before: float | None, after: float | None, turn: float | None) -> fl
 
 
 def _question(objects: Sequence[Any]) -> _Question | None:
-    """What says where a module is: a position or state, else an angle and a way; None: nothing does."""
+    """Find what says where a module is: a position or state, else an angle and a way; None: nothing does."""
     asked = [ask for made in objects for ask in _questions(made, _NAME, _ANNOTATIONS)]
     positions = [ask for ask in asked if _has(ask, "distance")]
     states = [ask for ask in asked if _has(ask, "angle")]
@@ -234,7 +234,7 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """What says where all modules are, in the order of the kinematics; empty: nothing does."""
+    """Find what says where all modules are, in the order of the kinematics; empty: nothing does."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)

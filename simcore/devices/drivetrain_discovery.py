@@ -126,8 +126,8 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
         beyond = [k for k in getattr(table, key) if k >= n]
         _refuse((key,) if beyond else (), f"counts wheels from 0 to {n - 1}, got {beyond}")
     measures = dict(found.measures)
-    for key, given in (("x and y", table.places), ("zeros_deg", table.zeros)):
-        if given:
+    for key, is_said in (("x and y", bool(table.places)), ("zeros_deg", bool(table.zeros))):
+        if is_said:
             measures.pop(key, None)
     turned = (set(table.reversed_drive), set(table.reversed_steer), set(table.reversed_encoders))
     wheels = []
@@ -168,7 +168,7 @@ def _require_around(found: FoundDrivetrain) -> None:
 
 
 def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
-    """The same with a sentence on what a swerve drive needs and the program does not have."""
+    """Return the drivetrain with a sentence on what a swerve drive needs and the program does not have."""
     gaps = [] if any(wheel.encoder for wheel in found.wheels) else ["encoders on azimuths, which begin straight"]
     gaps += [] if found.gyro else ["gyro"]
     if not gaps:

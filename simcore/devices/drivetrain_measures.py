@@ -107,7 +107,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
 def _placed(
     found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
 ) -> FoundDrivetrain:
-    """The same with wheels where PathPlanner or Choreo has them, if the program does not place them."""
+    """Return the drivetrain with wheels where PathPlanner or Choreo has them, if the program does not place them."""
     guess = found.measures.get("x and y")
     if guess is None or found.kinematics:
         return found

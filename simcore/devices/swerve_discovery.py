@@ -34,7 +34,7 @@ _UNPLACED = "no kinematics or settings say where modules stand"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Modules of two motors each: as many as the program's kinematics has places, or four that steer without any.
+    """Find modules of two motors each: as many as the program's kinematics has places, or four that steer without any.
 
     Returns:
         The drivetrain; None: there is none.
@@ -84,7 +84,7 @@ def _drivetrain(
 
 
 def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
-    """Objects of one class with two motors each and members of one class by corner or number, likely modules first."""
+    """List objects of one class with two motors each, and members by corner or number; likely modules first."""
     holders = graph.holders()
     by_class: dict[tuple[bool, type], list[Holder]] = {}
     for holder in holders:
@@ -109,7 +109,7 @@ def _motor_keys(holder: Holder) -> set[DeviceKey]:
 
 
 def _flat_modules(holder: Holder) -> list[Holder]:
-    """Modules of an object that holds all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
+    """List modules of an object that holds all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
     parts: dict[object, dict[str, BuiltDevice]] = {}
     for name, device in holder.devices.items():
         number = re.search(r"\d+", name.split(".")[-1])
@@ -141,7 +141,7 @@ def _steers(name: str) -> int:
 
 
 def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
-    """Modules by their names, and True, where these say corners; else as they were found."""
+    """Return modules by their names, and True, where these say corners; else as they were found."""
     named = {corner_of(holder.name): holder for holder in holders}
     corners = [(_sign(x), _sign(y)) for x, y in places]
     is_told = len({*corners}) == len(holders) and {*corners} == {*named}
@@ -192,7 +192,7 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """The same with signs, zeros and measures as the program has them, by moving its sensors.
+    """Return the drivetrain with signs, zeros and measures as the program has them, by moving its sensors.
 
     Raises:
         ConfigError: A device does not answer.
@@ -259,7 +259,7 @@ def _zeros_of_odometry(count: int) -> list[float | None]:
 
 
 def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None], dict[str, Measure]]:
-    """Angles while encoders read zero [rad] where no module says its angle: by offsets among its attributes."""
+    """Guess angles while encoders read zero [rad] by offsets among attributes, where no module says its angle."""
     rows = [
         [(n, v) for made in objects for n, v in getattr(made, "__dict__", {}).items() if _OFFSET.search(n)]
         for objects in modules
