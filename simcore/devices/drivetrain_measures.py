@@ -258,7 +258,5 @@ def _places_differ(found: FoundDrivetrain, projects: Sequence[Mapping[str, Measu
             continue
         far = max(min(math.dist(a, b) for b in found.places) for a in places.value)
         if far > _SAME:
-            return [
-                f"the modules stand up to {far:.3f} m elsewhere in {places.source} than in the program's kinematics"
-            ]
+            return [f"the modules stand up to {far:.3f} m elsewhere in {places.source} than the program has them"]
     return []

@@ -109,7 +109,7 @@ def _motor_keys(holder: Holder) -> set[DeviceKey]:
 
 
 def _flat_modules(holder: Holder) -> list[Holder]:
-    """List modules of an object that holds all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
+    """List modules of an object with all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
     parts: dict[object, dict[str, BuiltDevice]] = {}
     for name, device in holder.devices.items():
         number = re.search(r"\d+", name.split(".")[-1])
