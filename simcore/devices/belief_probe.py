@@ -2,7 +2,8 @@
 
 A program keeps signs, offsets and wheel sizes in its own arithmetic. So they are asked of the program itself: each
 sensor is moved a little before the first loop, and what the module says of its angle and its way is compared. A module
-that says what its `update` or `periodic` has read last is asked to read anew.
+that says what its `update` or `periodic` has read last is asked to read again; if that does not help, the program's
+own loop runs between two questions, as it would while the robot is disabled.
 """
 
 from __future__ import annotations
@@ -22,12 +23,18 @@ __all__ = ["Belief", "ModulePorts", "probe_modules"]
 
 _log = logging.getLogger(__name__)
 
-_NAME = re.compile(r"(get_?|module_?|swerve_?|current_?|measured_?)*(position|state)s?", re.IGNORECASE)
-_READS = re.compile(
-    r"(update|refresh|read|poll)(_?(inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|periodic",
-    re.IGNORECASE,
+_NAME = re.compile(r"(get|module|swerve|current|measured)*(position|state)s?")
+_ANGLE = re.compile(
+    r"(get|module|swerve|current|measured|absolute|steer(ing)?|turn(ing)?|rotation|azimuth|wheel|encoder)*"
+    r"(angle|rotation|rotation2d|azimuth|heading|(steer(ing)?|turn(ing)?|rotation)position)(rad(ians?)?|deg(rees?)?)?"
 )
-"""Names of methods after which a module knows what its sensors read."""
+_WAY = re.compile(r"(get|module|swerve|current|measured|drive|wheel)*(distance|driveposition)(m|meters)?")
+_READS = re.compile(
+    r"(update|refresh|read|poll)((inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|(robot)?periodic"
+)
+"""Names of methods, in lower case without underscores: of questions, and of those that read sensors."""
+_TURNS = (math.tau, 360.0, 1.0)
+"""One turn, in units in which programs write an angle as a number."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
 _TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth: not round it where it counts coarsely
 _LEAST = 1e-6
@@ -57,16 +64,48 @@ class Belief:
     """Of the drive motor [m]; 0: the module does not say how far it has rolled, or not by the rotor."""
     meters_per_wheel_turn: float = 0.0
     """Of an encoder on the wheel [m]."""
+    says_way: bool = False
+    """Whether it says how far it has rolled."""
+
+    @property
+    def hears_angle(self) -> bool:
+        """Whether the angle that the module says follows its sensors."""
+        return bool(self.angle_per_encoder_turn or self.angle_per_rotor_turn)
+
+    @property
+    def hears_way(self) -> bool:
+        """Whether the way that the module says follows its sensors."""
+        return bool(self.meters_per_rotor_turn or self.meters_per_wheel_turn)
 
     @property
     def is_deaf(self) -> bool:
         """Whether the module says where it is, and the same whatever its sensors read."""
-        changes = self.angle_per_encoder_turn, self.angle_per_rotor_turn
-        return self.zero is not None and not any((*changes, self.meters_per_rotor_turn, self.meters_per_wheel_turn))
+        return self.zero is not None and not (self.hears_angle or self.hears_way)
+
+    @property
+    def is_half_deaf(self) -> bool:
+        """Whether something that the module says is the same whatever its sensors read."""
+        return self.zero is not None and not (self.hears_angle and (self.hears_way or not self.says_way))
+
+
+class _Question:
+    """Questions to robot code about one module.
+
+    Args:
+        ask: Answer with way [m] and angle, each None where the module does not say it.
+        turn: One turn in the unit of the angle [-]; None: it is a number in an unknown unit.
+    """
+
+    def __init__(self, ask: Callable[[], tuple[float | None, float | None]], turn: float | None = math.tau) -> None:
+        self.ask = ask
+        self.turn = turn
 
 
 def probe_modules(
-    modules: Sequence[Sequence[Any]], ports: Sequence[ModulePorts], settle: Callable[[], None]
+    modules: Sequence[Sequence[Any]],
+    ports: Sequence[ModulePorts],
+    settle: Callable[[], None],
+    above: Sequence[Any] = (),
 ) -> list[Belief]:
     """Move the sensors of modules and ask the program what that means; they read zero afterwards.
 
@@ -74,29 +113,34 @@ def probe_modules(
         modules: For each module the objects that may know its position.
         ports: Its sensors.
         settle: Lets robot code see what was written.
+        above: Objects that hold all modules, the nearest first, the robot last; they may know all positions, and their
+            loops may read the sensors.
     """
-    getters = [_getter(objects) for objects in modules]
-    beliefs = _probe(getters, ports, settle)
+    questions = [_question(objects) for objects in modules]
+    if not all(questions):
+        questions = _shared_questions(above, len(modules)) or questions
     reads = [read for objects in modules for made in reversed(objects) for read in _methods(made, _READS)]
-    if not reads or not all(belief.is_deaf for belief in beliefs):
-        return beliefs
+    loops = [read for made in above for read in _methods(made, _READS)]
+    beliefs = _probe(questions, ports, settle)
+    for calls in ([reads] if reads else []) + ([[*reads, *loops]] if loops else []):
+        if not any(belief.is_half_deaf for belief in beliefs):
+            break
 
-    def settle_and_read() -> None:
-        settle()
-        for read in reads:
-            _answer(read)
+        def settle_and_read(calls: Sequence[Callable[[], Any]] = calls) -> None:
+            settle()
+            for call in calls:
+                _answer(call)
 
-    return _probe(getters, ports, settle_and_read)
+        beliefs = _probe(questions, ports, settle_and_read)
+    return beliefs
 
 
 def _probe(
-    getters: Sequence[Callable[[], tuple[float | None, float | None]] | None],
-    ports: Sequence[ModulePorts],
-    settle: Callable[[], None],
+    questions: Sequence[_Question | None], ports: Sequence[ModulePorts], settle: Callable[[], None]
 ) -> list[Belief]:
     def read() -> list[tuple[float | None, float | None]]:
         settle()
-        return [(None, None) if get is None else get() for get in getters]
+        return [(None, None) if question is None else question.ask() for question in questions]
 
     def moved(write: Callable[[ModulePorts, float], None], turns: float) -> list[tuple[float, float]]:
         for port in ports:
@@ -105,8 +149,8 @@ def _probe(
         for port in ports:
             write(port, 0.0)
         return [
-            (_change(a[0], b[0], wrap=False) / turns, _change(a[1], b[1], wrap=True) / turns)
-            for a, b in zip(base, after, strict=True)
+            (_change(a[0], b[0], None) / turns, _change(a[1], b[1], None if q is None else q.turn) / turns)
+            for a, b, q in zip(base, after, questions, strict=True)
         ]
 
     for port in ports:
@@ -116,16 +160,29 @@ def _probe(
     by_drive, by_wheel = moved(_drive, 1.0), moved(_wheel, 1.0)
     by_steer, by_encoder = moved(_steer, 1.0), moved(_encoder, _TURN)
     read()
-    return [
-        Belief(
-            zero=at[1],
-            angle_per_encoder_turn=e[1],
-            angle_per_rotor_turn=s[1],
-            meters_per_rotor_turn=d[0],
-            meters_per_wheel_turn=w[0],
+    beliefs = []
+    for at, d, w, s, e, question in zip(base, by_drive, by_wheel, by_steer, by_encoder, questions, strict=True):
+        turn = None if question is None else question.turn
+        radians = math.tau / (_turn_of_number(e[1], s[1]) if turn is None else turn)
+        beliefs.append(
+            Belief(
+                zero=None if at[1] is None else at[1] * radians,
+                angle_per_encoder_turn=e[1] * radians,
+                angle_per_rotor_turn=s[1] * radians,
+                meters_per_rotor_turn=d[0],
+                meters_per_wheel_turn=w[0],
+                says_way=at[0] is not None,
+            )
         )
-        for at, d, w, s, e in zip(base, by_drive, by_wheel, by_steer, by_encoder, strict=True)
-    ]
+    return beliefs
+
+
+def _turn_of_number(per_encoder_turn: float, per_rotor_turn: float) -> float:
+    """Return one turn in the unit of an angle, by how it follows its sensors; radians where it does not say."""
+    for turn in _TURNS:
+        if math.isclose(abs(per_encoder_turn), turn, rel_tol=0.05):
+            return turn
+    return next((turn for turn in _TURNS if per_rotor_turn and 5.0 < abs(turn / per_rotor_turn) < 80.0), math.tau)
 
 
 def _drive(port: ModulePorts, turns: float) -> None:
@@ -146,33 +203,66 @@ def _wheel(port: ModulePorts, turns: float) -> None:
         port.wheel.write(turns * math.tau, 0.0)
 
 
-def _change(before: float | None, after: float | None, *, wrap: bool) -> float:
+def _change(before: float | None, after: float | None, turn: float | None) -> float:
     if before is None or after is None:
         return 0.0
-    change = math.remainder(after - before, math.tau) if wrap else after - before
+    change = after - before if turn is None else math.remainder(after - before, turn)
     return change if abs(change) > _LEAST else 0.0
 
 
-def _getter(objects: Sequence[Any]) -> Callable[[], tuple[float | None, float | None]] | None:
-    """What says where a module is: way [m] and angle [rad]; None: nothing does."""
-    asked = [ask for made in objects for ask in _questions(made)]
+def _question(objects: Sequence[Any]) -> _Question | None:
+    """Find what says where a module is: a position or state, else an angle and a way; None: nothing does."""
+    asked = [ask for made in objects for ask in _questions(made, _NAME, _ANNOTATIONS)]
     positions = [ask for ask in asked if _has(ask, "distance")]
     states = [ask for ask in asked if _has(ask, "angle")]
-    if not states:
+    if states:
+        ask = (positions or states)[0]
+        return _Question(lambda: _where(ask()))
+    angles = [ask for made in objects for ask in _questions(made, _ANGLE, ())]
+    turned = [ask for ask in angles if _is_rotation(_answer(ask))]
+    numbers = [ask for ask in angles if _is_number(_answer(ask))]
+    if not (turned or numbers):
         return None
-    ask = (positions or states)[0]
+    ask_angle = (turned or numbers)[0]
+    ways = [ask for made in objects for ask in _questions(made, _WAY, ()) if _is_number(_answer(ask))]
 
-    def get() -> tuple[float | None, float | None]:
-        answer = ask()
-        distance = getattr(answer, "distance", None)
-        return None if distance is None else float(distance), float(answer.angle.radians())
+    def where() -> tuple[float | None, float | None]:
+        angle = ask_angle()
+        return float(ways[0]()) if ways else None, float(angle.radians() if turned else angle)
 
-    return get
+    return _Question(where, math.tau if turned else None)
+
+
+def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
+    """Find what says where all modules are, in the order of the kinematics; empty: nothing does."""
+    for made in above:
+        for ask in _questions(made, _NAME, ()):
+            answer = _answer(ask)
+            if isinstance(answer, (list, tuple)) and len(answer) == count and _is_where(answer[0]):
+                return [_Question(lambda k=k, ask=ask: _where(ask()[k])) for k in range(count)]  # type: ignore[misc]
+    return []
+
+
+def _where(answer: Any) -> tuple[float | None, float | None]:
+    distance = getattr(answer, "distance", None)
+    return None if distance is None else float(distance), float(answer.angle.radians())
+
+
+def _is_where(answer: Any) -> bool:
+    return type(answer).__name__ in _ANNOTATIONS
 
 
 def _has(ask: Callable[[], Any], name: str) -> bool:
     answer = _answer(ask)
-    return type(answer).__name__ in _ANNOTATIONS and hasattr(answer, name)
+    return _is_where(answer) and hasattr(answer, name)
+
+
+def _is_rotation(answer: Any) -> bool:
+    return type(answer).__name__ == "Rotation2d"
+
+
+def _is_number(answer: Any) -> bool:
+    return isinstance(answer, (int, float)) and not isinstance(answer, bool)
 
 
 def _answer(ask: Callable[[], Any]) -> Any:
@@ -184,16 +274,21 @@ def _answer(ask: Callable[[], Any]) -> Any:
         return None
 
 
-def _questions(made: Any) -> list[Callable[[], Any]]:
-    """Methods and properties of an object of robot code that ask for a position or state, and change nothing."""
+def _questions(made: Any, names: re.Pattern[str], annotations: Sequence[str]) -> list[Callable[[], Any]]:
+    """List methods and properties of an object of robot code that answer such a question, and change nothing."""
     found: list[Callable[[], Any]] = []
-    for cls in type(made).__mro__:
+    for cls in () if is_foreign(type(made)) else type(made).__mro__:
         for name, part in vars(cls).items():
-            if isinstance(part, property) and (_NAME.fullmatch(name.strip("_")) or _is_annotated(part.fget)):
+            is_asked = names.fullmatch(_plain(name)) is not None
+            if isinstance(part, property) and (is_asked or _is_annotated(part.fget, annotations)):
                 found.append(lambda n=name: getattr(made, n))  # type: ignore[misc]
-            elif inspect.isfunction(part) and (_NAME.fullmatch(name.strip("_")) or _is_annotated(part)):
+            elif inspect.isfunction(part) and (is_asked or _is_annotated(part, annotations)):
                 found += _without_arguments(made, name, part)
     return found
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "").lower()
 
 
 def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
@@ -203,7 +298,7 @@ def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
         for cls in reversed(type(made).__mro__)
         if not is_foreign(cls)
         for name, part in vars(cls).items()
-        if inspect.isfunction(part) and names.fullmatch(name.strip("_"))
+        if inspect.isfunction(part) and names.fullmatch(_plain(name))
     }
     return [ask for name, part in found.items() for ask in _without_arguments(made, name, part)]
 
@@ -215,6 +310,6 @@ def _without_arguments(made: Any, name: str, function: Any) -> list[Callable[[],
     return []
 
 
-def _is_annotated(function: Any) -> bool:
+def _is_annotated(function: Any, annotations: Sequence[str]) -> bool:
     answer = getattr(function, "__annotations__", {}).get("return", "")
-    return (answer if isinstance(answer, str) else getattr(answer, "__name__", "")).split(".")[-1] in _ANNOTATIONS
+    return (answer if isinstance(answer, str) else getattr(answer, "__name__", "")).split(".")[-1] in annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -76,8 +77,11 @@ def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> Makers
         if found.kind == "swerve":
             found = with_beliefs(found, graph)
         found = _corrected(in_meters(found), table)
+        _require_around(found)
     if found.gyro is None:
         found = replace(found, gyro=_gyro(table.gyro))
+    if found.kind == "swerve" and not table.has_devices:
+        found = _with_gaps(found)
     found = complete_measures(found, settings, folder)
     for sentence in found.differences:
         _log.warning("drivetrain: %s", sentence)
@@ -121,6 +125,10 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
     for key in ("reversed_drive", "reversed_steer", "reversed_encoders"):
         beyond = [k for k in getattr(table, key) if k >= n]
         _refuse((key,) if beyond else (), f"counts wheels from 0 to {n - 1}, got {beyond}")
+    measures = dict(found.measures)
+    for key, is_said in (("x and y", bool(table.places)), ("zeros_deg", bool(table.zeros))):
+        if is_said:
+            measures.pop(key, None)
     turned = (set(table.reversed_drive), set(table.reversed_steer), set(table.reversed_encoders))
     wheels = []
     for k, wheel in enumerate(found.wheels):
@@ -132,7 +140,41 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
         if table.reversed_steer:
             own["is_steer_sign_known"] = True
         wheels.append(replace(wheel, **own))
-    return replace(found, wheels=tuple(wheels))
+    return replace(found, wheels=tuple(wheels), measures=measures)
+
+
+def _require_around(found: FoundDrivetrain) -> None:
+    """Make sure that wheels stand apart, and around the robot's center.
+
+    Raises:
+        ConfigError: They do not.
+    """
+    places, part = found.places, "modules" if found.kind == "swerve" else "wheels"
+    for k, place in enumerate(places):
+        same = [str(j) for j in range(k, len(places)) if math.dist(places[j], place) < 0.01]
+        if len(same) > 1:
+            raise ConfigError(
+                f"{part} {', '.join(same[:-1])} and {same[-1]} stand at one place in your kinematics, {place[0]:.3g} m "
+                f"forward and {place[1]:.3g} m left of the center (counted from 0): each has a Translation2d of its own"
+            )
+    angles = sorted(math.atan2(y, x) for x, y in places)
+    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + math.tau], strict=True)]
+    if len(places) > 2 and max(gaps) >= math.pi:
+        told = ", ".join(f"({x:.3g}, {y:.3g})" for x, y in places)
+        raise ConfigError(
+            f"all {part} in your kinematics are on one side of the robot's center: {told}; a Translation2d is from the "
+            "center, x forward and y to the left [m]"
+        )
+
+
+def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
+    """Return the drivetrain with a sentence on what a swerve drive needs and the program does not have."""
+    gaps = [] if any(wheel.encoder for wheel in found.wheels) else ["encoders on azimuths, which begin straight"]
+    gaps += [] if found.gyro else ["gyro"]
+    if not gaps:
+        return found
+    sentence = f"{found.about}: no device that simcore knows is its {', nor its '.join(gaps)}"
+    return replace(found, differences=(*found.differences, sentence))
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:

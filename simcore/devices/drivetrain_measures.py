@@ -48,6 +48,8 @@ _GUESSES: dict[str, dict[str, float]] = {
     "mecanum": {"wheel_radius": inches(3.0), "drive_gearing": 8.45},
 }
 """Where nothing says more: an SDS MK4i L2; FIRST's kit-bot."""
+_FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
+"""Measures that PathPlanner's and Choreo's settings have of every robot, by the kinds of drives that have none."""
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # of robots, with the fastest gears that are sold [m/s]
 
@@ -60,9 +62,13 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         settings: Of simcore.toml, which overrides everything.
         folder: Where robot.py is.
     """
-    projects = project_measures(folder)
+    projects = [
+        {name: m for name, m in project.items() if name not in _FOREIGN[found.kind]}
+        for project in project_measures(folder)
+    ]
     known: dict[str, Measure] = _of_file(settings)
     differences: list[str] = []
+    found = _placed(found, projects, differences)
     for source in (dict(found.measures), *projects):
         for name, measure in source.items():
             low, high = _SANE.get(name, (-math.inf, math.inf))
@@ -96,6 +102,29 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
             wheels = tuple(replace(wheel, drive_sign=-wheel.drive_sign) for wheel in found.wheels)
             found = replace(found, wheels=wheels)
     return replace(found, measures=known, differences=(*found.differences, *differences))
+
+
+def _placed(
+    found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
+) -> FoundDrivetrain:
+    """Return the drivetrain with wheels where PathPlanner or Choreo has them, if the program does not place them."""
+    guess = found.measures.get("x and y")
+    if guess is None or found.kinematics:
+        return found
+    count = len(found.wheels)
+    places = next((p["places"] for p in projects if "places" in p and len(p["places"].value) == count), None)
+    if places is None:
+        if found.kind == "swerve":
+            xs, ys = ([place[axis] for place in found.places] for axis in (0, 1))
+            names = ", ".join(wheel.name for wheel in found.wheels)
+            differences.append(
+                f"{guess.source}: they are taken to be 0.56 m apart, in this order: {names}; under [drivetrain] of "
+                f"{FILE_NAME} x = {xs} and y = {ys} say it right"
+            )
+        return found
+    wheels = tuple(replace(w, place=place) for w, place in zip(found.wheels, places.value, strict=True))
+    measures = {**found.measures, "x and y": Measure("those of its modules", places.source)}
+    return replace(found, wheels=wheels, measures=measures)
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
@@ -221,13 +250,13 @@ def _differ(one: Any, other: Any) -> bool:
 
 
 def _places_differ(found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]]) -> list[str]:
+    if found.kind != "swerve" or "x and y" in found.measures:
+        return []
     for project in projects:
         places = project.get("places")
-        if places is None or len(places.value) != len(found.places) or found.kind != "swerve":
+        if places is None or len(places.value) != len(found.places):
             continue
         far = max(min(math.dist(a, b) for b in found.places) for a in places.value)
         if far > _SAME:
-            return [
-                f"the modules stand up to {far:.3f} m elsewhere in {places.source} than in the program's kinematics"
-            ]
+            return [f"the modules stand up to {far:.3f} m elsewhere in {places.source} than the program has them"]
     return []

@@ -255,7 +255,7 @@ class _Mounted(_Counter, MotorPort):
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
-_SOON = 0.1  # [s] between two changes of sign
+_SOON = 0.25  # [s] between two changes of sign; a slow loop takes half of that
 _CHANGES = 3  # of sign, each soon after the last, at half of the largest output or more
 _FAR = 1.25  # turns of an azimuth that is never near its goal
 _HOLDS = 0.5  # [s] in which a motor that is turned round is not turned back

@@ -94,6 +94,8 @@ class FoundDrivetrain:
     """Where the program, its settings and its file contradict one another; a sentence each."""
     about: str = ""
     """How it was found."""
+    kinematics: str = ""
+    """Of which class of the program places are; empty: the program does not say them."""
     drives_itself: bool = False
     """Whether a library's own object drives it, which is found again without a table."""
 
@@ -124,7 +126,9 @@ class FoundDrivetrain:
 
 Row = tuple[str, Any, str]
 
-_MEASURES = ("drive_motor", "drive_gearing", "wheel_radius", "steer_motor", "steer_gearing", "trackwidth")
+_MEASURES = (
+    *("drive_motor", "drive_gearing", "wheel_radius", "steer_motor", "steer_gearing", "trackwidth", "reversed"),
+)
 _LOOPS = ("drive_loop", "steer_loop")
 
 
@@ -139,7 +143,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
     head: Row = ("kind", found.kind, found.about)
     measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
     if len({d.model for d in leaders}) > 1:  # the table has one; what is found has no need of it
-        return [head, *measures]
+        return [head, *(_places(found) if "x and y" in found.measures else ()), *measures]
     model = leaders[0].model
     rows: list[Row] = [head, ("controller", model, "")]
     if found.kind == "tank":  # the program says itself who follows, of whatever model
@@ -151,9 +155,8 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
             rows.append(("steer_controller", first.steer.model, ""))
         rows += [("steer", _numbers(w.steer for w in wheels), ""), *_encoders(wheels)]
     if found.kind != "tank":
-        rows += [("x", [_rounded(w.place[0]) for w in wheels], "forward of the center")]
-        rows += [("y", [_rounded(w.place[1]) for w in wheels], "")]
-    rows += _signs(wheels)
+        rows += _places(found)
+    rows += _signs(found)
     if first.wheel_encoder is not None and first.wheel_encoder.model == "Encoder":
         rows.append(("wheel_encoders", _numbers(w.wheel_encoder for w in wheels), "DIO"))
         if all(w.meters_per_encoder_turn for w in wheels):
@@ -193,11 +196,22 @@ def _encoders(wheels: tuple[FoundWheel, ...]) -> list[Row]:
     return [("encoder", encoder.model, ""), ("encoders", _numbers(w.encoder for w in wheels), "")]
 
 
-def _signs(wheels: tuple[FoundWheel, ...]) -> list[Row]:
+def _places(found: FoundDrivetrain) -> list[Row]:
+    told = found.measures.get("x and y")
+    remark = "forward of the center" if told is None else f"guess: {told.source}" if told.is_guess else told.source
+    xs, ys = ([_rounded(w.place[axis]) for w in found.wheels] for axis in (0, 1))
+    return [("x", xs, remark), ("y", ys, "")]
+
+
+def _signs(found: FoundDrivetrain) -> list[Row]:
     rows: list[Row] = []
-    if any(w.zero for w in wheels):
+    wheels, guess = found.wheels, found.measures.get("zeros_deg")
+    if guess is not None or any(w.zero for w in wheels):
         zeros = [round(math.degrees(w.zero), 4) for w in wheels]
-        rows.append(("zeros_deg", zeros, "what your code reads as angle while the encoder reads 0"))
+        remark = (
+            "what your code reads as angle while the encoder reads 0" if guess is None else f"guess: {guess.source}"
+        )
+        rows.append(("zeros_deg", zeros, remark))
     for key, signs in (
         ("reversed_drive", [w.drive_sign for w in wheels]),
         ("reversed_steer", [w.steer_sign for w in wheels]),

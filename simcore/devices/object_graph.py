@@ -18,7 +18,7 @@ from simcore.devices.recorder import Built, built
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
 _MOST = 20_000  # objects
-_DEEP = 3  # attributes between a holder and a device of its own
+_NEAR = 3  # attributes from a holder to its own devices by any way; farther they lead away from the robot
 _MAKERS = {package for package, _ in MAKER_MODULES}
 _VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
@@ -48,13 +48,16 @@ class ObjectGraph:
         self._names: dict[int, str] = {}
         self._objects: dict[int, Any] = {}
         self._devices: dict[int, BuiltDevice | None] = {}
+        self._below: dict[int, list[tuple[str, Any]]] = {}
+        self._depths: dict[int, int] = {}
         self._walk([("", robot), *_globals(folder)])
 
     def holders(self) -> list[Holder]:
         """Objects that hold devices themselves or by what is theirs, nearest to the robot first."""
         found = []
-        for made in self._objects.values():
-            if self._device(made) is None:
+        leads = self._leading()
+        for key, made in self._objects.items():
+            if key in leads:
                 devices = self._held(made)
                 if devices:
                     found.append(Holder(made, self._names[id(made)], devices))
@@ -98,8 +101,25 @@ class ObjectGraph:
             if key in self._objects:
                 continue
             self._objects[key], self._names[key], self._parents[key] = made, name, parent
+            self._depths[key] = self._depths.get(parent, -1) + 1
             if self._device(made) is None:
-                queue.extend((f"{name}.{n}" if name else n, child, key) for n, child in _children(made))
+                self._below[key] = list(_children(made))
+                queue.extend((f"{name}.{n}" if name else n, child, key) for n, child in self._below[key])
+
+    def _leading(self) -> set[int]:
+        """Return the keys of objects from which attributes lead to a device."""
+        above: dict[int, list[int]] = {}
+        for key, children in self._below.items():
+            for _, child in children:
+                above.setdefault(id(child), []).append(key)
+        queue = [key for key, made in self._objects.items() if self._device(made) is not None]
+        leads: set[int] = set()
+        while queue:
+            for key in above.get(queue.pop(), ()):
+                if key not in leads:
+                    leads.add(key)
+                    queue.append(key)
+        return leads
 
     def _device(self, made: Any) -> BuiltDevice | None:
         key = id(made)
@@ -120,11 +140,11 @@ class ObjectGraph:
             key = self._parents.get(key, 0)
         found: dict[str, BuiltDevice] = {}
         seen = set(above)
-        level = [("", made)]
-        for _ in range(_DEEP):
-            below = []
+        level, deep, own = [("", made)], 0, self._depths[id(made)]
+        while level:
+            below, deep = [], deep + 1
             for name, parent in level:
-                for n, child in _children(parent):
+                for n, child in self._below.get(id(parent), ()):
                     if id(child) in seen:
                         continue
                     seen.add(id(child))
@@ -132,7 +152,7 @@ class ObjectGraph:
                     device = self._device(child)
                     if device is not None:
                         found.setdefault(path, device)
-                    else:
+                    elif deep < _NEAR or self._depths.get(id(child), 0) > own:
                         below.append((path, child))
             level = below
         return found

@@ -12,19 +12,17 @@ from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrive
 from simcore.devices.makers import device_of, maker_of, makers
 from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.object_graph import ObjectGraph
+from simcore.devices.place_names import CORNERS, SIDES, says_place, words_of
 from simcore.devices.recorder import Built, built
 from simcore.devices.swerve_discovery import free_speed_volts, motor_measures
 
-__all__ = ["find_mecanum", "find_tank", "says_place", "wired_encoder", "with_followers"]
+__all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
 
 _DRIVE = re.compile(r"drive|chassis|tank", re.IGNORECASE)
-_SIDES = {"left": r"left|\b([fmrb]?l|l[fmrb])\b", "right": r"right|\b([fmrb]?r|r[fmb])\b"}
-"""Words of names, and letters with those of an end: `l`, `fl`, `rr`, `lf`."""
 _PLAIN = re.compile(
-    rf"(({_SIDES['left']}|{_SIDES['right']}|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)"
+    rf"(({SIDES['left']}|{SIDES['right']}|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)"
     "s? ?)+"
 )
-_CORNERS = ("front left", "front right", "rear left", "rear right")
 _PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port has them
 
 
@@ -46,7 +44,7 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
         names = {name: motor for name, motor in names.items() if _drives(name)}
     sides = _given(drives[-1], ("leftMotor", "rightMotor")) if drives else None
     if sides is None:
-        sides = _by_name(names, tuple(_SIDES))
+        sides = _by_name(names, tuple(SIDES))
     if sides is None and not (drives or kinematics or odometry):
         return None
     if sides is None:
@@ -85,7 +83,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     if given is not None:
         given = [given[0], given[2], given[1], given[3]]
     else:
-        given = _by_name(_named_motors(graph), _CORNERS)
+        given = _by_name(_named_motors(graph), CORNERS)
     if given is None:
         raise DrivetrainNotFoundError("which motors of its mecanum drive are at which corner is not known")
     places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
@@ -93,16 +91,17 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
         made = kinematics[0].made
         corners = (made.get_front_left(), made.get_front_right(), made.get_rear_left(), made.get_rear_right())
         places = [(float(t.x), float(t.y)) for t in corners]
-    wheels = _wheels(graph, _CORNERS, places, given)
+    wheels = _wheels(graph, CORNERS, places, given)
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
     if not kinematics:
-        measures["places"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
+        measures["x and y"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
     return FoundDrivetrain(
         kind="mecanum",
         wheels=wheels,
         measures=measures,
         free_speed_volts=free_speed_volts(wheels[0]),
         about="corners of MecanumDrive",
+        kinematics=kinematics[0].name if kinematics else "",
     )
 
 
@@ -215,35 +214,7 @@ def _drives(name: str) -> bool:
     >>> _drives("container.drive_train.left_leader"), _drives("leftMotor"), _drives("lift.left_motor")
     (True, True, False)
     """
-    return bool(_DRIVE.search(name)) or ("." not in name and _PLAIN.fullmatch(_words(name)) is not None)
-
-
-def _words(name: str) -> str:
-    """Of the last attribute's name, lower case, apart where a capital or a number begins.
-
-    >>> _words("base.motorL1"), _words("LDrive"), _words("fl_motor")
-    ('motor l 1', 'l drive', 'fl motor')
-    """
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z])(?=\d)", " ", name.split(".")[-1])
-    return spaced.replace("_", " ").lower()
-
-
-def says_place(name: str, place: str) -> bool:
-    """Whether the name of an attribute says that what it holds is at a side or corner.
-
-    Args:
-        name: With those that lead to it: `base.motorL1`.
-        place: `left`, `right`, or a corner: `front left`.
-    """
-    return re.search(_SIDES.get(place) or _corner_pattern(place), _words(name)) is not None
-
-
-def _corner_pattern(corner: str) -> str:
-    end, side = corner.split()
-    ends, first = ("front", "f") if end == "front" else ("(rear|back)", "[rb]")
-    letter = side[0]
-    sides = rf"({side}|\b{letter}\b)"
-    return rf"{ends}.*{sides}|{sides}.*{ends}|\b({first}{letter}|{letter}{first})\b"
+    return bool(_DRIVE.search(name)) or ("." not in name and _PLAIN.fullmatch(words_of(name)) is not None)
 
 
 # --- encoders and ways ------------------------------------------------------------------------------------------------

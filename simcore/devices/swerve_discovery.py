@@ -6,107 +6,146 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from simcore.devices.belief_probe import Belief, ModulePorts, probe_modules
 from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import Maker, MotorFacts, maker_of, makers
 from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.object_graph import Holder, ObjectGraph
+from simcore.devices.object_graph import Holder, ObjectGraph, is_foreign
+from simcore.devices.place_names import corner_of
 from simcore.devices.recorder import built
-from simcore.robot.cots import MODULES
+from simcore.quantities import DeviceKey
 
 __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 
 _STEER = re.compile(r"steer|turn|azimuth|angle|angular|rotat|pivot|direction", re.IGNORECASE)
 _DRIVE = re.compile(r"driv|speed|propul|wheel|throttle|translat", re.IGNORECASE)
-_MAXSWERVE = MODULES["REV MAXSwerve"]
 _DEAF = (
-    "{} says the same position whatever its sensors read, so zeros, signs and the wheel are guessed; if it reads them "
-    "on the real robot alone (isReal, isSimulation), let it read them here too: simcore moves them"
+    "{} say the same positions whatever their sensors read, so zeros, signs and the wheel are guessed; if the program "
+    "reads them on the real robot alone (isReal, isSimulation), let it read them here too: simcore moves them"
 )
 
 
+_OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
+"""Of attributes that a program takes from its encoders' readings; a magnet's offset is the encoder's own."""
+_HALF = 0.28  # [m] from the center to wheels that nothing places
+_UNPLACED = "no kinematics or settings say where modules stand"
+
+
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Modules that hold two motors each, as many as the program's kinematics has places; None: there are none.
+    """Find modules of two motors each: as many as the program's kinematics has places, or four that steer without any.
+
+    Returns:
+        The drivetrain; None: there is none.
 
     Raises:
         DrivetrainNotFoundError: There are kinematics but no modules that fit.
     """
     kinematics = graph.built("kinematics", "SwerveDrive")  # those that it keeps first: PathPlanner builds its own, too
-    if not kinematics:
-        return None
-    holders = _module_holders(graph)
+    groups = _module_groups(graph)
     for record in kinematics:
         places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
-        modules = _matching(holders, places)
-        if modules:
-            wheels = tuple(_wheel(holder, place) for holder, place in zip(modules, places, strict=True))
-            return FoundDrivetrain(
-                kind="swerve",
-                wheels=wheels,
-                about=f"{len(wheels)} modules ({type(modules[0].made).__name__}) of {record.name}",
-            )
-    counts = " or ".join(str(len(b.made.get_modules())) for b in kinematics)
-    raise DrivetrainNotFoundError(
-        f"the program has kinematics of {counts} swerve modules, but no {counts} objects with two motors each"
+        modules = next((group for group in groups if len(group) == len(places)), None)
+        if modules is not None:
+            return _drivetrain(modules, places, record.name)
+    if kinematics:
+        counts = " or ".join(sorted({str(len(record.made.get_modules())) for record in kinematics}))
+        raise DrivetrainNotFoundError(
+            f"the program's kinematics have {counts} swerve modules, but no {counts} objects of one class hold two "
+            "motors each, nor do names of members tell corner and purpose (front_left_drive, front_left_steer)"
+        )
+    if any(graph.built(kind, "") for kind in ("drive", "kinematics")):
+        return None  # of another kind
+    modules = next((group for group in groups if len(group) == 4 and all(map(_is_steered, group))), None)
+    return None if modules is None else _drivetrain(modules, [(x, y) for x in (_HALF, -_HALF) for y in (_HALF, -_HALF)])
+
+
+def _drivetrain(
+    modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
+) -> FoundDrivetrain:
+    """Put modules at their places: by their names where these say corners, else in their order."""
+    ordered, is_told = _in_order(modules, places)
+    wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
+    measures: dict[str, Measure] = {}
+    order = f"{' '.join(w.name.split('.')[-1] for w in wheels)}, in the order of the kinematics"
+    if not kinematics:
+        measures["x and y"] = Measure("0.56 x 0.56 m" + (", by corner" if is_told else ""), _UNPLACED, is_guess=True)
+    elif not is_told and not all(holder.name.split(".")[-1].isdigit() for holder in modules):
+        measures["x and y"] = Measure(order, "no name says a corner", is_guess=True)
+    about = f"{len(wheels)} modules ({type(modules[0].made).__name__})"
+    return FoundDrivetrain(
+        kind="swerve",
+        wheels=wheels,
+        measures=measures,
+        kinematics=kinematics,
+        about=f"{about} of {kinematics}" if kinematics else f"{about}, without kinematics",
     )
 
 
-def _module_holders(graph: ObjectGraph) -> list[Holder]:
-    """Objects with exactly two motors, innermost where one holds another."""
-    found = []
-    for holder in graph.holders():
-        motors = {d.key for d in holder.devices.values() if _is_motor(d)}
-        if len(motors) == 2:
-            found.append(holder)
-    return found
-
-
-def _matching(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> list[Holder]:
-    """As many holders of one class as there are places, each with motors of its own, in the order of the places."""
-    by_class: dict[type, list[Holder]] = {}
+def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
+    """List objects of one class with two motors each, and members by corner or number; likely modules first."""
+    holders = graph.holders()
+    by_class: dict[tuple[bool, type], list[Holder]] = {}
     for holder in holders:
-        group = by_class.setdefault(type(holder.made), [])
-        taken = {d.key for h in group for d in h.devices.values() if _is_motor(d)}
-        if taken.isdisjoint(d.key for d in holder.devices.values() if _is_motor(d)):
-            group.append(holder)
-    groups = [g for g in by_class.values() if len(g) == len(places)]
-    # a container that holds each module alone has the same motors; the module itself knows its position
-    groups.sort(key=lambda g: type(g[0].made) in (dict, list, tuple))
-    return _in_order(groups[0], places) if groups else []
+        motors = _motor_keys(holder)
+        if len(motors) != 2:
+            continue
+        own = type(holder.made)
+        bases = [cls for cls in own.__mro__[1:] if not is_foreign(cls)]
+        for key in ((False, own), *((True, base) for base in bases)):
+            group = by_class.setdefault(key, [])
+            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # of two, the one nearer to the robot
+                group.append(holder)
+    groups = [(is_base, group) for (is_base, _), group in by_class.items()]
+    # A container that holds each module alone has the same motors, but the module itself knows its position; and a
+    # program's simulation of a module may have motors of its own, but it has no encoders.
+    groups.sort(key=lambda g: (type(g[1][0].made) in (dict, list, tuple), g[0], -sum(len(h.devices) for h in g[1])))
+    return [group for _, group in groups] + [flat for h in reversed(holders) if (flat := _flat_modules(h))]
 
 
-def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> list[Holder]:
-    """By their names where these say corners, else as they were found."""
-    named: dict[tuple[int, int], Holder] = {}
-    for holder in holders:
-        corner = _corner(holder.name)
-        if corner is None or corner in named:
-            return list(holders)
-        named[corner] = holder
-    try:
-        return [named[_sign(x), _sign(y)] for x, y in places]
-    except KeyError:
-        return list(holders)
+def _motor_keys(holder: Holder) -> set[DeviceKey]:
+    return {d.key for d in holder.devices.values() if _is_motor(d)}
 
 
-def _corner(name: str) -> tuple[int, int] | None:
-    """Front or back, left or right, from the last attribute that says both.
+def _flat_modules(holder: Holder) -> list[Holder]:
+    """List modules of an object with all their motors as members: `front_left_drive`, `drive_motors[0]`, `steer2`."""
+    parts: dict[object, dict[str, BuiltDevice]] = {}
+    for name, device in holder.devices.items():
+        number = re.search(r"\d+", name.split(".")[-1])
+        key: object = corner_of(name) or (number[0] if number else None)
+        if key is not None and device.key not in {d.key for d in parts.get(key, {}).values()}:
+            parts.setdefault(key, {})[name] = device
+    modules = []
+    for part in parts.values():
+        names = [name for name, device in part.items() if _is_motor(device)]
+        if len(names) == 2 and {_steers(name) for name in names} in ({1, -1}, {1, 0}, {0, -1}):
+            drive = min(names, key=_steers)
+            modules.append(Holder(holder.made, f"{holder.name}.{drive}" if holder.name else drive, part))
+    return modules if len(modules) > 1 else []
 
-    >>> _corner("drive.frontLeft"), _corner("drivetrain.modules.BR"), _corner("swerve.modules.0")
-    ((1, 1), (-1, -1), None)
+
+def _is_steered(holder: Holder) -> bool:
+    """Return whether an object with two motors turns a wheel: a motor's name says so, or it has another encoder."""
+    motors = [name for name, device in holder.devices.items() if _is_motor(device)]
+    return any(_steers(name) > 0 for name in motors) or len(motors) < len(holder.devices)
+
+
+def _steers(name: str) -> int:
+    """Return 1 where the attributes of a device say that it steers, -1 where they say that it drives.
+
+    >>> _steers("turn_motor"), _steers("drive.motor"), _steers("driveTurnMotor")
+    (1, -1, 0)
     """
-    for part in reversed(name.split(".")):
-        words = re.sub(r"([a-z])([A-Z])", r"\1 \2", part).replace("_", " ").lower()
-        x = 1 if "front" in words else -1 if re.search("back|rear", words) else 0
-        y = 1 if "left" in words else -1 if "right" in words else 0
-        if not (x and y):
-            short = re.search(r"\b([fbr])([lr])\b", words)
-            if short:
-                x, y = (1 if short[1] == "f" else -1), (1 if short[2] == "l" else -1)
-        if x and y:
-            return x, y
-    return None
+    return bool(_STEER.search(name)) - bool(_DRIVE.search(name))
+
+
+def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
+    """Return modules by their names, and True, where these say corners; else as they were found."""
+    named = {corner_of(holder.name): holder for holder in holders}
+    corners = [(_sign(x), _sign(y)) for x, y in places]
+    is_told = len({*corners}) == len(holders) and {*corners} == {*named}
+    return ([named[corner] for corner in corners] if is_told else list(holders)), is_told
 
 
 def _sign(value: float) -> int:
@@ -125,7 +164,7 @@ def _wheel(holder: Holder, place: tuple[float, float]) -> FoundWheel:
     for name, device in holder.devices.items():
         if device.model not in maker_of(device).encoders:
             continue
-        if device.model == "Encoder" and not _STEER.search(name.split(".")[-1]):
+        if device.model == "Encoder" and not _STEER.search(name):
             wheel_encoder = wheel_encoder or device
         else:
             encoder = encoder or device
@@ -137,16 +176,10 @@ def _wheel(holder: Holder, place: tuple[float, float]) -> FoundWheel:
 
 
 def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDevice, BuiltDevice]:
-    """By what their attributes are called, else by who closes a loop on an absolute encoder, else as they were built.
-
-    `driveTurnMotor` says both and counts for neither.
-    """
+    """By names of their attributes, else by who closes a loop on an absolute encoder, else as they were built."""
     (name_a, a), (name_b, b) = motors
 
-    def steers(name: str) -> int:
-        return bool(_STEER.search(name)) - bool(_DRIVE.search(name))
-
-    lean = steers(name_a) - steers(name_b)
+    lean = _steers(name_a) - _steers(name_b)
     if not lean:
         lean = bool(maker_of(a).facts(a).sensor) - bool(maker_of(b).facts(b).sensor)
     if not lean:
@@ -159,7 +192,7 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """The same with signs, zeros and measures as the program has them, by moving its sensors once.
+    """Return the drivetrain with signs, zeros and measures as the program has them, by moving its sensors.
 
     Raises:
         ConfigError: A device does not answer.
@@ -175,8 +208,13 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
         for maker in asked:
             maker.settle()
 
-    beliefs = probe_modules(modules, [_ports(wheel) for wheel in found.wheels], settle)
+    path = found.wheels[0].name.split(".")
+    above = [by_name[name] for k in range(len(path) - 1, -1, -1) if (name := ".".join(path[:k])) in by_name]
+    beliefs = probe_modules(modules, [_ports(wheel) for wheel in found.wheels], settle, above)
     zeros = _zeros_of_odometry(len(found.wheels))
+    guesses: dict[str, Measure] = {}
+    if all(belief.zero is None for belief in beliefs) and None in zeros:
+        zeros, guesses = _guessed_zeros(modules)
     wheels = tuple(
         _believed(wheel, belief, zero) for wheel, belief, zero in zip(found.wheels, beliefs, zeros, strict=True)
     )
@@ -188,8 +226,9 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
         **motor_measures("steer", first.steer),
         **_way(first, drive, beliefs[0]),
         **_turn(first, steer, beliefs[0]),
+        **guesses,
     }
-    differences = (_DEAF.format(type(modules[0][0]).__name__),) if all(b.is_deaf for b in beliefs) else ()
+    differences = (_DEAF.format(found.about),) if all(b.is_deaf for b in beliefs) else ()
     return replace(
         found,
         wheels=wheels,
@@ -217,6 +256,28 @@ def _zeros_of_odometry(count: int) -> list[float | None]:
             if isinstance(value, (list, tuple)) and len(value) == count and hasattr(value[0], "angle"):
                 return [float(v.angle.radians()) for v in value]
     return [None] * count
+
+
+def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None], dict[str, Measure]]:
+    """Guess angles while encoders read zero [rad] by offsets among attributes, where no module says its angle."""
+    rows = [
+        [(n, v) for made in objects for n, v in getattr(made, "__dict__", {}).items() if _OFFSET.search(n)]
+        for objects in modules
+    ]
+    found = [next(((n, v) for n, v in row if hasattr(v, "radians") or type(v) in (int, float)), None) for row in rows]
+    if None in found:
+        why = "no method says a module's angle, and no attribute its offset"
+        return [0.0] * len(modules), {"zeros_deg": Measure("0", why, is_guess=True)}
+    name = found[0][0]  # type: ignore[index]
+    values = [v.radians() if hasattr(v, "radians") else float(v) for _, v in found]  # type: ignore[misc]
+    most = max(map(abs, values))
+    if hasattr(found[0][1], "radians") or "rad" in name:  # type: ignore[index]
+        unit = 1.0
+    else:
+        unit = math.radians(1.0) if "deg" in name or most > math.tau else 1.0 if most > 1.0 else math.tau
+    zeros = [-v * unit for v in values]
+    text = ", ".join(f"{math.degrees(zero):.1f}" for zero in zeros)
+    return list(zeros), {"zeros_deg": Measure(text, f"reading less {name}", is_guess=True)}
 
 
 def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWheel:

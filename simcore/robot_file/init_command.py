@@ -51,10 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the file, or with `--ci` the workflow.
+    """Write the file and start the program with it once, or write the workflow with `--ci`.
+
+    Returns:
+        1 if the program would not start with the file, else 0.
 
     Raises:
-        ConfigError: There is no robot.py, or the file is there already.
+        ConfigError: There is no robot.py, it does not load, or the file is there already.
         OutputError: The folder cannot be written.
     """
     robot_file = find_robot_py(args.folder)
@@ -66,6 +69,11 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
     found = {} if args.no_look else survey(robot_file)
+    if "error" in found:
+        raise ConfigError(
+            f"the robot program does not load ({found['error']}), so nothing is written; mend that first, or write the "
+            "file without looking at it: simcore init --no-look"
+        )
     for line in _looked(found, is_asked=not args.no_look):
         print(line)
     if found and _simulates_itself(robot_file.parent):
@@ -74,34 +82,57 @@ def run(args: argparse.Namespace) -> int:
             m["remark"] = m["remark"] or "your program has a simulation of its own, which may move it"
     game = next(iter(installed_games()), "")
     try:
-        path.write_text(template(found, game=game, every=args.all), encoding="utf-8")
-        try:
-            read_settings(path)
-        except ConfigError as error:  # what was found makes no sense together: then it is not said
-            problem = f"the drivetrain that was found cannot be written as a table: {error}"
-            found["drivetrain"] = {"problem": problem}
-            print(problem)
-            path.write_text(template(found, game=game, every=args.all), encoding="utf-8")
+        problem = _write_table(path, found, robot_file, game=game, every=args.all, starts=not args.no_look)
         ignore = write_ignored(_project_of(robot_file))
     except OSError as error:
         raise OutputError(f"cannot write {error.filename or path}: {error.strerror}") from error
+    wrote = f"wrote {path}{f' and {ignore}' if ignore else ''}"
+    if problem:
+        print(f"{wrote}; but the program does not start with it: {problem}")
+        return 1
     main = "" if path.parent.resolve() == Path().resolve() else f"--main {robot_file} "
-    print(f"wrote {path}{f' and {ignore}' if ignore else ''}; now: python -m robotpy {main}sim --simcore")
+    print(f"{wrote}; now: python -m robotpy {main}sim --simcore")
     return 0
+
+
+def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: str, every: bool, starts: bool) -> str:
+    """Write a file with which the program starts, without a `[drivetrain]` where that one ends the start.
+
+    Args:
+        path: Of the file.
+        found: What the program has.
+        robot_file: The program.
+        game: See `template`.
+        every: See `template`.
+        starts: Whether to start the program with the file, else the file is only read.
+
+    Returns:
+        The sentence that a start ends with all the same; empty: it starts.
+    """
+    while True:
+        path.write_text(template(found, game=game, every=every), encoding="utf-8")
+        try:
+            read_settings(path)
+            answer = survey(robot_file, "described", "started") if starts else {}
+            problem = str(answer.get("error") or answer.get("start_problem", ""))
+        except ConfigError as error:
+            problem = str(error)
+        if not problem or "rows" not in found.get("drivetrain", {}):
+            return problem
+        found["drivetrain"] = {"problem": f"the drivetrain that was found cannot be written as a table: {problem}"}
+        print(found["drivetrain"]["problem"])
 
 
 def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
     """Say what the look at the program has found, or why it has found nothing."""
     if not is_asked:
         return ["not looked at the robot program: fill in the mechanisms by hand"]
+    if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
+        return [f"could not look at the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
     motors, ports, cameras = (found.get(what, ()) for what in ("motors", "ports", "cameras"))
     drivetrain = found.get("drivetrain", {})
-    why_not = found.get("error", found.get("not_modelled", ""))
-    if why_not and not (motors or ports or cameras or "lines" in drivetrain):
-        return [f"could not look at the robot program ({why_not}): fill in the mechanisms by hand"]
-    said = [f"the robot program ended early ({why_not}); these are the devices that it had built"] if why_not else []
-    said += drivetrain.get("lines", ())
-    said += [drivetrain["problem"]] if "problem" in drivetrain and not why_not else []
+    said = list(drivetrain.get("lines", ()))
+    said += [drivetrain["problem"]] if "problem" in drivetrain else []
     said += [f"found {len(motors)} motors or groups of motors besides the drivetrain"] if motors else []
     said += [f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors"] if ports else []
     if cameras:

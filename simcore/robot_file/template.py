@@ -32,8 +32,6 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
     """
     found = found or {}
     drivetrain = found.get("drivetrain", {})
-    if "error" in found and "problem" in drivetrain:  # a program that ended early may have built none yet
-        drivetrain = {}
     live = ("center_of_mass_height",) if drivetrain.get("has_mass") else ("mass", "center_of_mass_height")
     others = [_camera(camera) for camera in found.get("cameras", ())] + [_port(port) for port in found.get("ports", ())]
     parts = [

@@ -185,8 +185,9 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         drivetrain = _drivetrain(found["model"])
         problems += [RobotFinding(line, is_wrong=False) for line in found["lines"]]
     else:
-        why = f" ({found['problem']})" if found else ""
-        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=bool(found)))
+        is_wrong = (folder / "robot.py").is_file()
+        why = f" ({found['problem'] if found else why_not})" if is_wrong else ""
+        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=is_wrong))
     if (folder / "physics.py").is_file():
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}

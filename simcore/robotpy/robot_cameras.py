@@ -130,6 +130,14 @@ class RobotCameras:
 
     def _follow_photon(self) -> None:
         found = mounts(self._program)
+        new = [name for name in self._built if name not in {**self._described, **self._photon, **found}]
+        if new:
+            are_several = len(new) > 1
+            _log.warning(
+                "PhotonCamera(%s) %s nothing, because robot code does not say where %s; write into %s%s:\n%s",
+                *(", ".join(map(repr, new)), *(("see", "they sit") if are_several else ("sees", "it sits"))),
+                *(self._file, ", once for each" if are_several else "", _what_to_write("photonvision", new[0])),
+            )
         for name in self._built:
             if name in self._described:
                 self._require_photon(name)
@@ -160,13 +168,8 @@ class RobotCameras:
         )
         camera = self._match.cameras.mount_camera(config, robot=self._number)
         camera.is_off = True  # until somebody says where it sits
-        if found is None:
-            if name not in self._program.simulated:  # else the program's own simulation goes on to feed it
-                self._feed(camera)
-            _log.warning(
-                "PhotonCamera(%r) sees nothing, because robot code does not say where it sits; write into %s:\n%s",
-                *(name, self._file, _what_to_write("photonvision", name)),
-            )
+        if found is None and name not in self._program.simulated:  # else its own simulation goes on to feed it
+            self._feed(camera)
         return camera
 
     def _mount(self, name: str, camera: LimelightSim, found: FoundMount) -> None:
@@ -199,16 +202,18 @@ class RobotCameras:
     # --- Limelight and QuestNav -----------------------------------------------------------------------------------
 
     def _follow_tables(self) -> None:
-        for name in self._watch.names:
-            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
-                self._reported.add(name)
-                self._unplaced.add(name)
-                near = [n for n, c in self._described.items() if c.maker == "limelight"]
-                _log.warning(
-                    "robot code asks for a Limelight %r, which nobody publishes%s; write into %s:\n%s",
-                    *(name, f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
-                    _what_to_write("limelight", name),
-                )
+        names = [name for name in self._watch.names if _LIMELIGHT.fullmatch(name)]
+        new = [name for name in names if name not in self._described and name not in self._reported]
+        if new:
+            self._reported.update(new)
+            self._unplaced.update(new)
+            near = [n for n, c in self._described.items() if c.maker == "limelight"]
+            _log.warning(
+                "robot code asks for %s %s, which nobody publishes%s; write into %s%s:\n%s",
+                *("Limelights" if len(new) > 1 else "a Limelight", ", ".join(map(repr, new))),
+                *(f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
+                *(", once for each" if len(new) > 1 else "", _what_to_write("limelight", new[0])),
+            )
         if TABLE in self._watch.names and not self._match.cameras.headsets:
             self._add_headset(QuestConfig())
 

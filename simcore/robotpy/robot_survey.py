@@ -2,7 +2,8 @@
 
 `python -m simcore.robotpy.robot_survey robot.py` builds the program without running it. Run it in a process and a
 folder of its own: programs and vendors' libraries write files where they are started. With `described` behind the path
-it looks for the drivetrain as simcore.toml says. Phoenix 6 is simcore's own, which answers at once and writes nothing;
+it looks for the drivetrain as simcore.toml says; with `started` it also puts the robot on its field, as a start does.
+Phoenix 6 is simcore's own, which answers at once and writes nothing;
 with `real` it is CTRE's simulation, for programs that ask for what the other does not model.
 """
 
@@ -17,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from simcore import season
@@ -25,7 +27,7 @@ from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.devices.object_graph import ObjectGraph
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, SimcoreError
 from simcore.quantities import DeviceKey
 from simcore.robot_file.mechanism_names import mechanism_name
 from simcore.robot_file.mechanism_tables import usual_motor
@@ -33,6 +35,7 @@ from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.attach import watch_program
+from simcore.robotpy.attached_physics import AttachedPhysics, physics_or_none
 from simcore.robotpy.built_ports import built_ports
 from simcore.robotpy.robot_cameras import surveyed_cameras
 from simcore.robotpy.robot_program import load_robot_class
@@ -60,6 +63,8 @@ def main() -> None:
     except Exception as error:
         traceback.print_exc()
         answer.setdefault("error", f"{type(error).__name__}: {error}")
+    if "started" in options and "error" not in answer:
+        answer["start_problem"] = _start(robot_file.parent)
     print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
     os._exit(0)
 
@@ -82,6 +87,16 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
         getattr(robot, step, lambda: None)()
     if clock is not None:
         clock.step(_SETTLE)
+
+
+def _start(folder: Path) -> str:
+    """Build the physics of a start and return the sentence that it would end with; empty: it starts."""
+    AttachedPhysics.folder, AttachedPhysics.ownership = folder, watch_program()
+    try:
+        physics_or_none(SimpleNamespace(field=season.wpilib.Field2d()), _kept[0])
+    except SimcoreError as error:
+        return str(error)
+    return ""
 
 
 def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:

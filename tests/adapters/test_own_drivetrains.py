@@ -581,7 +581,7 @@ def test_a_tank_that_builds_no_drive_class_is_known_by_the_names_of_its_motors(o
 
 def test_modules_that_keep_what_they_read_are_found_as_those_that_read_at_once(own):
     """Loggers and layers of input do so; modules that read no sensor in simulation are told by name."""
-    run, sentence = own(SWERVE), "Module says the same position whatever its sensors read"
+    run, sentence = own(SWERVE), " say the same positions whatever their sensors read"
     asked = "        return SwerveModulePosition(self.drive.getEncoder().getPosition(), self.angle())\n"
     said, table = init(run)
     assert sentence not in said

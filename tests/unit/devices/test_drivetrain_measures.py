@@ -109,9 +109,7 @@ def test_what_contradicts_the_program_is_one_sentence_each(planned):
     folder = planned(driveGearing=6.75, flModuleX=0.35)
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
     places, way = found.differences
-    assert places == (
-        "the modules stand up to 0.050 m elsewhere in PathPlanner's settings than in the program's kinematics"
-    )
+    assert places == ("the modules stand up to 0.050 m elsewhere in PathPlanner's settings than the program has them")
     assert "a turn of a drive motor is 0.0447 m by wheel_radius 0.048 (PathPlanner's settings)" in way
     assert "but 0.0511 m by positions" in way
 

@@ -126,7 +126,7 @@ def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, mo
     (project / "robot.py").write_text(code)
     rows = [["kind", "tank", ""], ["left", [1], ""]]
     found = {"motors": [dict(NAMED[0])], "drivetrain": {"rows": rows}}
-    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda _: found)
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: found)
     assert main(["init"]) == 0
     assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
     text = (project / "simcore.toml").read_text()
@@ -180,12 +180,12 @@ def test_init_says_why_it_could_not_write(project, capsys, monkeypatch):
     assert "simcore init: cannot write" in capsys.readouterr().err
 
 
-def test_a_program_that_fails_does_not_keep_init_from_writing(project, capsys):
-    (project / "robot.py").write_text("raise RuntimeError('no such gamepad')")
-    assert main(["init"]) == 0
-    said = capsys.readouterr().out
-    assert "could not look at the robot program" in said and "no drivetrain found" not in said
-    assert "drivetrain" not in (project / "simcore.toml").read_text()
+def test_a_program_that_does_not_load_gets_no_file(project, capsys):
+    (project / "robot.py").write_text("import no_such_package")
+    assert main(["init"]) == 1
+    said = capsys.readouterr()
+    assert "does not load (ModuleNotFoundError: No module named 'no_such_package')" in said.err and not said.out
+    assert not (project / "simcore.toml").exists()
 
 
 def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):
