@@ -97,6 +97,8 @@ class AttachedPhysics(RobotPhysics):
         )
         robot_sim = match.robots[0]
         devices = drivetrain.connect(robot_sim.drive)
+        devices.gyro_upside_down = settings.drivetrain.gyro_upside_down
+        devices.gyro_reversed = settings.drivetrain.gyro_reversed
         on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
         self.ports = PortAssignment(match, robot_sim, settings, self.ownership)

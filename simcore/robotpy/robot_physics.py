@@ -142,7 +142,7 @@ class RobotPhysics:
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
         """Where the robot stands as autonomous begins."""
         program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
-        self.belief = BeliefWatch(self.robot_sim)
+        self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
         """Whether the program's odometry holds."""
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
@@ -241,6 +241,10 @@ class RobotPhysics:
             self._done += 1
             if self._part == self._parts:
                 self._end_tick()
+
+    def _has_cameras(self) -> bool:
+        cameras = self.match.cameras
+        return bool(cameras.headsets) or any(c.robot == self.robot_sim.number for c in cameras.cameras.values())
 
     def _see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
         self.belief.note_reset()
