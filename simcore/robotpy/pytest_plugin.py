@@ -66,11 +66,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
-    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
+    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="9")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for the stacks of a program that hangs; refuse options that cannot be."""
+    """Keep the terminal's own stderr, for what is said of a program that hangs; refuse options that cannot be."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import faulthandler
 import gc
 import logging
 import math
 import operator
 import sys
+import threading
 import time
-import traceback
-from collections.abc import Callable
-from contextlib import ExitStack
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from types import TracebackType
 from typing import Any, TextIO
 from unittest.mock import patch
@@ -29,6 +27,7 @@ from simcore.robot.robot import Robot
 from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
+from simcore.robotpy.hang_watch import HangWatch, program_line
 from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
@@ -48,7 +47,7 @@ __tracebackhide__ = operator.methodcaller("errisinstance", SimcoreError)
 
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 10.0  # wall time in which a MagicBot must come to its next loop [s]
+_PATIENCE = 8.0  # wall time in which a MagicBot must come to its next loop [s]
 _FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
 _ENDS = 2.0  # wall time in which a program that has failed ends [s]
 _SPAN = Quantity("s", 0.0, 1e6)
@@ -90,8 +89,8 @@ class RobotTest:
         control: Test controller, of pyfrc or of wpilib.testing, of the robot.
         robot: Proxy of the robot object.
         hook: Physics in its loop.
-        hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
-        complaints: Where those stacks go.
+        hang: Wall time that one robot loop may take before the test ends with one sentence [s].
+        complaints: Where that goes; None: nothing ends it.
 
     Example:
         def test_the_auto_scores(sim):
@@ -106,7 +105,7 @@ class RobotTest:
         robot: Any,
         hook: PhysicsHook,
         *,
-        hang: float = 30.0,
+        hang: float = 9.0,
         complaints: TextIO | None = None,
     ) -> None:
         self.robot = robot
@@ -119,7 +118,7 @@ class RobotTest:
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
         self._hang = hang
-        self._complaints = complaints
+        self._watch = None if complaints is None else HangWatch(hang, self._where, complaints)
         self._stack = ExitStack()
         self._physics: RobotPhysics | None = None
         self._wall = 0.0
@@ -139,7 +138,6 @@ class RobotTest:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.set_enabled(False)
         with ExitStack() as quiet:
@@ -444,7 +442,8 @@ class RobotTest:
 
     def _run_robot(self) -> None:
         try:
-            self._stack.enter_context(self._control.run_robot())
+            with self._watched():
+                self._stack.enter_context(self._control.run_robot())
         except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
             self._raise_error_of_robot()
             raise SimcoreError(
@@ -486,17 +485,27 @@ class RobotTest:
 
     def _step(self) -> None:
         begin = time.perf_counter()
-        if self._complaints is not None and self._steps % 50 == 0:
-            faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notify_new_data()
         self._is_played = True
-        self._advance(TICK)
+        with self._watched():
+            self._advance(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """End the process with one sentence where the program hangs in what is inside."""
+        if self._watch is not None:
+            self._watch.arm()
+        try:
+            yield
+        finally:
+            if self._watch is not None:
+                self._watch.disarm()
 
     def _advance(self, seconds: float) -> None:
         """Step time from loop to loop.
@@ -510,7 +519,7 @@ class RobotTest:
             step = min(left, until_loop) if until_loop > 0 else left
             step_timing(1e-6 * (step + 0.5))  # which cuts to whole microseconds
             left -= step
-            patience = min(_PATIENCE, 0.5 * self._hang)
+            patience = min(_PATIENCE, 0.8 * self._hang)
             if self._loop is not None and not self._wait(lambda: self._now() < self._next_loop - 1e-6, patience):
                 raise SimcoreError(
                     f"{self._robot_name} has not come to its next loop in {patience:g} s of wall time; it is at "
@@ -535,12 +544,11 @@ class RobotTest:
         return True
 
     def _where(self) -> str:
-        """Return the line of the program that its thread is at."""
-        frame = sys._current_frames().get(self._control._thread.ident)
-        folder = str(Path(sys.modules[type(self.robot).__module__].__file__ or "").parent)
-        stack = [] if frame is None else traceback.extract_stack(frame)
-        own = [at for at in stack if at.filename.startswith(folder)] or stack
-        return f"{Path(own[-1].filename).name}:{own[-1].lineno} in {own[-1].name}" if own else "no line"
+        """Return the line of the program that its thread, or else another one but this, is at."""
+        frames = sys._current_frames()
+        robot = getattr(self._control._thread, "ident", None)
+        rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
+        return program_line([*filter(None, [frames.get(robot)]), *rest]) or "no line of its own"
 
 
 def _require_name(mode: str, name: object) -> None:
