@@ -143,8 +143,8 @@ def why_still() -> str:
     if not asked:
         return "Nothing updates it: the program calls update of its odometry in no loop"
     return (
-        f"Nothing updates it in simulation: the program asks isReal or isSimulation ({asked}), and updates its odometry "
-        "on the robot alone; real = true under [robot] of simcore.toml answers that it is real"
+        f"Nothing updates it in simulation: the program asks isReal or isSimulation ({asked}), and updates its "
+        "odometry on the robot alone; real = true under [robot] of simcore.toml answers that it is real"
     )
 
 

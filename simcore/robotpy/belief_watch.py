@@ -2,8 +2,8 @@
 
 Three ways are compared since the last time the pose was set anew: where the program believes to have gone, where its
 wheels and gyro say it has gone (slip and all), and where it has gone. Slip parts the last two; only an error of the
-program, or of what it is described as, parts the first from both. A pose that is set anew, a robot that is carried and a
-gyro that is zeroed begin the comparison anew; where cameras look on, only an error that grows counts.
+program, or of what it is described as, parts the first from both. A robot that is carried and a gyro that is zeroed
+begin the comparison anew, too; where cameras look on, only an error that grows counts.
 """
 
 from __future__ import annotations

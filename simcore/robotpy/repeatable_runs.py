@@ -8,6 +8,7 @@ one alarm run to its end before the next, and the order is that of their starts,
 from __future__ import annotations
 
 import itertools
+import math
 import random
 import sys
 import threading
@@ -21,11 +22,12 @@ from weakref import WeakKeyDictionary, ref
 import numpy as np
 
 from simcore import season
+from simcore.devices.recorder import after_call
 
 Notifier = season.wpilib.Notifier
 Timer = season.wpilib.Timer
 
-__all__ = ["order_notifiers", "own_threads", "seed_generators", "use_robot_clock"]
+__all__ = ["fastest_period", "order_notifiers", "own_threads", "seed_generators", "use_robot_clock"]
 
 _EPOCH = 1_700_000_000.0  # [s]; what `time.time()` reads as a test begins: some day
 _SEED = 1
@@ -163,6 +165,22 @@ class _Schedule:
 
 
 _schedules: WeakKeyDictionary[Any, _Schedule] = WeakKeyDictionary()
+_periodic: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+"""Shortest period of what a robot calls between its loops [s]."""
+
+
+def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    call, period = (*args, *settings.values())[:2]
+    if not (getattr(call, "__module__", None) or "").startswith("simcore"):
+        _periodic[robot] = min(float(period), _periodic.get(robot, math.inf))
+
+
+def fastest_period() -> float:
+    """Return the shortest period of the notifiers and `addPeriodic` calls that run [s]; infinite if there are none."""
+    notifiers = [schedule.period for schedule in list(_schedules.values()) if schedule.period is not None]
+    return min([*notifiers, *_periodic.values()], default=math.inf)
+
+
 _numbers = itertools.count(1)
 
 
@@ -172,6 +190,8 @@ def order_notifiers() -> None:
     _numbers = itertools.count(1)
     if Notifier.__init__ is not _build:
         return
+    timed = season.wpilib.TimedRobot
+    after_call(timed, season.own_name(timed, "add_periodic"), _note_periodic)
 
     def init(self: Any, callback: Callable[[], object]) -> None:
         schedule = _Schedule(self, callback)

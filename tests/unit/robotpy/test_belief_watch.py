@@ -48,7 +48,8 @@ STANDS = [BEGIN] * 30
 GOOD: dict[str, tuple[list[tuple[Pose, Pose]], bool]] = {
     "it holds": ([(p, p) for p in TRUTH], False),
     "it begins elsewhere": (list(zip(_path((0.0, 0.0, 1.0)), TRUTH, strict=True)), False),
-    "cameras bring it in steps": ([(_seen_in_steps((7.0, 1.0, 1.0), p, 1 - 0.97**k), p) for k, p in enumerate(TRUTH)], True),
+    "cameras bring it in steps": (
+        [(_seen_in_steps((7.0, 1.0, 1.0), p, 1 - 0.97**k), p) for k, p in enumerate(TRUTH)], True),
     "cameras bring it while it stands": (
         [(_seen_in_steps((7.0, 1.0, 3.0), BEGIN, 1 - 0.9**k), BEGIN) for k in range(90)], True),
     "it is placed with another heading": ([*[(p, p) for p in PLACED[:50]], *zip(
