@@ -28,7 +28,7 @@ from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
 from simcore.robotpy.hang_watch import HangWatch, program_line
-from simcore.robotpy.repeatable_runs import own_threads
+from simcore.robotpy.repeatable_runs import note_threads, started_threads
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
 from simcore.telemetry.snapshot import TelemetrySink
@@ -111,7 +111,7 @@ class RobotTest:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self.own_threads: list[str] = []
-        """Names of the program's own threads: while there are any, two runs may differ."""
+        """Names of the threads that the program has started: where there are any, two runs may differ."""
         self.warnings: list[str] = []
         """What simcore has warned of so far, each once."""
         self._control = control
@@ -188,6 +188,7 @@ class RobotTest:
         prepare_loop()  # the first time on a computer it takes longer than a program may hang
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
+        note_threads()
         self._run_robot()
         self._step()  # waits until the program has built its physics
         if self._hook.engine is None:
@@ -204,12 +205,6 @@ class RobotTest:
         physics.match.sinks.extend(self._sinks)
         physics.match.record.warnings = self.warnings
         self.run(_SETTLE)
-        self.own_threads = own_threads()
-        if self.own_threads:
-            _log.warning(
-                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
-                *(self._robot_name, ", ".join(self.own_threads)),
-            )
         if physics.times.ticks == 0:
             raise SimcoreError(
                 f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
@@ -492,9 +487,19 @@ class RobotTest:
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
+        self._name_threads()
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+    def _name_threads(self) -> None:
+        new = [name for name in started_threads() if name not in self.own_threads]
+        if new:
+            self.own_threads += new
+            _log.warning(
+                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                *(self._robot_name, ", ".join(new)),
+            )
 
     @contextmanager
     def _watched(self) -> Iterator[None]:
