@@ -359,6 +359,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     """Leave log and page of a failed test; tell when the machine was too slow for the real Phoenix 6."""
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
+    _end_at_callers_line(item.config, call.excinfo)
     report = yield
     if report.when != "call":
         return report
@@ -379,6 +380,21 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         lines = [*(f"- {warning}" for warning in test.warnings), str(left), f"at its end: {test.summary()}"]
         report.sections.append(("simcore", "\n".join(lines)))
     return report
+
+
+def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
+    """Show what simcore refuses at the line of the test, game or robot that asked; `--full-trace` shows the way on."""
+    from simcore.errors import SimcoreError
+
+    if excinfo is None or not isinstance(excinfo.value, SimcoreError) or config.getoption("fulltrace"):
+        return
+    package = Path(__file__).parents[1]
+    last, step = None, excinfo.tb
+    while step is not None:
+        last = step if package not in Path(step.tb_frame.f_code.co_filename).parents else last
+        step = step.tb_next
+    if last is not None:
+        last.tb_next = None
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:

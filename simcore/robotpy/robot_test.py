@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import logging
 import math
-import operator
 import sys
 import threading
 import time
@@ -16,12 +15,12 @@ from typing import Any, TextIO
 from unittest.mock import patch
 
 from simcore import season
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, SimcoreError, nearest
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
 from simcore.physics.world import prepare_loop
-from simcore.quantities import POSE, Quantity, require, require_row
+from simcore.quantities import START, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.attach import PhysicsHook
@@ -42,9 +41,6 @@ hal = season.hal
 
 __all__ = ["ConditionError", "RobotTest"]
 
-__tracebackhide__ = operator.methodcaller("errisinstance", SimcoreError)
-"""pytest shows a call that is refused at the test's own line."""
-
 _log = logging.getLogger(__name__)
 
 _PATIENCE = 8.0  # wall time in which a MagicBot must come to its next loop [s]
@@ -64,6 +60,10 @@ _STATIONS = {
 
 class ConditionError(SimcoreError, AssertionError):
     """What a test waited for did not happen in time."""
+
+
+class _NoSuchNameError(SimcoreError, AttributeError):
+    """A test asks the fixture for what it does not have."""
 
 
 class _WarningList(logging.Handler):
@@ -224,7 +224,7 @@ class RobotTest:
         Raises:
             ConfigError: It cannot stand there; the text says where it can.
         """
-        require_row("place", "x, y and heading", (x, y, heading), POSE)
+        require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
 
     def autonomous(
@@ -318,6 +318,18 @@ class RobotTest:
         raise ConditionError(
             f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
         )
+
+    def __getattr__(self, name: str) -> Any:
+        """Say where a name is that the fixture does not have itself."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
+        near = nearest(name, [key for key in dir(type(self)) if not key.startswith("_")])
+        for part, cls in parts.items():
+            if name in dir(cls) or name in getattr(cls, "__dataclass_fields__", ()):
+                near = f" Did you mean 'sim.{part}.{name}'?"
+                break
+        raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
 
     # --- truth ----------------------------------------------------------------------------------------------------
 
