@@ -587,7 +587,7 @@ class EmulatedTalon(EmulatedDevice):
         *("_autosets", "_expires", "_follow", "_has_warned", "_holds", "_is_blind", "_law", "_limit_flags"),
         *("_limits_are_plain", "_measure", "_no_forward", "_no_reverse", "_pending", "_plans", "_remote", "_seen_ns"),
         *("_senses", "_stage", "_unseen", "feedback"),
-        *("_rests", "_seen_raw"),
+        *("_rests", "_seen_raw", "_written_ns"),
     )
     model = "talon fx"
     type_number = 4
@@ -607,6 +607,7 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = 0.0
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
+        self._written_ns = clock.ns
         """As physics writes it [rotations/s^2]."""
         self.late_rps = 0.0
         """Rotor velocity at which the limits of a voltage work, counter-clockwise [rotations/s]."""
@@ -874,13 +875,21 @@ class EmulatedTalon(EmulatedDevice):
         """Rotor position as robot code reads it, within +-16384 [rotations]."""
         return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
+    def set_velocity(self, rps: float) -> None:
+        """Write the velocity of the rotor [rotations/s]; its slope since the last write is the acceleration."""
+        elapsed = self.clock.ns - self._written_ns
+        if elapsed > 0:
+            self.rotor_acceleration = 1e9 * (rps - self.rotor_rps) / elapsed
+            self._written_ns += elapsed
+        self.rotor_rps = rps
+
     def set_input(self, name: str, value: float) -> None:
         """Write what `sim_state` and SimDevices set, by the names of CTRE's library; rotors turn counter-clockwise."""
         self._stir()
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
-            self.rotor_rps = value
+            self.set_velocity(value)
         elif name == "RotorAcceleration":
             self.rotor_acceleration = value
         elif name == "SupplyVoltage":
