@@ -106,7 +106,12 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
                 ways.append(_Way(row[0], turn) if wheel is None else _Way(wheel, radius))
                 for sensor in (*row, *filter(None, [wheel])):
                     sensor.way = ways[-1]
-            on_wheel_distances(lambda told: [way.note(distance) for way, distance in zip(ways, told, strict=False)])
+
+            def note(told: list[float]) -> None:
+                for way, distance in zip(ways, told, strict=False):
+                    way.note(distance)
+
+            on_wheel_distances(note)
         ports = ShaftPorts(drive, mounted, encoders=wheels, gyro=gyro)
     else:
         steers = [_motor_port(wheel.steer) for wheel in found.wheels]

@@ -10,6 +10,7 @@ import functools
 import math
 import os
 import sys
+import sysconfig
 import threading
 import time
 import traceback
@@ -22,6 +23,7 @@ from simcore.devices.simulation_questions import is_of_program
 
 __all__ = ["HangWatch", "program_line", "watch_notifiers"]
 
+_STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # [s] between two looks
 
 _unwaited: dict[int, str] = {}
@@ -64,7 +66,7 @@ def program_line(frames: Iterable[Any]) -> str:
     """Return the innermost line of the program in the first of these stacks that has one; else nothing."""
     for frame in frames:
         for at, line in traceback.walk_stack(frame):
-            if is_of_program(at.f_code) and "pytest" not in at.f_code.co_filename:
+            if is_of_program(at.f_code) and not at.f_code.co_filename.startswith(_STANDARD):
                 return f"{Path(at.f_code.co_filename).name}:{line} in {at.f_code.co_name}"
     return ""
 

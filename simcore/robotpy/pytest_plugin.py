@@ -16,6 +16,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import pytest
@@ -389,7 +390,8 @@ def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[Ba
     if excinfo is None or not isinstance(excinfo.value, SimcoreError) or config.getoption("fulltrace"):
         return
     package = Path(__file__).parents[1]
-    last, step = None, excinfo.tb
+    step: TracebackType | None = excinfo.tb
+    last = None
     while step is not None:
         last = step if package not in Path(step.tb_frame.f_code.co_filename).parents else last
         step = step.tb_next

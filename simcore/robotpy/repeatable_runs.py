@@ -115,7 +115,7 @@ def note_threads() -> None:
     for thread in threading.enumerate():
         if thread not in known and not isinstance(thread, threading._DummyThread):
             _note_thread(thread)
-    threading.Thread.start = _start_noted  # type: ignore[method-assign]
+    threading.Thread.start = _start_noted  # type: ignore[method-assign, assignment]
 
 
 def started_threads() -> list[str]:

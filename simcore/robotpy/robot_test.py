@@ -563,7 +563,7 @@ class RobotTest:
     def _where(self) -> str:
         """Return the line of the program that its thread, or else another one but this, is at."""
         frames = sys._current_frames()
-        robot = getattr(self._control._thread, "ident", None)
+        robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest]) or "no line of its own"
 

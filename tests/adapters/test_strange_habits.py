@@ -114,7 +114,7 @@ PROGRAMS: dict[str, tuple[dict[str, str], str, str, str]] = {
                                     "asks isReal or isSimulation (robot.py:"),
     "odometry on the robot alone, told so": (REAL_ONLY, "[robot]\nreal = true\n", HOLDS.format(turn=0.0), ""),
     "waits in a loop": (
-        {"teleop": "while not self.left_encoder.getStopped(): pass"}, "", DRIVES, "the program is at robot.py:33 in"),
+        {"teleop": "while self.left_encoder.get() < 50: pass"}, "", DRIVES, "the program is at robot.py:32 in"),
     "a notifier that nobody waits on": (
         {"init": "self.raw = hal.initializeNotifier()"}, "", DRIVES, "initializeNotifier at robot.py:19 in robotInit"),
     "a serial number decides": (
@@ -146,7 +146,31 @@ TURNS = """
 def test_it(sim):
     sim.teleop(seconds=1.0)
     assert max(abs(m.velocity) for m in sim.robot_sim.mechanisms.values()) > 10.0
-    assert sim.pose.X() == 2.0
+    assert abs(sim.pose.X() - 2.0) < 1e-3
+"""
+
+TALON = """
+import wpilib
+from phoenix6 import hardware
+
+
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.wheel, self.pigeon, self.rows = hardware.TalonFX(0), hardware.Pigeon2(1), []
+
+    def teleopPeriodic(self):
+        self.wheel.set(0.5)
+        self.pigeon.get_acceleration_x().value
+        self.rows.append((wpilib.Timer.getFPGATimestamp(), self.wheel.get_velocity().value,
+                          self.wheel.get_acceleration().value))
+"""
+SLOPE = """
+def test_it(sim):
+    sim.teleop(seconds=0.3)
+    times, speeds, slopes = zip(*sim.robot.rows[3:11])
+    slope = (speeds[-1] - speeds[0]) / (times[-1] - times[0])
+    assert slope > 20.0 and abs(sum(slopes) / len(slopes) - slope) < 0.25 * slope, (slope, slopes)
+    assert sum("acceleration x is not modelled" in text for text in sim.warnings) == 1
 """
 
 REFUSED = {
@@ -159,6 +183,9 @@ REFUSED = {
     'sim.match.pieces.spawn("Fuel", [[3, 3, 1]] * 600)': "600 more wanted, but 504 of 504 are in play",
     "sim.scored > 3": "Did you mean 'sim.pieces.scored'?",
 }
+
+
+WHEEL = '[[mechanism]]\nname = "wheel"\nkind = "flywheel"\ncontroller = "PWM"\nleader = 0\ninertia = 0.002\n'
 
 
 def _run(folder: Path, robot: str, toml: str, test: str) -> tuple[int, str]:
@@ -184,7 +211,14 @@ def test_it_drives_and_knows_where_it_is_or_says_why(name, tmp_path):
 
 
 def test_a_bench_without_a_drivetrain_stands_and_turns_its_motor(tmp_path):
-    code, said = _run(tmp_path, BENCH, "", TURNS)
+    code, said = _run(tmp_path, BENCH, WHEEL, TURNS)
+    assert code == 0, said[-3000:]
+
+
+@pytest.mark.skipif(find_spec("phoenix6") is None, reason="needs phoenix6")
+def test_a_talon_measures_the_slope_of_its_velocity_and_a_pigeon_says_what_it_does_not(tmp_path):
+    toml = WHEEL.replace("PWM", "TalonFX").replace("0.002", "0.01")
+    code, said = _run(tmp_path, TALON, toml, SLOPE)
     assert code == 0, said[-3000:]
 
 
