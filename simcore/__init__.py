@@ -10,7 +10,10 @@ physics engine nor wpilib.
 
 from __future__ import annotations
 
+import difflib
+import re
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simcore.errors import SimcoreError
@@ -116,11 +119,38 @@ __all__ = [
 __version__ = "1.0.0rc1"
 
 
+_OTHERS = {
+    "PlayedMatch": "it is Match now",
+    "sim": "it is a fixture, which pytest hands to a test: def test_it(sim)",
+}
+"""Names of old, and those that are no names of a module."""
+
+
 def __getattr__(name: str) -> Any:
     """Load the home of an everyday name."""
     if name not in _HOME:
-        raise AttributeError(f"module 'simcore' has no attribute {name!r}")
+        raise _missing(name)
     return getattr(import_module(_HOME[name]), name)
+
+
+def _missing(name: str) -> Exception:
+    """Return what to raise for a name that is not here; an ImportError where its home is known.
+
+    `from simcore import X` would hide the words of an AttributeError.
+    """
+    folder = Path(__file__).parent
+    if name.startswith("_") or (folder / name).is_dir() or (folder / f"{name}.py").is_file():
+        return AttributeError(f"module 'simcore' has no attribute {name!r}")
+    if name in _OTHERS:
+        return ImportError(f"simcore has no {name!r}: {_OTHERS[name]}")
+    for path in sorted(folder.rglob("*.py")):
+        if re.search(rf"^(class|def) {re.escape(name)}\b", path.read_text(encoding="utf-8"), re.MULTILINE):
+            module = ".".join(path.relative_to(folder.parent).with_suffix("").parts)
+            return ImportError(f"simcore has no {name!r}: from {module} import {name}")
+    near = difflib.get_close_matches(name, __all__, n=1, cutoff=0.75)
+    if near:
+        return ImportError(f"simcore has no {name!r}. Did you mean {near[0]!r}?")
+    return AttributeError(f"module 'simcore' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

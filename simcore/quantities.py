@@ -93,9 +93,6 @@ __all__ = [
     "text_flag",
 ]
 
-__tracebackhide__ = True
-"""pytest shows a value that is refused at the line that gave it."""
-
 _OTHER_UNITS = {
     "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
     "kg": (("pounds", 0.45359237), ("g", 0.001)),

@@ -12,7 +12,7 @@ from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
 from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.motor_ports import AnglePort, DrivetrainPorts, MotorPort, Setpoint, ShaftPorts, SwervePorts
-from simcore.devices.program_odometry import on_wheel_distance
+from simcore.devices.program_odometry import on_wheel_distances
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
@@ -101,10 +101,17 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
         mounted = [[_Mounted(port, w.drive_sign) for port in row] for w, row in zip(found.wheels, drives, strict=True)]
         if any(found.measures[name].is_guess for name in ("wheel_radius", "drive_gearing") if name in found.measures):
             turn = math.tau * radius / float(found.measure("drive_gearing"))
-            way = _Way(mounted[0][0], turn) if wheels[0] is None else _Way(wheels[0], radius)
-            for sensor in (*(motor for row in mounted for motor in row), *filter(None, wheels)):
-                sensor.way = way
-            on_wheel_distance(way.note)
+            ways = []
+            for wheel, row in zip(wheels, mounted, strict=True):
+                ways.append(_Way(row[0], turn) if wheel is None else _Way(wheel, radius))
+                for sensor in (*row, *filter(None, [wheel])):
+                    sensor.way = ways[-1]
+
+            def note(told: list[float]) -> None:
+                for way, distance in zip(ways, told, strict=False):
+                    way.note(distance)
+
+            on_wheel_distances(note)
         ports = ShaftPorts(drive, mounted, encoders=wheels, gyro=gyro)
     else:
         steers = [_motor_port(wheel.steer) for wheel in found.wheels]
@@ -177,7 +184,7 @@ class _Way:
     """How far the program takes a turn, where gears or wheels are guessed: its odometry shows it as the robot drives.
 
     Args:
-        sensor: That the program reads of the left or front left wheel.
+        sensor: That the program reads of a wheel or side.
         meters: Way of one unit that it turns [m].
     """
 

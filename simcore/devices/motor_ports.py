@@ -180,6 +180,8 @@ class DrivetrainPorts:
     def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
         self.devices: tuple[DeviceKey, ...] = ()
         """Keys of all devices; who connects them says so."""
+        self.gyro_upside_down = self.gyro_reversed = False
+        """How the gyro is mounted; who connects it says so."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
@@ -205,8 +207,13 @@ class DrivetrainPorts:
         """
         if self._yaw_at_start is None:
             self._yaw_at_start = yaw
+        turned, (x, y, z) = yaw - self._yaw_at_start, rates
+        if self.gyro_upside_down:
+            turned, pitch, roll, y, z = -turned, -pitch, math.remainder(roll + math.pi, math.tau), -y, -z
+        if self.gyro_reversed:
+            turned, z = -turned, -z
         if self._gyro is not None:
-            self._gyro.write(yaw - self._yaw_at_start, pitch, roll, rates)
+            self._gyro.write(turned, pitch, roll, (x, y, z))
 
 
 class SwervePorts(DrivetrainPorts):

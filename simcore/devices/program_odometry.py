@@ -18,9 +18,12 @@ from weakref import WeakKeyDictionary
 
 from simcore import season
 from simcore.devices.recorder import after_call, odometry_classes, record_class
-from simcore.devices.simulation_questions import is_of_program, simulation_code
+from simcore.devices.simulation_questions import is_of_program, place_of_question, simulation_code
 
-__all__ = ["PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "on_wheel_distance", "set_truth", "watch_sets"]
+__all__ = [
+    "PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "on_wheel_distances", "set_truth", "watch_sets",
+    "why_still",
+]  # fmt: skip
 
 _log = logging.getLogger(__name__)
 
@@ -102,21 +105,47 @@ def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> N
         _built.append(made)
 
 
-_distances: list[Callable[[float], object]] = []
+_distances: list[Callable[[list[float]], object]] = []
+_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
+_updates: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+"""When odometry was updated last [s]."""
 
 
-def on_wheel_distance(tell: Callable[[float], object]) -> None:
-    """Call `tell` with how far the left or front left wheel has rolled, whenever the program tells its odometry [m]."""
+def on_wheel_distances(tell: Callable[[list[float]], object]) -> None:
+    """Call `tell` with how far sides or wheels have rolled, left first, whenever the program tells its odometry [m]."""
     _distances[:] = [tell]
 
 
 def _note_distances(made: Any, args: tuple[Any, ...]) -> None:
-    for value in args if made is _main() else ():
-        value = getattr(value, season.own_name(type(value), "front_left"), value)
-        if isinstance(value, (int, float)):
-            for tell in _distances:
-                tell(float(value))
-            return
+    if made is not _main():
+        return
+    wheels = [getattr(value, season.own_name(type(value), name), None) for value in args for name in _WHEELS]
+    told = [float(value) for value in (*args, *wheels) if isinstance(value, (int, float))]
+    for tell in _distances if told else ():
+        tell(told)
+
+
+def _note_update(made: Any, *_: object) -> None:
+    _updates[made] = float(season.wpilib.Timer.get_monotonic_timestamp())
+
+
+def _is_updated(made: Any) -> bool:
+    """Return whether sensors are fed to it loop by loop; a maker's drivetrain does so by itself."""
+    now = float(season.wpilib.Timer.get_monotonic_timestamp())
+    return made not in _built or now - _updates.get(made, -math.inf) < 2.0 * _NEXT_LOOP
+
+
+def why_still() -> str:
+    """Say why the program's pose does not follow its sensors, if nothing updates it; else return nothing."""
+    main, asked = _main(), place_of_question()
+    if main is None or _is_updated(main):
+        return ""
+    if not asked:
+        return "Nothing updates it: the program calls update of its odometry in no loop"
+    return (
+        f"Nothing updates it in simulation: the program asks isReal or isSimulation ({asked}), and updates its "
+        "odometry on the robot alone; real = true under [robot] of simcore.toml answers that it is real"
+    )
 
 
 class _EveryLoop:
@@ -128,13 +157,14 @@ class _EveryLoop:
         self._in_a_row = 0
         self._is_told = False
 
-    def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str) -> bool:
+    def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str, *, is_updated: bool = True) -> bool:
         """Note a set; returns whether it is to be left out, as writes into devices are.
 
         Args:
             is_of_simulation: Whether code that runs in simulation alone does it.
             is_seen: Whether what is set is where the robot is, as a camera would tell it.
             place: File and line.
+            is_updated: Whether sensors say where the robot is, too; a set that nothing replaces stays.
         """
         now = float(season.wpilib.Timer.get_monotonic_timestamp())
         if not season.wpilib.RobotState.is_enabled():
@@ -147,8 +177,12 @@ class _EveryLoop:
         self._last = now
         if self._in_a_row <= (_FEW if is_of_simulation else _MANY) or (is_seen and not is_of_simulation):
             return False
-        if not self._is_told:
-            self._is_told = True
+        is_told, self._is_told = self._is_told, True
+        if not is_updated:
+            if not is_told:
+                _log.warning("%s: the program sets its %s itself while it drives. %s", place, self._what, why_still())
+            return False
+        if not is_told:
             _log.warning(
                 "%s: the program sets its %s in every loop while it drives%s; in simulation that is left out from here "
                 "on, as sensors say where the robot is",
@@ -200,7 +234,8 @@ def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None
         position = _position(*args, *settings.values())
         is_seen = bool(_truth) and position is not None and math.dist(position, _truth[0]()[:2]) < _SEEN
         is_of_simulation, place = _caller()
-        if _sets.setdefault(made, _EveryLoop(what)).is_left_out(is_of_simulation, is_seen, place):
+        sets = _sets.setdefault(made, _EveryLoop(what))
+        if sets.is_left_out(is_of_simulation, is_seen, place, is_updated=_is_updated(made)):
             return dropped
         return call(made, *args, **settings)
 
@@ -219,6 +254,9 @@ def _position(*args: Any) -> tuple[float, float] | None:
 
 for _cls in odometry_classes():  # from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
+    for _name in ("update", season.own_name(_cls, "update_with_time")):
+        if hasattr(_cls, _name):  # an estimator's
+            after_call(_cls, _name, _note_update)
     if "Swerve" not in _cls.__name__:
         after_call(_cls, "update", lambda made, _, args, settings: _note_distances(made, (*args, *settings.values())))
     for _method, _moved in (

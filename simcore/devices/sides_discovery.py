@@ -237,13 +237,14 @@ def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
 
 
 def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
-    """By the distance per pulse, or the conversion factor, that the program has set [m]."""
+    """By the distance per pulse, or the conversion factor, that the program has set [m]; None: it counts itself."""
     if encoder is None:
         return None
     if encoder.model != "Encoder":  # wired to a motor controller
         units = abs(maker_of(encoder).facts(encoder).units_per_rotor_turn)
         return None if units in (0.0, 1.0) else units
-    return float(encoder.hardware.get_distance_per_pulse()) * _PULSES
+    distance = float(encoder.hardware.get_distance_per_pulse())
+    return None if distance == 1.0 else distance * _PULSES
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:

@@ -6,6 +6,7 @@ is told that it runs on the robot, so that it builds the devices of the robot. L
 
 from __future__ import annotations
 
+import logging
 import sys
 import types
 from functools import cache
@@ -15,9 +16,11 @@ from typing import Any
 from simcore import season
 from simcore.errors import ConfigError
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME
+from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
 __all__ = ["is_of_program", "place_of_question", "simulation_code", "watch_questions"]
+
+_log = logging.getLogger(__name__)
 
 _HERE = str(Path(__file__).resolve().parents[1])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
@@ -41,15 +44,15 @@ def place_of_question() -> str:
 
 
 @cache
-def _is_told_real(folder: Path) -> bool:
-    """Whether the project to which a folder belongs wants to be told so."""
+def _settings(folder: Path) -> RobotSettings:
+    """Read the file of the project to which a folder belongs."""
     for place in (folder, *folder.parents):
         if (place / "robot.py").is_file():
             try:
-                return read_settings(place / FILE_NAME).real
+                return read_settings(place / FILE_NAME)
             except ConfigError:
-                return False  # whoever reads the file for the field says so
-    return False
+                break  # whoever reads the file for the field says so
+    return RobotSettings()
 
 
 def watch_questions() -> None:
@@ -60,6 +63,10 @@ def watch_questions() -> None:
         if hasattr(getattr(cls, own), "_asks"):
             continue
         setattr(cls, own, staticmethod(_question(getattr(cls, own), is_real)))
+    controller = season.wpilib.RobotController
+    own = season.own_name(controller, "get_serial_number")
+    if not hasattr(getattr(controller, own), "_asks"):
+        setattr(controller, own, staticmethod(_serial_number(getattr(controller, own))))
 
 
 def _question(original: Any, is_real: bool) -> Any:
@@ -69,7 +76,24 @@ def _question(original: Any, is_real: bool) -> Any:
             return bool(original())
         path = Path(frame.f_code.co_filename)
         _asked.setdefault(frame.f_code, f"{path.name}:{frame.f_lineno}")
-        return is_real if _is_told_real(path.resolve().parent) else bool(original())
+        return is_real if _settings(path.resolve().parent).real else bool(original())
+
+    ask._asks = True  # type: ignore[attr-defined]
+    return ask
+
+
+def _serial_number(original: Any) -> Any:
+    def ask(*args: Any) -> str:
+        frame = sys._getframe(1)
+        path = Path(frame.f_code.co_filename)
+        said = _settings(path.resolve().parent).serial_number if is_of_program(frame.f_code) else ""
+        if is_of_program(frame.f_code) and not said:
+            _log.warning(
+                "%s:%d: the program asks for the serial number of the roboRIO, which has none here: serial_number "
+                "under [robot] of %s says which robot it is",
+                *(path.name, frame.f_lineno, FILE_NAME),
+            )
+        return said or str(original())
 
     ask._asks = True  # type: ignore[attr-defined]
     return ask

@@ -71,7 +71,7 @@ class Match:
         seed: Of everything that is left to chance, a whole number >= 0.
         scatter: By how much robots, pieces and shots differ from match to match; None: not at all.
         controllers: What commands each robot, in their order; None: it stands.
-        options: Names of the game's options that are on.
+        options: Names of the game's options that are on; None: none.
         practice: Every piece counts, whatever the match clock says.
         sinks: Who wants telemetry.
         engine: The physics engine, or the name of one; None: see `engine_choice`. It is closed with the match.
@@ -100,7 +100,7 @@ class Match:
         seed: int = 0,
         scatter: Scatter | None = None,
         controllers: Sequence[Controller | None] = (),
-        options: Iterable[str] = (),
+        options: Iterable[str] | None = None,
         practice: bool = False,
         sinks: Sequence[TelemetrySink] = (),
         engine: Engine | str | None = None,
@@ -112,7 +112,7 @@ class Match:
         require_settings(practice=practice, sinks=sinks, engine=engine)
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
-        self.options = frozenset(options)
+        self.options = frozenset(options or ())
         """Names of the game's options that are on."""
         self.practice = practice
         """Every piece counts, whatever the clock says."""

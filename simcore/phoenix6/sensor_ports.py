@@ -130,7 +130,7 @@ class _EmulatedTalonState(_Mounted):
     def write_rotor(self, rotations: float, rps: float) -> None:
         device, sign = self._device, self._sign
         device.raw = rotations * sign
-        device.rotor_rps = rps * sign
+        device.set_velocity(rps * sign)
 
 
 class _EmulatedEncoderState(_Mounted):

@@ -5,6 +5,7 @@ The lights of a CANdle move nothing; what they show, `simcore.phoenix6.candle_li
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple
@@ -26,6 +27,8 @@ __all__ = [
     "EmulatedPigeon2",
     "PigeonFrame",
 ]
+
+_log = logging.getLogger(__name__)
 
 
 class CANcoderFrame(NamedTuple):
@@ -300,12 +303,23 @@ class PigeonFrame(NamedTuple):
         )
 
 
-def _zero(frame: Any) -> float:
-    return 0.0
+def _unmodelled(name: str) -> Callable[[Any], float]:
+    """Return what reads zero, and says so when it is read first."""
+
+    def zero(frame: Any) -> float:
+        if name not in _told:
+            _told.add(name)
+            _log.warning(
+                "%s is not modelled: it reads 0 in simulation, as it does in CTRE's own", name.replace("_", " ").lower()
+            )
+        return 0.0
+
+    return zero
 
 
+_told: set[str] = set()
 _AT_REST: Mapping[int, Callable[[Any], float]] = {
-    SpnValue[name].value: _zero
+    SpnValue[name].value: _unmodelled(name)
     for name in (
         *(f"PIGEON2_ACCELERATION_{axis}" for axis in "XYZ"),
         *(f"PIGEON2_ACCUM_GYRO_{axis}" for axis in "XYZ"),

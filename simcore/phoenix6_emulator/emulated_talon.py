@@ -598,7 +598,8 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = 0.0
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
-        """As physics writes it [rotations/s^2]."""
+        """Slope of its velocity between two writes, or as physics writes it [rotations/s^2]."""
+        self._written_ns = clock.ns
         self.shift = 0.0
         """Of the rotor's zero, by `set_position`, counter-clockwise [rotations]."""
         self.rotor_offset = 0.0
@@ -803,12 +804,20 @@ class EmulatedTalon(EmulatedDevice):
         """Rotor position as robot code reads it, within +-16384 [rotations]."""
         return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
+    def set_velocity(self, rps: float) -> None:
+        """Write the velocity of the rotor [rotations/s]; its slope since the last write is the acceleration."""
+        elapsed = self.clock.ns - self._written_ns
+        if elapsed > 0:
+            self.rotor_acceleration = 1e9 * (rps - self.rotor_rps) / elapsed
+            self._written_ns += elapsed
+        self.rotor_rps = rps
+
     def set_input(self, name: str, value: float) -> None:
         """Write what `sim_state` and SimDevices set, by the names of CTRE's library; rotors turn counter-clockwise."""
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
-            self.rotor_rps = value
+            self.set_velocity(value)
         elif name == "RotorAcceleration":
             self.rotor_acceleration = value
         elif name == "SupplyVoltage":

@@ -180,8 +180,8 @@ class PiecePool:
         if len(free) < count:
             have = int((self.state.kind == kind).sum())
             raise CapacityError(
-                f"{self.types[kind].name}: {count} more pieces wanted, but only {len(free)} of {have} are free; "
-                "make the pool larger or stage fewer"
+                f"{self.types[kind].name}: {count} more wanted, but {have - len(free)} of {have} are in play: a larger "
+                f"number in the game's PieceSupply({self.types[kind].name.upper()}, {have}) has more"
             )
         return free[:count]
 

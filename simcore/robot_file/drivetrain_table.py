@@ -89,6 +89,8 @@ DRIVETRAIN = KeyTable(
         Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "way that your code takes 2048 of their "
             "pulses for", []),
         Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
+        Key("gyro_upside_down", bool, False, "whether it hangs upside down, and the program goes by that", True),
+        Key("gyro_reversed", bool, False, "whether its yaw alone counts the other way", True),
         *MEASURES,
     ),
 )  # fmt: skip
@@ -128,6 +130,10 @@ class DrivetrainSettings:
     """Modules whose encoders count up clockwise."""
     gyro: str = ""
     """Model, and id where there are several: `Pigeon2 9`."""
+    gyro_upside_down: bool = False
+    """Whether it is turned over about the robot's x axis."""
+    gyro_reversed: bool = False
+    """Whether its yaw alone counts the other way."""
     measures: Mapping[str, Any] = field(default_factory=dict)
     """Those of `MEASURES` that it has."""
 

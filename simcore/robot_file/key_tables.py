@@ -244,6 +244,11 @@ that is -0.61 m
             given = _several(t, self.name, value, form)
         else:
             given = _one(t, self.name, value, form)
+        for one, number in zip(form, given or (), strict=False) if isinstance(form, tuple) else ((form, given),):
+            if isinstance(one, Quantity) and one.unit == "deg" and (degrees := _as_radians(self.name, number)):
+                raise t.error(
+                    self.name, f"is in degrees, got {shown(number)}, which looks like radians: is {degrees:g} meant?"
+                )
         if isinstance(form, Quantity) and form.unit == "deg" and not self.target.endswith("_deg") and given is not None:
             return math.radians(given)
         return given
@@ -302,6 +307,22 @@ class KeyTable:
         yield from ("| key | value | if it is left out | |", "|---|---|---|---|")
         yield from (key.row() for key in self.keys)
         yield ""
+
+
+def _as_radians(name: str, value: object) -> float | None:
+    """Return the degrees [deg] of an angle that was probably written in radians; None: it was not.
+
+    >>> _as_radians("heading_deg", 3.14159), _as_radians("heading_deg", 90.0), _as_radians("elevation_deg", 1.13)
+    (180.0, None, 64.7)
+    """
+    if not isinstance(value, float) or value == round(value) or abs(value) > math.tau + 0.01:
+        return None
+    eighths = value / (0.25 * math.pi)
+    if abs(eighths - round(eighths)) < 1e-3 * max(1.0, abs(eighths)) and round(eighths):
+        return 45.0 * round(eighths)
+    if name == "elevation_deg" and 0.2 < abs(value) < 0.5 * math.pi:
+        return round(math.degrees(value), 1)  # nobody shoots along the carpet
+    return None
 
 
 def comment_line(text: str, about: str) -> str:

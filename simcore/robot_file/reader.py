@@ -66,6 +66,7 @@ ROBOT = KeyTable("[robot]", "your robot", (
     Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
     Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "
         "where it would build simulated ones (IO layers)"),
+    Key("serial_number", str, "", "of the roboRIO, where your program decides by it which robot it is", "03248A12"),
     Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: as many as the game's own robot", 1),
 ))  # fmt: skip
 START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (

@@ -181,9 +181,11 @@ class RobotSettings:
     bay: tuple[float, float] | None = None
     """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
     center_of_mass_height: float = 0.2
+    """[m]"""
     real: bool = False
     """Whether `RobotBase.isReal()` is true to the program."""
-    """[m]"""
+    serial_number: str = ""
+    """Of the roboRIO, as the program reads it."""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None

@@ -83,13 +83,16 @@ def watch_program(*, simulated: bool = False) -> Ownership:
         from simcore.devices.ownership import Ownership
         from simcore.devices.simulation_questions import watch_questions
         from simcore.photonvision.photon_program import HOOKS
+        from simcore.robotpy.hang_watch import watch_notifiers
+        from simcore.robotpy.path_planner import wait_for_plans
         from simcore.robotpy.table_watch import table_watch
 
         _ownership = Ownership()
         watch_makers(_ownership.may_write)
         watch_questions()
+        watch_notifiers()
         table_watch()
-        for name, hook in HOOKS.items():
+        for name, hook in {**HOOKS, "pathplannerlib.pathfinders": wait_for_plans}.items():
             after_import(name, hook)
     return _ownership
 

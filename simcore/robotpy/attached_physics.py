@@ -9,17 +9,20 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError
-from simcore.devices.makers import maker_of, require_distinct_devices
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain
+from simcore.devices.makers import MakersDrivetrain, maker_of, makers, require_distinct_devices
+from simcore.devices.motor_ports import DrivetrainPorts
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.ownership import Ownership
+from simcore.devices.recorder import built
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, game_names
 from simcore.physics.engine_choice import choose_engine
+from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import PORT_CONTROLLERS, practice_match
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.device_assignment import (
     DeviceAssignment,
@@ -41,6 +44,7 @@ __all__ = ["AttachedPhysics", "choose", "choose_game", "physics_or_none"]
 
 _log = logging.getLogger(__name__)
 
+_MOST_OF_A_BENCH = 3  # motors of a program that describes none of them
 _LOOPS = 3  # robot loops in which a project's own physics shows what it moves
 
 
@@ -72,7 +76,11 @@ class AttachedPhysics(RobotPhysics):
         require_distinct_devices()
         path = self.folder / FILE_NAME
         settings = with_configuration(read_settings(path))
-        drivetrain = find_drivetrain(robot, self.folder, settings)
+        drivetrain: MakersDrivetrain
+        try:
+            drivetrain = find_drivetrain(robot, self.folder, settings)
+        except DrivetrainNotFoundError as error:
+            drivetrain = _stand(settings, error)
         self.found = drivetrain.found
         """What was found of the drivetrain."""
         config = drivetrain.config
@@ -97,6 +105,8 @@ class AttachedPhysics(RobotPhysics):
         )
         robot_sim = match.robots[0]
         devices = drivetrain.connect(robot_sim.drive)
+        devices.gyro_upside_down = settings.drivetrain.gyro_upside_down
+        devices.gyro_reversed = settings.drivetrain.gyro_reversed
         on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
         self.ports = PortAssignment(match, robot_sim, settings, self.ownership)
@@ -114,6 +124,8 @@ class AttachedPhysics(RobotPhysics):
             match=match,
             drivetrain=devices,
             motors=[*motors, *self.ports.devices],
+            # Alone a mechanism is light: its controller's loop of 1 kHz swings where volts stand for 5 ms.
+            parts=20 if isinstance(drivetrain, _Stand) else None,
             auto_starts=settings.auto_starts,
         )
         self.settings = settings
@@ -160,6 +172,31 @@ class AttachedPhysics(RobotPhysics):
             is_on_network=self.is_on_network,
         )
         _log.info("%s", "\n".join(summary.lines()))
+
+
+class _Stand:
+    """In place of a drivetrain: what a bench of one mechanism or a few stands on; a `MakersDrivetrain`."""
+
+    def __init__(self, settings: RobotSettings) -> None:
+        self.found = FoundDrivetrain(kind="none", wheels=(), about="a bench")
+        self.config = TankConfig(mass=settings.mass)
+
+    def connect(self, drive: Any) -> DrivetrainPorts:
+        return DrivetrainPorts([], None)
+
+
+def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
+    """Let a program that drives nothing stand on the field; pass on the error of one that may drive."""
+    motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
+    may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
+    if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):
+        raise error
+    _log.warning(
+        "no drivetrain found, so the robot stands where it is put, and its mechanisms move; a [drivetrain] table in %s "
+        "describes one (docs/which_robots.md)",
+        FILE_NAME,
+    )
+    return _Stand(settings)
 
 
 def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:

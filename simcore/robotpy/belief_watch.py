@@ -2,7 +2,8 @@
 
 Three ways are compared since the last time the pose was set anew: where the program believes to have gone, where its
 wheels and gyro say it has gone (slip and all), and where it has gone. Slip parts the last two; only an error of the
-program, or of what it is described as, parts the first from both.
+program, or of what it is described as, parts the first from both. A robot that is carried and a gyro that is zeroed
+begin the comparison anew, too; where cameras look on, only an error that grows counts.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import cmath
 import logging
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from simcore.geometry.symmetry import Pose
@@ -24,7 +26,8 @@ _SHARE = 0.15  # of the way since the last reset; less is a calibration that a r
 _TURNED = 0.5 * math.pi  # [rad]
 _TURNED_WRONG = 0.5  # [rad], where its turning is another than the robot's throughout
 _SETTLES = 5  # ticks until a pose that was set anew is the one that is believed
-_CARRIED = 0.25  # [m] in a tick: no robot drives so fast
+_CARRIED = 0.25, 0.3  # [m, rad] in a tick: no robot moves so fast
+_RESTS = 0.002  # [rad] in a tick: a heading that jumps while the robot turns less has been set
 _LEAST_TURN = 0.2  # [rad] to and fro, from which its sense can be told
 _TRIVIAL = 0.1  # [m]; while a robot moves less in sum, nothing is told of its directions
 
@@ -44,10 +47,16 @@ class BeliefWatch:
 
     Args:
         robot: Whose `estimated_pose` the program keeps.
+        sees: Whether cameras may tell the program where the robot is.
+        why_still: Why the program's pose does not move, as a sentence; empty if that is not known.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(
+        self, robot: Robot, *, sees: Callable[[], bool] = lambda: False, why_still: Callable[[], str] = lambda: ""
+    ) -> None:
         self._robot = robot
+        self._sees = sees
+        self._why_still = why_still
         self._is_told = False
         self._settles = _SETTLES
         self._last: tuple[Pose, Pose, Pose] | None = None  # believed, reckoned, true
@@ -73,8 +82,7 @@ class BeliefWatch:
             return
         poses = believed, self._robot.odometry.pose, self._robot.chassis.pose
         last = self._last
-        was_carried = last is not None and math.dist(last[2][:2], poses[2][:2]) > _CARRIED
-        if last is None or self._settles or was_carried or not is_driving:
+        if last is None or self._settles or not is_driving or _was_set(last, poses):
             self._settles = max(0, self._settles - 1)
             self._begin(poses)
             return
@@ -84,6 +92,7 @@ class BeliefWatch:
 
     def _begin(self, poses: tuple[Pose, Pose, Pose]) -> None:
         self._start = self._last = poses
+        self._least = self.error
         self._way = 0.0
         # Sums over ticks: of turning, and of steps in the axes of the robot as the program and as its wheels have them.
         self._turned = self._turned_alike = self._turning = 0.0
@@ -97,7 +106,7 @@ class BeliefWatch:
         self._turned_alike += turn * true_turn
         step, wheels = (_step(last[k], now[k]) for k in (0, 1))
         self._way += abs(wheels)
-        if abs(step) > _CARRIED:
+        if abs(step) > _CARRIED[0]:
             return  # what a camera has seen
         self._squares += abs(wheels) ** 2
         self._program_squares += abs(step) ** 2
@@ -106,11 +115,14 @@ class BeliefWatch:
 
     def _judge(self, poses: tuple[Pose, Pose, Pose]) -> None:
         gone, by_wheels, truly = (_step(start, pose) for start, pose in zip(self._start, poses, strict=True))
-        believed, _, true = poses
-        apart = min(abs(gone - by_wheels), abs(gone - truly), math.dist(believed[:2], true[:2]))
         turns = [pose[2] - start[2] for start, pose in zip(self._start, poses, strict=True)]
-        errors = (turns[0] - turns[1], turns[0] - turns[2], believed[2] - true[2])
-        turned = min(abs(math.remainder(error, math.tau)) for error in errors)
+        error, least = self.error, self._least
+        self._least = BeliefError(min(error.position, least.position), min(abs(error.heading), abs(least.heading)))
+        grown = error.position, abs(error.heading)
+        if self._sees():
+            grown = grown[0] - least.position, grown[1] - abs(least.heading)
+        apart = min(abs(gone - by_wheels), abs(gone - truly), grown[0])
+        turned = min(*(abs(math.remainder(turns[0] - turn, math.tau)) for turn in turns[1:]), grown[1])
         most = _TURNED if 0.8 < self._share_of_turning() < 1.25 else _TURNED_WRONG
         if turned < most and apart < max(_APART, _SHARE * self._way):
             return
@@ -132,8 +144,10 @@ class BeliefWatch:
             share = self._share_of_turning()
             if share < -0.5:
                 return (
-                    "Its heading turns against the truth: the gyro is not negated (navX, ADXRS450, AnalogGyro count "
-                    "clockwise), or the frame is mirrored"
+                    "Its heading turns against the truth: if its gyro hangs upside down, say gyro_upside_down = true "
+                    "under [drivetrain] of simcore.toml (gyro_reversed = true: its yaw alone counts the other way) and "
+                    "leave the program as it is; else it lacks a minus (navX, ADXRS450, AnalogGyro count clockwise), "
+                    "or the frame is mirrored"
                 )
             if abs(share) < 0.2:
                 return "Its heading stays while the robot turns: the odometry does not read the gyro"
@@ -143,7 +157,7 @@ class BeliefWatch:
             return "It moves its pose while the wheels stand: something beside the encoders moves it"
         size = self._alike / self._squares
         if self._program_squares < 0.01 * self._squares:
-            return "It hardly moves: its encoders read nothing, or are written by something else"
+            return self._why_still() or "It hardly moves: its encoders read nothing, or are written by something else"
         mirrored = abs(self._mirrored) / self._squares
         if mirrored > abs(size) + 0.1:
             return "Left and right are swapped in it: y is positive to the left in WPILib's kinematics"
@@ -168,6 +182,13 @@ class BeliefWatch:
             f"It goes {angle:.0f} deg beside the way of the wheels: zeros or the sense of encoders on the azimuths "
             "([drivetrain] zeros_deg, reversed_encoders, reversed_steer)"
         )
+
+
+def _was_set(last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> bool:
+    """Return whether the robot was carried within a tick, or the heading of the program set while the robot stood."""
+    turned, true_turned = (abs(math.remainder(now[k][2] - last[k][2], math.tau)) for k in (0, 2))
+    was_carried = math.dist(last[2][:2], now[2][:2]) > _CARRIED[0] or true_turned > _CARRIED[1]
+    return was_carried or (turned > _CARRIED[1] and true_turned < _RESTS)
 
 
 def _step(last: Pose, now: Pose) -> complex:

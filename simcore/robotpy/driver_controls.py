@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from simcore import season
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError, nearest
 from simcore.match.control_topics import TABLE
+from simcore.quantities import Quantity, require
 
 DriverStationSim = season.wpilib_simulation.DriverStationSim
 ntcore = season.ntcore
@@ -14,6 +15,7 @@ ntcore = season.ntcore
 __all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto", "chosen_autos"]
 
 _AXES, _BUTTONS, _POVS = 6, 16, 1
+_STICK = Quantity("", -1.0, 1.0)
 
 
 class Joystick:
@@ -85,6 +87,7 @@ class XboxPad(Joystick):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in self.AXES:
+            require(f"Xbox pad {self.port}", name, value, _STICK)
             self.axis(self.AXES[name], float(value))
         elif name in self.BUTTONS:
             self._button(self.BUTTONS[name], bool(value))
@@ -92,7 +95,8 @@ class XboxPad(Joystick):
             super().__setattr__(name, value)
         else:
             raise ConfigError(
-                f"an Xbox pad has no {name!r}; it has {', '.join((*self.AXES, *self.BUTTONS))}; its hat is pov(angle)"
+                f"an Xbox pad has no {name!r}.{nearest(name, (*self.AXES, *self.BUTTONS))} It has "
+                f"{', '.join((*self.AXES, *self.BUTTONS))}; its hat is pov(angle)"
             )
 
 

@@ -16,6 +16,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import pytest
@@ -66,11 +67,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
-    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
+    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="9")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for the stacks of a program that hangs; refuse options that cannot be."""
+    """Keep the terminal's own stderr, for what is said of a program that hangs; refuse options that cannot be."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
@@ -359,6 +360,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     """Leave log and page of a failed test; tell when the machine was too slow for the real Phoenix 6."""
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
+    _end_at_callers_line(item.config, call.excinfo)
     report = yield
     if report.when != "call":
         return report
@@ -379,6 +381,22 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         lines = [*(f"- {warning}" for warning in test.warnings), str(left), f"at its end: {test.summary()}"]
         report.sections.append(("simcore", "\n".join(lines)))
     return report
+
+
+def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
+    """Show what simcore refuses at the line of the test, game or robot that asked; `--full-trace` shows the way on."""
+    from simcore.errors import SimcoreError
+
+    if excinfo is None or not isinstance(excinfo.value, SimcoreError) or config.getoption("fulltrace"):
+        return
+    package = Path(__file__).parents[1]
+    step: TracebackType | None = excinfo.tb
+    last = None
+    while step is not None:
+        last = step if package not in Path(step.tb_frame.f_code.co_filename).parents else last
+        step = step.tb_next
+    if last is not None:
+        last.tb_next = None
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:

@@ -8,6 +8,7 @@ one alarm run to its end before the next, and the order is that of their starts,
 from __future__ import annotations
 
 import itertools
+import math
 import random
 import sys
 import threading
@@ -21,11 +22,12 @@ from weakref import WeakKeyDictionary, ref
 import numpy as np
 
 from simcore import season
+from simcore.devices.recorder import after_call
 
 Notifier = season.wpilib.Notifier
 Timer = season.wpilib.Timer
 
-__all__ = ["order_notifiers", "own_threads", "seed_generators", "use_robot_clock"]
+__all__ = ["fastest_period", "note_threads", "order_notifiers", "seed_generators", "started_threads", "use_robot_clock"]
 
 _EPOCH = 1_700_000_000.0  # [s]; what `time.time()` reads as a test begins: some day
 _SEED = 1
@@ -94,20 +96,42 @@ def _is_of_project(file: Path, folder: Path) -> bool:
     return inside[0] != "tests" and "site-packages" not in inside
 
 
-_LIBRARIES = ("commands2", "cscore", "hal", "magicbot", "ntcore", "phoenix6", "pyfrc", "simcore", "wpilib", "wpiutil")
+_LIBRARIES = (
+    *("commands2", "cscore", "hal", "magicbot", "ntcore", "pathplannerlib", "phoenix6", "pyfrc", "simcore", "wpilib"),
+    "wpiutil",
+)
+_started: list[str] = []
+_start_thread = threading.Thread.start
 
 
-def own_threads() -> list[str]:
-    """Names of the threads that the robot program has started; nobody steps them in simulated time.
+def note_threads() -> None:
+    """Note from now on which threads the program starts, and those of its own that run by now.
 
-    Threads of the libraries, such as those of notifiers, are not among them.
+    Nobody steps them in simulated time. Threads of the libraries, such as those of notifiers, are not among them, nor
+    is PathPlanner's, which is waited for.
     """
     known = {threading.main_thread(), threading.current_thread()}
-    return sorted(
-        thread.name
-        for thread in threading.enumerate()
-        if thread not in known and not isinstance(thread, threading._DummyThread) and not _is_of_library(thread)
-    )
+    _started[:] = []
+    for thread in threading.enumerate():
+        if thread not in known and not isinstance(thread, threading._DummyThread):
+            _note_thread(thread)
+    threading.Thread.start = _start_noted  # type: ignore[method-assign, assignment]
+
+
+def started_threads() -> list[str]:
+    """Return the names of these, those that have ended too; the next call begins anew."""
+    names, _started[:] = sorted(set(_started)), []
+    return names
+
+
+def _start_noted(thread: threading.Thread) -> None:
+    _note_thread(thread)  # which forgets its work as it ends
+    _start_thread(thread)
+
+
+def _note_thread(thread: threading.Thread, *_: object) -> None:
+    if not _is_of_library(thread):
+        _started.append(thread.name)
 
 
 def _is_of_library(thread: threading.Thread) -> bool:
@@ -163,6 +187,22 @@ class _Schedule:
 
 
 _schedules: WeakKeyDictionary[Any, _Schedule] = WeakKeyDictionary()
+_periodic: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+"""Shortest period of what a robot calls between its loops [s]."""
+
+
+def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    call, period = (*args, *settings.values())[:2]
+    if not (getattr(call, "__module__", None) or "").startswith("simcore"):
+        _periodic[robot] = min(float(period), _periodic.get(robot, math.inf))
+
+
+def fastest_period() -> float:
+    """Return the shortest period of the notifiers and `addPeriodic` calls that run [s]; infinite if there are none."""
+    notifiers = [schedule.period for schedule in list(_schedules.values()) if schedule.period is not None]
+    return min([*notifiers, *_periodic.values()], default=math.inf)
+
+
 _numbers = itertools.count(1)
 
 
@@ -172,6 +212,8 @@ def order_notifiers() -> None:
     _numbers = itertools.count(1)
     if Notifier.__init__ is not _build:
         return
+    timed = season.wpilib.TimedRobot
+    after_call(timed, season.own_name(timed, "add_periodic"), _note_periodic)
 
     def init(self: Any, callback: Callable[[], object]) -> None:
         schedule = _Schedule(self, callback)

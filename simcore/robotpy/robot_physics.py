@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import logging
+import math
 import sys
 import time
 import weakref
@@ -26,6 +27,7 @@ from simcore.match.match import Match
 from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.belief_watch import BeliefWatch
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
+from simcore.robotpy.repeatable_runs import fastest_period
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
 from simcore.units import TICK
@@ -46,6 +48,7 @@ _MOST_OWED = 0.1  # [s]; what is more is skipped, not caught up with
 # Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
 # have answered to the last one; volts from before the stall would throw steer motors to and fro.
 _ANSWER = 0.0015  # [s]
+_FINEST = 1, 2, 4, 5, 10, 20  # parts of a tick, each of whole milliseconds
 _HISTORY = 6000  # ticks; two minutes
 _ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
 _LATE_EVERY = 10.0  # [s]
@@ -87,7 +90,8 @@ class RobotPhysics:
         drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
         parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
-            20 ms, whose controllers are then asked in the middle of it.
+            20 ms, whose controllers are then asked in the middle of it. There parts become as short as the fastest
+            Notifier, `addPeriodic` or loop of the program wants them, down to 1 ms.
         pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
             wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
             In simulated time, which is the default in tests, nothing waits for a clock.
@@ -127,13 +131,16 @@ class RobotPhysics:
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
         self._devices = ConnectedDevices(self.robot_sim, drivetrain, motors, clock=self._phoenix)
         self.robot_sim.connect(self._devices)
-        self._parts = parts or (1 if can_wait else 4)
-        self._h = TICK / self._parts
+        self._start: float | None = None
+        self._done = 0
+        self._h = TICK  # until it is cut
         self._part = 0
+        self._has_periodic = _has_wpilib_loop(type(robot))
+        self._may_follow = parts is None and is_timing_paused() and self._has_periodic
+        self._set_parts(parts or (1 if can_wait else 4))
         # Devices that live on the wall clock: CTRE's own simulation.
         self._has_real_devices = self._phoenix is None and "phoenix6" in sys.modules
         self._pace_tests = pace_tests and self._has_real_devices
-        self._most_owed = round(_MOST_OWED / self._h)
         self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
@@ -142,7 +149,7 @@ class RobotPhysics:
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
         """Where the robot stands as autonomous begins."""
         program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
-        self.belief = BeliefWatch(self.robot_sim)
+        self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
         """Whether the program's odometry holds."""
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
@@ -153,18 +160,15 @@ class RobotPhysics:
         self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
         self._panels = PowerDistributionView(self.robot_sim)
-        self._start: float | None = None
-        self._done = 0
         self._last_wall = 0.0
         self._work = 0.0
         self._work_ms: deque[float] = deque(maxlen=_HISTORY)
         self._ticks = self._late_parts = self._late_loops = 0
         self._skipped = 0.0
-        self._has_periodic = _has_wpilib_loop(type(robot))
         atexit.register(match.close)
         global _latest
         _latest = weakref.ref(self)
-        if self._has_periodic:
+        if not self._follow_loops() and self._has_periodic:
             season.add_between_loops(robot, self.do_due, self._h)
 
     @property
@@ -242,6 +246,27 @@ class RobotPhysics:
             if self._part == self._parts:
                 self._end_tick()
 
+    def _set_parts(self, parts: int) -> None:
+        """Cut ticks anew, at the end of one."""
+        if self._start is not None:
+            self._start += self._done * self._h
+        self._done = 0
+        self._parts, self._h = parts, TICK / parts
+        self._most_owed = round(_MOST_OWED / self._h)
+
+    def _follow_loops(self) -> bool:
+        """Cut ticks as finely as the program's fastest loop sees them; return whether that is finer than before."""
+        fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
+        if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
+            return False
+        self._set_parts(next((n for n in _FINEST if TICK / n < fastest + 1e-6), _FINEST[-1]))
+        season.add_between_loops(self.robot, self.do_due, self._h)
+        return True
+
+    def _has_cameras(self) -> bool:
+        cameras = self.match.cameras
+        return bool(cameras.headsets) or any(c.robot == self.robot_sim.number for c in cameras.cameras.values())
+
     def _see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
         self.belief.note_reset()
         self.auto_start.see_reset(position, heading)
@@ -274,6 +299,7 @@ class RobotPhysics:
         self._panels.update()
         self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
         self.after_tick()
+        self._follow_loops()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
         self.match.last_tick_ms = self._work_ms[-1]

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import faulthandler
 import gc
 import logging
 import math
-import operator
 import sys
+import threading
 import time
-import traceback
-from collections.abc import Callable
-from contextlib import ExitStack
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from types import TracebackType
 from typing import Any, TextIO
 from unittest.mock import patch
 
 from simcore import season
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, SimcoreError, nearest
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
 from simcore.physics.world import prepare_loop
-from simcore.quantities import POSE, Quantity, require, require_row
+from simcore.quantities import START, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
-from simcore.robotpy.repeatable_runs import own_threads
+from simcore.robotpy.hang_watch import HangWatch, program_line
+from simcore.robotpy.repeatable_runs import note_threads, started_threads
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
 from simcore.telemetry.snapshot import TelemetrySink
@@ -43,12 +41,9 @@ hal = season.hal
 
 __all__ = ["ConditionError", "RobotTest"]
 
-__tracebackhide__ = operator.methodcaller("errisinstance", SimcoreError)
-"""pytest shows a call that is refused at the test's own line."""
-
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 10.0  # wall time in which a MagicBot must come to its next loop [s]
+_PATIENCE = 8.0  # wall time in which a MagicBot must come to its next loop [s]
 _FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
 _ENDS = 2.0  # wall time in which a program that has failed ends [s]
 _SPAN = Quantity("s", 0.0, 1e6)
@@ -65,6 +60,10 @@ _STATIONS = {
 
 class ConditionError(SimcoreError, AssertionError):
     """What a test waited for did not happen in time."""
+
+
+class _NoSuchNameError(SimcoreError, AttributeError):
+    """A test asks the fixture for what it does not have."""
 
 
 class _WarningList(logging.Handler):
@@ -90,8 +89,8 @@ class RobotTest:
         control: Test controller, of pyfrc or of wpilib.testing, of the robot.
         robot: Proxy of the robot object.
         hook: Physics in its loop.
-        hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
-        complaints: Where those stacks go.
+        hang: Wall time that one robot loop may take before the test ends with one sentence [s].
+        complaints: Where that goes; None: nothing ends it.
 
     Example:
         def test_the_auto_scores(sim):
@@ -106,20 +105,20 @@ class RobotTest:
         robot: Any,
         hook: PhysicsHook,
         *,
-        hang: float = 30.0,
+        hang: float = 9.0,
         complaints: TextIO | None = None,
     ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self.own_threads: list[str] = []
-        """Names of the program's own threads: while there are any, two runs may differ."""
+        """Names of the threads that the program has started: where there are any, two runs may differ."""
         self.warnings: list[str] = []
         """What simcore has warned of so far, each once."""
         self._control = control
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
         self._hang = hang
-        self._complaints = complaints
+        self._watch = None if complaints is None else HangWatch(hang, self._where, complaints)
         self._stack = ExitStack()
         self._physics: RobotPhysics | None = None
         self._wall = 0.0
@@ -139,7 +138,6 @@ class RobotTest:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.set_enabled(False)
         with ExitStack() as quiet:
@@ -190,6 +188,7 @@ class RobotTest:
         prepare_loop()  # the first time on a computer it takes longer than a program may hang
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
+        note_threads()
         self._run_robot()
         self._step()  # waits until the program has built its physics
         if self._hook.engine is None:
@@ -206,12 +205,6 @@ class RobotTest:
         physics.match.sinks.extend(self._sinks)
         physics.match.record.warnings = self.warnings
         self.run(_SETTLE)
-        self.own_threads = own_threads()
-        if self.own_threads:
-            _log.warning(
-                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
-                *(self._robot_name, ", ".join(self.own_threads)),
-            )
         if physics.times.ticks == 0:
             raise SimcoreError(
                 f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
@@ -231,7 +224,7 @@ class RobotTest:
         Raises:
             ConfigError: It cannot stand there; the text says where it can.
         """
-        require_row("place", "x, y and heading", (x, y, heading), POSE)
+        require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
 
     def autonomous(
@@ -325,6 +318,18 @@ class RobotTest:
         raise ConditionError(
             f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
         )
+
+    def __getattr__(self, name: str) -> Any:
+        """Say where a name is that the fixture does not have itself."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
+        near = nearest(name, [key for key in dir(type(self)) if not key.startswith("_")])
+        for part, cls in parts.items():
+            if name in dir(cls) or name in getattr(cls, "__dataclass_fields__", ()):
+                near = f" Did you mean 'sim.{part}.{name}'?"
+                break
+        raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
 
     # --- truth ----------------------------------------------------------------------------------------------------
 
@@ -444,7 +449,8 @@ class RobotTest:
 
     def _run_robot(self) -> None:
         try:
-            self._stack.enter_context(self._control.run_robot())
+            with self._watched():
+                self._stack.enter_context(self._control.run_robot())
         except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
             self._raise_error_of_robot()
             raise SimcoreError(
@@ -486,17 +492,37 @@ class RobotTest:
 
     def _step(self) -> None:
         begin = time.perf_counter()
-        if self._complaints is not None and self._steps % 50 == 0:
-            faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notify_new_data()
         self._is_played = True
-        self._advance(TICK)
+        with self._watched():
+            self._advance(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
+        self._name_threads()
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+    def _name_threads(self) -> None:
+        new = [name for name in started_threads() if name not in self.own_threads]
+        if new:
+            self.own_threads += new
+            _log.warning(
+                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                *(self._robot_name, ", ".join(new)),
+            )
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """End the process with one sentence where the program hangs in what is inside."""
+        if self._watch is not None:
+            self._watch.arm()
+        try:
+            yield
+        finally:
+            if self._watch is not None:
+                self._watch.disarm()
 
     def _advance(self, seconds: float) -> None:
         """Step time from loop to loop.
@@ -510,7 +536,7 @@ class RobotTest:
             step = min(left, until_loop) if until_loop > 0 else left
             step_timing(1e-6 * (step + 0.5))  # which cuts to whole microseconds
             left -= step
-            patience = min(_PATIENCE, 0.5 * self._hang)
+            patience = min(_PATIENCE, 0.8 * self._hang)
             if self._loop is not None and not self._wait(lambda: self._now() < self._next_loop - 1e-6, patience):
                 raise SimcoreError(
                     f"{self._robot_name} has not come to its next loop in {patience:g} s of wall time; it is at "
@@ -535,12 +561,11 @@ class RobotTest:
         return True
 
     def _where(self) -> str:
-        """Return the line of the program that its thread is at."""
-        frame = sys._current_frames().get(self._control._thread.ident)
-        folder = str(Path(sys.modules[type(self.robot).__module__].__file__ or "").parent)
-        stack = [] if frame is None else traceback.extract_stack(frame)
-        own = [at for at in stack if at.filename.startswith(folder)] or stack
-        return f"{Path(own[-1].filename).name}:{own[-1].lineno} in {own[-1].name}" if own else "no line"
+        """Return the line of the program that its thread, or else another one but this, is at."""
+        frames = sys._current_frames()
+        robot = getattr(self._control._thread, "ident", None) or 0
+        rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
+        return program_line([*filter(None, [frames.get(robot)]), *rest]) or "no line of its own"
 
 
 def _require_name(mode: str, name: object) -> None:
