@@ -238,7 +238,7 @@ def _spring(springs, r, key, stamp, depth, is_put, h):
         one = springs[r, k]
         if one.key == key and one.stamp >= stamp - 1 and not is_put:
             one.stamp = stamp
-            one.put = max(0.0, min(one.put, depth) - _RISES * h)
+            one.put_in = max(0.0, min(one.put_in, depth) - _RISES * h)
             return k
         if one.stamp < springs[r, oldest].stamp:
             oldest = k
@@ -246,7 +246,7 @@ def _spring(springs, r, key, stamp, depth, is_put, h):
     one.key = key
     one.stamp = stamp
     one.stretch = 0.0
-    one.put = depth if is_put else 0.0
+    one.put_in = depth if is_put else 0.0
     return oldest
 
 
@@ -262,7 +262,7 @@ def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key
     k = 0.5 * stiffness * found[n, 5]
     c = min(2.0 * ratio * math.sqrt(k * mass), _MOST_DAMPING * mass / h)
     spring = springs[r, _spring(springs, r, key, stamp, found[n, 4], is_put, h)]
-    normal = max(0.0, k * (found[n, 4] - spring.put) - c * v_n)
+    normal = max(0.0, k * (found[n, 4] - spring.put_in) - c * v_n)
     spring.stretch += v_t * h
     across = k * spring.stretch + c * v_t
     most = friction * normal

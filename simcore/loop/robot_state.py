@@ -325,7 +325,7 @@ OUTLINE = np.dtype(
 )
 """Convex outline of a part of the field, between two heights."""
 
-SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f), ("put", _f)], align=True)
+SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f), ("put_in", _f)], align=True)
 """A contact of bumpers: what touches, the step in which it was touched last, the stretch of its friction [m], and how
 deep people have put the two into each other, as far as that has not been pushed out [m]."""
 
