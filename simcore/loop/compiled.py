@@ -57,7 +57,7 @@ cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 """Where what was compiled is kept; None: nowhere."""
 
 
-def is_prepared(names: Sequence[str] = ("balls.advance", "robots.move_robots")) -> bool:
+def is_prepared(names: Sequence[str] = ("step.advance",)) -> bool:
     """Whether functions, by module and name, need not be compiled any more, on this computer."""
     if _config.DISABLE_JIT:
         return True

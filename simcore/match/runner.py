@@ -431,7 +431,7 @@ def _play(
         alliance=match.alliances[0],
         seed=match.seed,
         scatter=match.scatter.text,
-        engine=match.world.engine.name,
+        engine=match.world.engine_name,
         sim_seconds=match.time,
         startup_seconds=run_start - wall_start,
         wall_seconds=wall,

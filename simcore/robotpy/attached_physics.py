@@ -104,7 +104,7 @@ class AttachedPhysics(RobotPhysics):
         self._loops = 0
         self._about = (
             f"{type(robot).__name__} is on the field of {game.heading}: {config.mass:.0f} kg, bumpers "
-            f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine.name} "
+            f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine_name} "
             + (f"(as {path.name} says)" if path.exists() else f"(there is no {path.name}: all measures are defaults)")
         )
         super().__init__(

@@ -222,9 +222,9 @@ def check_loop() -> Finding:
     """Whether the physics' loop is compiled, and where that is kept."""
     try:
         from simcore.loop.compiled import cache_folder
-        from simcore.physics.world import prepare_loop
+        from simcore.loop.step import prepare
 
-        prepare_loop()
+        prepare()
     except Exception as error:  # Numba's own errors are many
         return _fail("loop", f"the physics cannot be compiled: {error}", "python -m pip install --upgrade numba")
     if cache_folder is None:

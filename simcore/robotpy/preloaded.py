@@ -12,7 +12,7 @@ from importlib import import_module, metadata
 
 from simcore.errors import EngineError
 from simcore.physics.bullet import load_pybullet
-from simcore.physics.world import prepare_loop
+from simcore.loop.step import prepare
 
 _ALWAYS = ("scipy.spatial", "mujoco", "hypothesis")
 """hypothesis: its plugin of pytest imports it in any case."""
@@ -26,6 +26,6 @@ for _name in (*_ALWAYS, *(_BEFORE_2027 if metadata.version("robotpy-hal") < "202
         import_module(_name)
 with contextlib.suppress(EngineError):
     load_pybullet()
-prepare_loop()  # compiled or loaded once for all
+prepare()  # compiled or loaded once for all
 gc.collect()
 gc.freeze()  # children copy no page because something in it was counted

@@ -161,11 +161,6 @@ def test_twelve_stalled_motors_without_limits_divide_the_batterys_voltage(caplog
     assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
 
 
-def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(match):
-    with pytest.raises(ConfigError, match="its drivetrain moves it"):
-        match.robots[0].chassis.follow_velocity(1.0, 0.0, 0.0)
-
-
 def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
     """A box and a ridge; the ridge is named as our bumps are, so robots drive over it."""
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]

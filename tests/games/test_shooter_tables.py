@@ -19,7 +19,7 @@ from simcore.cli import main
 from simcore.geometry.rotation import from_yaw
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.physics.ball_dynamics import make_memory
+from simcore.loop.state import make_memory
 from simcore.pieces.flight import FLIGHT_STEP
 from simcore.pieces.launch import Aim, Launch
 from simcore.shooting.practice_field import PracticeField

@@ -14,7 +14,8 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
+from simcore.testing.benches import LoneChassis
 from simcore.phoenix6.swerve import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box
@@ -89,7 +90,7 @@ def main() -> None:
     world.add_static("wall", Box((0.2, 8.0, 1.0)), (13.0, 0.0, 0.5), surface=WALL)
     place = (3.0, 1.0, 0.5)
     chassis = ChassisSimulation(world, body, pose=place, drivetrain=drive)
-    motion = Motion(world, robots=[BareRobot(chassis)])
+    motion = Motion(world, robots=[LoneChassis(chassis)])
     gyro = Gyro(gyro_config("ideal"), np.random.default_rng(0))
     gyro.reset(yaw=place[2], true_yaw=place[2])
     if "bare" in sys.argv:  # by devices alone: inversions and offsets are asked of them

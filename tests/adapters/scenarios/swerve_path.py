@@ -32,7 +32,7 @@ from wpimath.kinematics import ChassisSpeeds
 import simcore.phoenix6.swerve as adapter
 from simcore.robot.battery import Battery
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheeled_drive import PlanarChassis
+from simcore.testing.benches import DriveBench
 
 DT = 0.005
 INCH = 0.0254
@@ -93,7 +93,7 @@ class Bench:
         config = adapter.swerve_config(self.robot)
         recorded = tuple(replace(m, drive_friction_volts=0.1) for m in config.modules)  # with which the real one ran
         self.drive = SwerveDrive(replace(config, modules=recorded), battery=Battery())
-        self.body = PlanarChassis(self.drive)
+        self.body = DriveBench(self.drive)
         self.devices = adapter.SwerveDrivetrainSim(self.robot, self.drive)
         self.late: list[float] = []
         self.run(0.5)
@@ -151,7 +151,7 @@ def s_curve(bench: Bench) -> list[list[float]]:
 
 
 def response(
-    bench: Bench, request: object, what: Callable[[PlanarChassis], float], *, wheels: float = 0.0, delay: float = 0.0
+    bench: Bench, request: object, what: Callable[[DriveBench], float], *, wheels: float = 0.0, delay: float = 0.0
 ) -> list[float]:
     """Time to 90 % of the end [s], largest value over the end, end.
 
@@ -172,7 +172,7 @@ def response(
 
 
 def mean_response(
-    bench: Bench, request: object, what: Callable[[PlanarChassis], float], *, wheels: float = 0.0, turns: bool = False
+    bench: Bench, request: object, what: Callable[[DriveBench], float], *, wheels: float = 0.0, turns: bool = False
 ) -> list[float]:
     """The same, simulated the mean over all delays where wheels must turn first."""
     delays = (0.0,) if IS_REAL or not turns else DELAYS
@@ -190,16 +190,16 @@ def main() -> None:
     bench = Bench(swerve.ClosedLoopOutputType.VOLTAGE)
     path = s_curve(bench)
 
-    def ahead(body: PlanarChassis) -> float:
+    def ahead(body: DriveBench) -> float:
         return body.vx
 
-    def left(body: PlanarChassis) -> float:
+    def left(body: DriveBench) -> float:
         return body.vy
 
-    def spin(body: PlanarChassis) -> float:
+    def spin(body: DriveBench) -> float:
         return body.omega
 
-    def heading(body: PlanarChassis) -> float:
+    def heading(body: DriveBench) -> float:
         return body.yaw
 
     centric, robot_centric = requests.FieldCentric, requests.RobotCentric

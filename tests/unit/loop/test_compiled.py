@@ -12,7 +12,7 @@ import pytest
 from simcore.loop import compiled
 
 _TICK = """
-from simcore.physics.ball_dynamics import prepare
+from simcore.loop.step import prepare
 from simcore.loop import compiled
 prepare()
 print(compiled.cache_folder, compiled.is_prepared())

@@ -15,6 +15,7 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import hold
 
 SQUARE = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
 
@@ -39,7 +40,7 @@ def test_loops_on_board_feed_forward_what_they_know():
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]
     for drive in drives:
         drive.set_module_states([3.0] * 4, [0.0] * 4)
-        drive.step(0.02, (3.0, 0.0, 0.0))
+        hold(drive, 0.02, (3.0, 0.0, 0.0))
     plain, weak = (drive.motor_currents()["drive"][0] for drive in drives)
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
@@ -62,7 +63,7 @@ def test_a_tank_drive_turns_to_its_weaker_side():
     for right in (config, replace(config, motor=config.motor.varied(kt=1.0, resistance=1.5))):
         drive = TankDrive(config, built=(config, right))
         drive.set_volts(4.0, 4.0)
-        turns.append(drive.step(0.02, (0.0, 0.0, 0.0))[2])
+        turns.append(hold(drive, 0.02, (0.0, 0.0, 0.0))[2])
     assert turns[0] == pytest.approx(0.0, abs=1e-12) and turns[1] < -1e-3
 
 

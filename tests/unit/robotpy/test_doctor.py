@@ -59,7 +59,7 @@ def test_an_engine_and_a_loop_that_do_not_load(monkeypatch):
     assert doctor.check_loop().level == "ok"
     monkeypatch.setattr("simcore.loop.compiled.cache_folder", None)
     assert "compiled anew in every run" in doctor.check_loop().text and doctor.check_loop().advice
-    monkeypatch.setattr("simcore.physics.world.prepare_loop", broken)
+    monkeypatch.setattr("simcore.loop.step.prepare", broken)
     assert doctor.check_loop().text == "the physics cannot be compiled: DLL load failed"
 
 
