@@ -17,8 +17,6 @@ if find_spec("rev") is None or find_spec("wpilib") is None:
     collect_ignore_glob.append("simcore/revlib/*")
 if find_spec("navx") is None:
     collect_ignore_glob.append("simcore/navx/*")
-if find_spec("phoenix5") is None:
-    collect_ignore_glob.append("simcore/phoenix5/*")
 if find_spec("photonlibpy") is None:
     collect_ignore_glob.append("simcore/photonvision/*")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
@@ -55,8 +53,8 @@ def pytest_addoption(parser):
 
 
 EXTRAS = {
-    **{name: name for name in ("navx", "phoenix5", "phoenix6", "rev")},
-    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "viser": "view", "mkdocs": "docs"},
+    **{name: name for name in ("navx", "phoenix6", "rev")},
+    **{"photonlibpy": "photonvision", "pyfrc": "robotpy", "websockets": "view", "mkdocs": "docs"},
 }
 """Extras with tests of their own, which `[test]` does not bring, by a module of each."""
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}

@@ -332,10 +332,10 @@ def start_up(_seconds: float) -> dict[str, Any]:
 
 
 def robot_test(_seconds: float) -> dict[str, Any]:
-    """All tests of the example robot, in a pytest of their own."""
+    """Run all tests of the example robot, as its team does."""
     if find_spec("phoenix6") is None or find_spec("wpilib") is None:
         return {"check": "needs phoenix6: pip install .[phoenix6,robotpy]"}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"]
+    command = [sys.executable, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider"]
     start = perf_counter()
     out = subprocess.run(command, cwd=ROOT / "examples/rebuilt_robot", capture_output=True, text=True, check=True)
     words = next(line for line in out.stdout.splitlines() if " passed" in line)

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# With WPILib and Phoenix 6 of 2027 on Python 3.14: the adapters' tests and the example robots as `simcore upgrade-2027`
-# rewrites them, then the tests that need no vendor.
+# With WPILib, Phoenix 6 and REVLib of 2027 on Python 3.14: robot programs of 2027, then the tests that need no vendor.
 # Their wheels want glibc 2.41 (Debian 13, Ubuntu 26.04): where it is older, this makes a Debian root of its own and runs
 # in there, for which it must be root and have debootstrap.
 #
@@ -13,7 +12,9 @@ cd "$(dirname "$0")/.."
 source_folder="$PWD"
 needed="2.41"
 mirror="http://deb.debian.org/debian"
-phoenix6="phoenix6>=26.70.0a2,<27"
+of_2027=("wpilib>=2027.0.0a7,<2028" "pyntcore>=2027.0.0a7,<2028" "robotpy-hal>=2027.0.0a7,<2028"
+  "robotpy-commands-v2>=2027.0.0a7,<2028" "robotpy-cli>=2027.0.1b2,<2028" "phoenix6>=26.70.0a2,<27"
+  "robotpy-rev>=2027.0.0a7.post1,<2028")  # as docs/install.md has them
 
 skip() { echo "season 2027: not run, $*"; exit 0; }
 [ "$(uname -sm)" = "Linux x86_64" ] || skip "this is not Linux x86_64"
@@ -37,7 +38,6 @@ if [ "$(printf '%s\n' "$needed" "$glibc" | sort -V | head -n 1)" = "$needed" ] &
   python=python3.14
   venv="$folder/venv"
   here="$source_folder"
-  copies="$folder"
 else
   [ "$(id -u)" = 0 ] || skip "glibc $glibc is older than $needed or there is no python3.14, and only root can make another root"
   command -v debootstrap >/dev/null || skip "glibc $glibc is older than $needed or there is no python3.14, and debootstrap is not installed"
@@ -60,31 +60,18 @@ else
   python=python3
   venv=/venv
   here=/source
-  copies=""
 fi
 
 run "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 14))' || skip "$(run "$python" --version) is not 3.14"
 run "$python" -m venv "$venv"
-run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[robotpy2027,mujoco,cluster]" "$phoenix6" \
+run "$venv/bin/pip" install -q --disable-pip-version-check -e "$here[cluster]" "${of_2027[@]}" "mujoco-core>=4.0.1,<5" \
   "pandas>=2.2,<4" "pytest>=8" "hypothesis>=6.100" "pytest-benchmark>=4" "pytest-xdist>=3.5" "fast-simplification>=0.1.7" \
-  "robotpy-wpilib-utilities>=2027.0.0a7,<2028" "robotpy-rev>=2027.0.0a7.post1,<2028"
+  "robotpy-wpilib-utilities>=2027.0.0a7,<2028"
 run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"
 
-# Adapters' tests and example robots, rewritten by `simcore upgrade-2027`. Left out: devices that 2027 has no more, what
-# was recorded with Phoenix 6 26.3 or uses pyfrc or notifiers of 2026 itself, and what asks REVLib itself for factors.
-copy="$copies/tests_2027"
-rm -rf "$folder/tests_2027"
-run "$venv/bin/python" "$here/scripts/season_2027_tests.py" "$copy"
-without="attach_errors documented gyros spark stepped simulated_swerve recorded test_adapters limelight_wire unserved \
-  two_games on_ports tank_robot wpilib_s_odometry both_intakes in_simulated_time never_waits ownloop hangs busy_computer nobody_drives upgraded"
-chosen="$(printf ' or %s' $without)"
 failed=0
-tests() { run sh -c "cd '$1' && '$venv/bin/python' -m pytest -q -p no:cacheprovider -n 2 --dist=worksteal $2" || failed=1; }
-tests "$copy" "tests/adapters -m 'not realtime' -k 'not (${chosen# or })'"
-tests "$copy" tests/adapters/test_upgraded_robots.py
-for robot in first_robot rebuilt_robot reefscape_robot; do
-  # commands2 2027.0.0a7 compares a POVDirection with degrees: the trigger of the climber never fires.
-  tests "$copy/examples/$robot" "-k 'not takes_a_cage'"
-done
-tests "$here" "-m 'not slow and not realtime' tests/unit tests/physics tests/property"
+tests() { run sh -c "cd '$here' && '$venv/bin/python' -m pytest -q -p no:cacheprovider -n 2 --dist=worksteal $1" || failed=1; }
+# Robot programs that are written for 2027: swerve by CTRE in op modes, tank and swerve on SPARKs.
+tests "tests/adapters/test_op_modes.py tests/adapters/test_rev_2027.py"
+tests "-m 'not slow and not realtime' tests/unit tests/physics tests/property"
 exit "$failed"

@@ -40,10 +40,7 @@ COMMANDS = {
     "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
-        "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
-    ),
-    "upgrade-2027": Command(
-        "simcore.upgrade_2027.upgrade_command", "copy last season's robot project, with this season's names"
+        "simcore.robotpy.check_command", "run each mechanism of the described robot, and say what cannot be right"
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }

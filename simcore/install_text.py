@@ -1,4 +1,4 @@
-"""What installs simcore again from where it came, here and on another computer: for errors, the doctor and CI.
+"""What installs simcore again from where it came, here and on another computer: for errors, and CI.
 
 The bare name of the distribution stands in a command only where pip took simcore from an index by that name: on an
 index where it is not, the name is nobody's, or a stranger's.

@@ -103,6 +103,7 @@ _OTHER_UNITS = {
 }
 """Of the units that people think in, what one is in ours."""
 
+_TINY = 1e-12  # what is less above an open bound is 0 in every formula that divides by it
 _MOST_COMMANDED = 1e6  # V, A, m/s: the squares of what is beyond soon are no numbers
 
 
@@ -130,7 +131,7 @@ class Quantity:
         """What is wrong with a value, as what follows after its name; None: nothing is."""
         number = value if type(value) is float else _number(value)
         if number is not None and self.least <= number <= self.most:
-            good = number > self.least or not self.is_open
+            good = number > self.least + _TINY or not self.is_open
             if good and (not self.is_whole or type(value) is int or _is_whole(value)):
                 return None
         if self.may_be_infinite and number == math.inf:
@@ -317,7 +318,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
     """Refuse a config of which a field cannot be; call it first in `__post_init__`.
 
     Fields that are not named are held to the types they are declared with: a config, a shape, a text, one of a few
-    words, a tuple or dict of such.
+    words, a tuple or dict of such. Numbers of other libraries become Python's own.
 
     Args:
         config: The config.
@@ -350,6 +351,9 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
                 require(owner, f"{name}[{key!r}]", one, quantity)
         else:
             require(owner, name, value, quantity)
+        plain = _plain(value)
+        if plain is not value:
+            object.__setattr__(config, name, plain)
 
 
 class _ByName(type):
@@ -549,6 +553,21 @@ def _number(value: object) -> float | None:
         return float(value)
     except OverflowError:  # a whole number of over 308 digits
         return None
+
+
+def _plain(value: Any) -> Any:
+    """Return numbers of other types (numpy's float16, Fraction) as Python's own: compiled code takes no others."""
+    if isinstance(value, Mapping):
+        plain = {key: _plain(one) for key, one in value.items()}
+        return value if all(plain[key] is one for key, one in value.items()) else plain
+    if isinstance(value, (tuple, list)):
+        row = [_plain(one) for one in value]
+        return value if all(new is old for new, old in zip(row, value, strict=True)) else tuple(row)
+    if getattr(value, "ndim", 0) and value.dtype.kind == "f":
+        return value.astype(float, copy=False)
+    if type(value) in (bool, int, float) or not isinstance(value, Real):
+        return value
+    return value.__index__() if hasattr(value, "__index__") else float(value)
 
 
 def _is_whole(value: object) -> bool:

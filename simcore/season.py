@@ -92,7 +92,6 @@ NAMES: dict[str, dict[str, str]] = {
         "IdleMode": "BRAKE",
     },
     "hal": {
-        "": "sim_periodic_before sim_periodic_after observe_user_program_starting",
         "AllianceStationID": " ".join(f"{c}_{n}=k{c.capitalize()}{n}" for c in ("BLUE", "RED") for n in (1, 2, 3)),
     },
     "hal.simulation": {"": "is_timing_paused"},
@@ -466,53 +465,6 @@ def user_rails() -> list[tuple[Any, Any]]:
     return [*rails, (sim.set_user_active_3v3, sim.set_user_faults_3v3)]
 
 
-def notifier_calls() -> tuple[Any, ...]:
-    """Of the hardware layer, for a thread that waits for times of its own.
-
-    Returns:
-        What makes a notifier, waits for it (False: it was stopped), sets its alarm [us], and frees it.
-    """
-    hal = _module("hal")
-    if hasattr(hal, "waitForNotifierAlarm"):
-
-        def free(handle: int) -> None:
-            hal.stopNotifier(handle)
-            hal.cleanNotifier(handle)
-
-        wait = hal.waitForNotifierAlarm
-        return lambda: hal.initializeNotifier()[0], lambda handle: wait(handle)[0] != 0, hal.updateNotifierAlarm, free
-    set_alarm = hal.set_notifier_alarm
-    return (
-        *(lambda: hal.create_notifier()[0], import_module("wpiutil.sync").wait_for_object),
-        *(lambda handle, when: set_alarm(handle, 1000 * when, 0, True, True), hal.destroy_notifier),
-    )
-
-
-def time_waits_for_answers() -> bool:
-    """Whether stepped time stands still while a notifier's alarm is not answered, and not until all are waited for."""
-    return not hasattr(_module("hal"), "waitForNotifierAlarm")
-
-
-def robots_notifier_calls() -> list[tuple[Any, str, str]]:
-    """Functions by which the loops of robot programs wait: module, name, and what it does.
-
-    That is `wait` (handle; returns time and status in 2026, since 2027 whether it was signaled), `set` (handle, time)
-    or `forget` (handle).
-    """
-    hal = _module("hal")
-    if time_waits_for_answers():
-        return [
-            (import_module("wpiutil.sync"), "wait_for_object", "wait"),
-            (hal, "set_notifier_alarm", "set"),
-            *((hal, name, "forget") for name in ("cancel_notifier_alarm", "destroy_notifier")),
-        ]
-    return [
-        (hal, "waitForNotifierAlarm", "wait"),
-        (hal, "updateNotifierAlarm", "set"),
-        *((hal, name, "forget") for name in ("stopNotifier", "cleanNotifier")),
-    ]
-
-
 def camel_case(name: str, *, first: bool = False) -> str:
     """A name of 2027 as 2026 has it; with `first`, the first letter is a capital one, too.
 
@@ -558,10 +510,7 @@ def mixed_seasons(seasons: dict[int, list[str]]) -> str:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
     odd = ", ".join(text for year in others for text in seasons[year])
-    return (
-        f"two seasons are mixed, {odd} beside WPILib of {main}: "
-        f"make a new environment with one of them, as the extra robotpy{main} does"
-    )
+    return f"two seasons are mixed, {odd} beside WPILib of {main}: make a new environment with one of them"
 
 
 def is_installed(name: str) -> bool:

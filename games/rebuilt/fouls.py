@@ -18,7 +18,7 @@ from simcore.match.foul_book import (
     reaches_into,
     robot_near,
 )
-from simcore.match.match import Match
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.typing import FloatArray
@@ -65,7 +65,7 @@ class Fouls:
         towers: Who is on a tower.
     """
 
-    def __init__(self, match: Match, towers: TowerJudge) -> None:
+    def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
         self._match, self._towers = match, towers
         self.book = FoulBook(match)
         """What was found."""

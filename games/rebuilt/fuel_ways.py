@@ -10,7 +10,7 @@ import numpy as np
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD
 from games.rebuilt.fuel import FUEL
-from simcore.match.match import Match
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
@@ -43,7 +43,7 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
     return pos, vel
 
 
-def own_first(match: Match) -> list[tuple[Alliance, np.random.Generator]]:
+def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
     """Both alliances, that of the first robot first, each with chance of its own: so that red is blue flipped."""
     own = match.entries[0].alliance
     return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
@@ -56,7 +56,7 @@ class FuelWays:
         match: Which.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._rng = dict(own_first(match))
         self._hubs: dict[Alliance, deque[tuple[float, int]]] = {alliance: deque() for alliance in self._rng}

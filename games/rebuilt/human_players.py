@@ -15,8 +15,8 @@ from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import own_first
+from simcore.match.game import PlayedMatch
 from simcore.match.human_actions import Feeder, HumanAction
-from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.units import degrees
@@ -50,7 +50,7 @@ class HumanPlayers:
         match: With pieces staged.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._feeders: dict[Alliance, Feeder] = {}
         self.actions = tuple(
@@ -107,8 +107,9 @@ class HumanPlayers:
 
     def _throw(self, alliance: Alliance) -> None:
         """Throw a fuel at the hub, as well as people do."""
+        flip = FIELD.symmetry if alliance == "red" else None
         self._feeders[alliance].throw(
-            _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=alliance == "red"
+            _THROW_FROM, HUB_TARGET, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip
         )
 
     def _roll(self, x: float, z: float, speed: float, dip: float, alliance: Alliance) -> None:

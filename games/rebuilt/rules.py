@@ -10,9 +10,8 @@ from games.rebuilt.fuel_ways import FuelWays
 from games.rebuilt.human_players import HUMAN_PLAYERS, HumanPlayers
 from games.rebuilt.scoring import ALLIANCES, ASSESSMENT, MATCH, UNCOUNTED, EventSettings, HubCount
 from games.rebuilt.tower import TowerJudge
-from simcore.match.game import Rules
+from simcore.match.game import PlayedMatch, Rules
 from simcore.match.human_actions import HumanAction
-from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 
 __all__ = ["RebuiltRules"]
@@ -29,7 +28,7 @@ class RebuiltRules(Rules):
         event: Thresholds of ranking points, and what else differs from event to event.
     """
 
-    def __init__(self, match: Match, event: EventSettings | None = None) -> None:
+    def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
         super().__init__(match)
         self.event = event or EventSettings()
         # whose hub is off first in a tie: counted from the first robot's alliance, so that red is blue flipped

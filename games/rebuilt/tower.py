@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 from games.rebuilt.dimensions import TOWER_RUNG_HEIGHTS
 from games.rebuilt.scoring import ASSESSMENT, MATCH
 from simcore.match.foul_book import is_airborne, lowest_bumper
-from simcore.match.match import Match
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.robot.robot import Robot
 
@@ -58,7 +58,7 @@ class TowerJudge:
         match: Which is judged.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._is_auto_judged = False
         self.auto: dict[int, int] = {}

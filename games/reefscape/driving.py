@@ -16,7 +16,8 @@ from games.reefscape.handling import (
     take_algae,
     tuck,
 )
-from simcore.match.scripted import DriverControls, ScriptedRobot, Steps
+from simcore.match.scripted import ScriptedRobot, Steps
+from simcore.players.driven_robot import DriverControls
 
 __all__ = ["DRIVING"]
 

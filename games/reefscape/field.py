@@ -84,7 +84,6 @@ FIELD = arrange(
         mesh=shipped("reefscape", "field_collision.obj"),
         materials=_SURFACES,
         tags="2025-welded",
-        structures={"blue_reef_*": 300.0, "red_reef_*": 300.0},  # estimate: 200 kg of steel and HDPE on base plates
     ),
     frozenset(),
 )

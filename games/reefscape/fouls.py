@@ -8,7 +8,7 @@ from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.footprints import corners, hexagon, overlaps
 from simcore.match.foul_book import FoulBook, PinCounts, Releases, pins_of
-from simcore.match.match import Match
+from simcore.match.game import PlayedMatch
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.units import TICK
@@ -35,7 +35,7 @@ class Fouls:
         match: In which.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self.book = FoulBook(match)
         """What was found."""

@@ -13,8 +13,8 @@ from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
+from simcore.match.game import PlayedMatch
 from simcore.match.human_actions import Feeder, HumanAction
-from simcore.match.match import Match
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
@@ -57,7 +57,7 @@ class HumanPlayers:
         match: With pieces staged and robots in their places.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         state, kinds = match.pieces.state, [kind.name for kind in match.pieces.types]
         waiting = np.nonzero((state.status == PieceStatus.STAGED) & (state.kind == kinds.index(CORAL.name)))[0].tolist()
@@ -143,8 +143,8 @@ class HumanPlayers:
         """Throw an algae at the net, as well as people do."""
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
         hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
-        flipped = alliance == "blue"
-        self._algae[alliance].throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=flipped)
+        flip = FIELD.symmetry if alliance == "blue" else None
+        self._algae[alliance].throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flip=flip)
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:

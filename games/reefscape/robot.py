@@ -153,7 +153,6 @@ def reefscape_robot() -> RobotConfig:
                 joints=(_LIFT, _SWING),
                 offset=(ALGAE_REACH, 0.0, 0.0),
                 roller="algae_wheel",
-                give=0.06,
                 zone=_around(ALGAE_REACH, 0.14),
                 kinds=("Algae",),
             ),

@@ -13,9 +13,8 @@ from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import Rules
+from simcore.match.game import PlayedMatch, Rules
 from simcore.match.human_actions import HumanAction
-from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.chassis import ground_clearance
@@ -50,7 +49,7 @@ class ReefscapeRules(Rules):
     Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         super().__init__(match)
         self._forget()
 

@@ -15,8 +15,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from simcore.devices.motor_ports import AnglePort, MotorPort
 from simcore.devices.object_graph import is_foreign
-from simcore.robot.motor_ports import AnglePort, MotorPort
 
 __all__ = ["Belief", "ModulePorts", "probe_modules"]
 

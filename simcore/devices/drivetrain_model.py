@@ -10,20 +10,20 @@ from simcore import season
 from simcore.devices.drivetrain_measures import MODULE_MEASURES
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
 from simcore.devices.makers import maker_of
+from simcore.devices.motor_controllers import BuiltDevice
+from simcore.devices.motor_ports import AnglePort, DrivetrainPorts, MotorPort, Setpoint, ShaftPorts, SwervePorts
 from simcore.devices.program_odometry import on_wheel_distance
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
-from simcore.robot.motor_controllers import BuiltDevice, ClosedLoop, CurrentMeter, DutyHolder, OwnLoops, Setpoint
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort, ShaftPorts, SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_config import plate_inertia
 from simcore.robot_file.robot_settings import RobotSettings
 
-__all__ = ["ConnectedDrivetrain", "connect_drivetrain", "drivetrain_config"]
+__all__ = ["connect_drivetrain", "drivetrain_config"]
 
 _log = logging.getLogger(__name__)
 
@@ -37,7 +37,7 @@ _SIDE_MEASURES = {
 
 
 def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> SwerveConfig | TankConfig | MecanumConfig:
-    """The model of a drivetrain whose measures are complete.
+    """Return the model of a drivetrain whose measures are complete.
 
     Args:
         found: See `complete_measures`.
@@ -81,26 +81,7 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
     return TankConfig(**shafts, **own, motors_per_side=motors)
 
 
-class ConnectedDrivetrain:
-    """The devices of a drivetrain on its model, as `RobotPhysics` wants them.
-
-    Args:
-        found: What was found.
-        ports: Between its devices and the model.
-    """
-
-    def __init__(self, found: FoundDrivetrain, ports: SwervePorts | ShaftPorts) -> None:
-        self.found = found
-        self.devices = found.keys
-        """Keys of all its devices."""
-        self.run = ports.run
-        self.read = ports.read
-        self.write = ports.write
-        if isinstance(ports, SwervePorts):
-            self.module_setpoints = ports.module_setpoints
-
-
-def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> ConnectedDrivetrain:
+def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> DrivetrainPorts:
     """Put the program's devices on the model.
 
     Args:
@@ -111,11 +92,11 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
         ConfigError: A device does not answer.
     """
     _require_own(found)
-    gyro: GyroPort | None = None if found.gyro is None else maker_of(found.gyro).gyro_port(found.gyro)
+    gyro = None if found.gyro is None else maker_of(found.gyro).gyro_port(found.gyro)
     drives = [[_motor_port(d) for d in wheel.motors] for wheel in found.wheels]
     radius = float(found.measure("wheel_radius"))
     wheels = [_wheel_encoder(wheel, radius, row[0]) for wheel, row in zip(found.wheels, drives, strict=True)]
-    ports: SwervePorts | ShaftPorts
+    ports: DrivetrainPorts
     if not isinstance(drive, SwerveDrive):
         mounted = [[_Mounted(port, w.drive_sign) for port in row] for w, row in zip(found.wheels, drives, strict=True)]
         if any(found.measures[name].is_guess for name in ("wheel_radius", "drive_gearing") if name in found.measures):
@@ -128,21 +109,22 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
     else:
         steers = [_motor_port(wheel.steer) for wheel in found.wheels]
         gearings = [m.steer_gearing for m in drive.config.modules]
-        unknown = _SteerDirections()
+        unknown: list[_DecidingMotor] = []
         ports = SwervePorts(
             drive,
             [_Mounted(row[0], w.drive_sign) for row, w in zip(drives, found.wheels, strict=True)],
             [
                 _Mounted(port, w.steer_sign, -w.zero * g / math.tau)
                 if w.is_steer_sign_known
-                else unknown.mounted(port, w.steer_sign, -w.zero * g / math.tau, g)
+                else _DecidingMotor(port, w.steer_sign, -w.zero * g / math.tau, g, unknown)
                 for port, w, g in zip(steers, found.wheels, gearings, strict=True)
             ],
             steer_encoders=[_azimuth(w, port) for w, port in zip(found.wheels, steers, strict=True)],
             wheel_encoders=wheels,
             gyro=gyro,
         )
-    return ConnectedDrivetrain(found, ports)
+    ports.devices = found.keys
+    return ports
 
 
 def _require_own(found: FoundDrivetrain) -> None:
@@ -183,7 +165,7 @@ class _Counter:
 
     @property
     def factor(self) -> float:
-        """Of what it counts, beside what the model turns [-]."""
+        """Encoder turns per turn of the modelled wheel [-]."""
         return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:
@@ -207,7 +189,7 @@ class _Way:
         self._last = 0.0, 0.0  # what was told a loop before, and what the sensor showed
 
     def note(self, told: float) -> None:
-        """The program has told its odometry how far the wheel has rolled [m]."""
+        """Note how far the program has told its odometry that the wheel has rolled [m]."""
         sensor, (told_before, shown_before) = self._sensor, self._last
         self._last, jump = (told, sensor.shown), abs(told - told_before)
         if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
@@ -232,7 +214,7 @@ _JUMP = 0.5  # [m] between two loops: the program has reset its encoder
 _MOST = 50.0  # times a guess; inches are 39
 
 
-class _Mounted(_Counter):
+class _Mounted(_Counter, MotorPort):
     """A motor that turns the other way round than the model's, or counts from another zero.
 
     Args:
@@ -245,57 +227,28 @@ class _Mounted(_Counter):
         self._port = port
         self._sign = sign
         self._ahead = ahead
-        self._held = port.duty_cycle if isinstance(port, DutyHolder) else None
-        self._wanted = port.setpoint if isinstance(port, ClosedLoop) else None
-        self.set_supply = port.set_supply
-        self.is_open = port.is_open
-        if isinstance(port, CurrentMeter):
-            self.show_current = port.show_current
-        if isinstance(port, OwnLoops):
-            self.run = port.run
+        self.set_supply = port.set_supply  # type: ignore[method-assign]
+        self.is_open = port.is_open  # type: ignore[method-assign]
+        self.show_current = port.show_current  # type: ignore[method-assign]
+        self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
-        """On the motor, as the model has it [V]."""
+        """Return volts on the motor, as the model has it [V]."""
         return self._sign * self._port.volts()
 
     def duty_cycle(self) -> float | None:
-        """See `DutyHolder`."""
-        share = None if self._held is None else self._held()
+        """See `MotorPort`."""
+        share = self._port.duty_cycle()
         return None if share is None else self._sign * share
 
     def setpoint(self) -> Setpoint | None:
-        """See `ClosedLoop`."""
-        goal = None if self._wanted is None else self._wanted()
+        """See `MotorPort`."""
+        goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
     def write(self, rotations: float, rps: float) -> None:
-        """The rotor, as the model has it."""
+        """Show the rotor, as the model has it."""
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
-
-
-class _SteerDirections:
-    """Azimuths of which nothing says which way their motors turn them: the program's loops show it."""
-
-    def __init__(self) -> None:
-        self._motors: list[_DecidingMotor] = []
-        self._is_told = False
-
-    def mounted(self, port: MotorPort, sign: float, ahead: float, gearing: float) -> _Mounted:
-        """One of their motors, with rotor turns per turn of the azimuth; see `_Mounted`."""
-        motor = _DecidingMotor(port, sign, ahead, gearing, self)
-        self._motors.append(motor)
-        return motor
-
-    def note_decision(self) -> None:
-        """Say so, once, if motors have turned out to turn the other way."""
-        turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
-        if turned and not self._is_told:
-            self._is_told = True
-            _log.warning(
-                "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops "
-                "want it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
-                *(", ".join(map(str, turned)), turned),
-            )
 
 
 _SOON = 0.1  # [s] between two changes of sign
@@ -315,10 +268,11 @@ class _DecidingMotor(_Mounted):
     """
 
     def __init__(
-        self, port: MotorPort, sign: float, ahead: float, gearing: float, directions: _SteerDirections
+        self, port: MotorPort, sign: float, ahead: float, gearing: float, motors: list[_DecidingMotor]
     ) -> None:
         super().__init__(port, sign, ahead)
-        self._directions = directions
+        self._motors = motors
+        motors.append(self)
         self._far = _FAR * gearing
         self._rotations = self._near = 0.0
         self._last = self._peak = 0.0
@@ -353,7 +307,18 @@ class _DecidingMotor(_Mounted):
             self._is_decided = self._turns > 1
         elif self.is_turned and now - self._turned_at > _HOLDS:
             self._is_decided = True
-            self._directions.note_decision()
+            self._tell()
+
+    def _tell(self) -> None:
+        """Say, with the first that has decided, which motors have turned out to turn the other way."""
+        if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
+            return
+        turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
+        _log.warning(
+            "drivetrain: steer motors of modules %s turn clockwise with positive output, as the program's loops want "
+            "it: nothing says so before they run. In simcore.toml: [drivetrain] reversed_steer = %s",
+            *(", ".join(map(str, turned)), turned),
+        )
 
     def write(self, rotations: float, rps: float) -> None:
         self._rotations = rotations
@@ -369,5 +334,5 @@ class _Shaft(_Counter):
         self._zero = zero
 
     def write(self, angle: float, rate: float) -> None:
-        """The shaft, as the model has it [rad, rad/s]."""
+        """Show the shaft, as the model has it [rad, rad/s]."""
         self._port.write(self._scale * (self._count(angle) - self._zero), self._scale * self.factor * rate)

@@ -1,16 +1,19 @@
-"""What was found of a drivetrain: its wheels with their devices, and each measure with where it comes from."""
+"""Drivetrain that was found: its wheels with their devices, each measure with where it comes from, and all in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure"]
+__all__ = [
+    "DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure", "drivetrain_lines", "drivetrain_rows",
+]  # fmt: skip
 
 
 class DrivetrainNotFoundError(ConfigError):
@@ -113,5 +116,104 @@ class FoundDrivetrain:
         return tuple(wheel.place for wheel in self.wheels)
 
     def measure(self, name: str) -> Any:
-        """A value that must be there."""
+        """Return a value that must be there."""
         return self.measures[name].value
+
+
+# --- in words -----------------------------------------------------------------------------------------------------
+
+Row = tuple[str, Any, str]
+
+_MEASURES = ("drive_motor", "drive_gearing", "wheel_radius", "steer_motor", "steer_gearing", "trackwidth")
+_LOOPS = ("drive_loop", "steer_loop")
+
+
+def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
+    """List keys of `[drivetrain]`, their values, and what is to be said of each, as `simcore init` writes them.
+
+    Args:
+        found: With complete measures.
+    """
+    wheels, first = found.wheels, found.wheels[0]
+    leaders = [wheel.motors[0] for wheel in wheels]
+    head: Row = ("kind", found.kind, found.about)
+    measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
+    if len({d.model for d in leaders}) > 1:  # the table has one; what is found has no need of it
+        return [head, *measures]
+    model = leaders[0].model
+    rows: list[Row] = [head, ("controller", model, "")]
+    if found.kind == "tank":  # the program says itself who follows, of whatever model
+        rows += [(w.name, _numbers(d for d in w.motors if d.model == model), "the leader first") for w in wheels]
+    else:
+        rows.append(("drive", _numbers(leaders), _names(wheels)))
+    if first.steer is not None:
+        if first.steer.model != model:
+            rows.append(("steer_controller", first.steer.model, ""))
+        rows += [("steer", _numbers(w.steer for w in wheels), ""), *_encoders(wheels)]
+    if found.kind != "tank":
+        rows += [("x", [_rounded(w.place[0]) for w in wheels], "forward of the center")]
+        rows += [("y", [_rounded(w.place[1]) for w in wheels], "")]
+    rows += _signs(wheels)
+    if first.wheel_encoder is not None and first.wheel_encoder.model == "Encoder":
+        rows.append(("wheel_encoders", _numbers(w.wheel_encoder for w in wheels), "DIO"))
+        if all(w.meters_per_encoder_turn for w in wheels):
+            ways = [_rounded(w.meters_per_encoder_turn) for w in wheels]
+            rows.append(("wheel_distances", ways, "m that 2048 pulses are to the code"))
+    if found.gyro is not None:
+        rows.append(("gyro", str(found.gyro), ""))
+    return rows + measures
+
+
+def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
+    """List lines for a person: what it is, what is guessed, and what contradicts what."""
+    loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
+    closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
+    lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]
+    lines += [f"guess: {name} {measure}" for name, measure in found.measures.items() if measure.is_guess]
+    return lines + [f"differs: {sentence}" for sentence in found.differences]
+
+
+def _numbers(devices: Iterable[BuiltDevice | None]) -> list[Any]:
+    """List addresses as the file writes them."""
+    return [d.address.in_file for d in devices if d is not None]
+
+
+def _names(wheels: tuple[FoundWheel, ...]) -> str:
+    """Join last attributes that tell the wheels apart."""
+    names = [w.name.split(".")[-1] for w in wheels]
+    return ", ".join(names) if len("".join(names)) < 60 and not names[0].isdigit() else ""
+
+
+def _encoders(wheels: tuple[FoundWheel, ...]) -> list[Row]:
+    encoder = wheels[0].encoder
+    if encoder is None:
+        return [("encoder", "none", "")]
+    if wheels[0].is_wired:
+        return [("encoder", "wired", "absolute encoders at the steer motors' controllers")]
+    return [("encoder", encoder.model, ""), ("encoders", _numbers(w.encoder for w in wheels), "")]
+
+
+def _signs(wheels: tuple[FoundWheel, ...]) -> list[Row]:
+    rows: list[Row] = []
+    if any(w.zero for w in wheels):
+        zeros = [round(math.degrees(w.zero), 4) for w in wheels]
+        rows.append(("zeros_deg", zeros, "what your code reads as angle while the encoder reads 0"))
+    for key, signs in (
+        ("reversed_drive", [w.drive_sign for w in wheels]),
+        ("reversed_steer", [w.steer_sign for w in wheels]),
+        ("reversed_encoders", [w.encoder_sign for w in wheels]),
+    ):
+        if turned := [k for k, sign in enumerate(signs) if sign < 0.0]:
+            rows.append((key, turned, "by their place in the lists above, from 0"))
+    return rows
+
+
+def _measure(name: str, measure: Measure) -> Row:
+    remark = f"{'guess: ' if measure.is_guess else ''}{measure.source}"
+    if name == "wheel_radius":
+        return "wheel_diameter", _rounded(2.0 * float(measure.value)), remark
+    return name, _rounded(measure.value), remark
+
+
+def _rounded(value: Any) -> Any:
+    return float(f"{value:.7g}") if isinstance(value, float) else value

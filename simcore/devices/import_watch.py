@@ -1,7 +1,8 @@
-"""Calls a function with a module once the program has loaded it, and never loads it itself."""
+"""Calls a function with a module once the program has loaded it, or refuses the import; never loads a module itself."""
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Sequence
 from importlib.abc import Loader, MetaPathFinder
@@ -9,7 +10,9 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-__all__ = ["after_import"]
+from simcore.errors import VendorError
+
+__all__ = ["after_import", "refuse_import"]
 
 Hook = Callable[[Any], None]
 
@@ -30,48 +33,59 @@ def after_import(name: str, hook: Hook) -> None:
     if module is not None and getattr(getattr(module, "__spec__", None), "_initializing", False) is False:
         hook(module)
         return
-    if not any(isinstance(finder, _Watcher) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _Watcher())
+    _watch()
     _hooks.setdefault(name, []).append(hook)
 
 
+def refuse_import(name: str, sentence: str) -> None:
+    """Raise a `VendorError` with a sentence where the program imports a module, installed or not.
+
+    >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
+    >>> import flux_capacitor
+    Traceback (most recent call last):
+    simcore.errors.VendorError: it needs 1.21 GW
+    """
+    _watch()
+    _refused[name] = sentence
+
+
+def _watch() -> None:
+    if not any(isinstance(finder, _Watcher) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Watcher())
+
+
 _hooks: dict[str, list[Hook]] = {}
+_refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
-    """Finds what the others find, with a loader that calls the hook at its end."""
+    """Finds what the others find, with a loader that calls the hooks once it has executed the module."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if fullname in _refused:
+            return ModuleSpec(fullname, _Refusal(_refused[fullname]))
         if fullname not in _hooks:
             return None
-        for finder in sys.meta_path:
-            if finder is self:
-                continue
-            spec = finder.find_spec(fullname, path, target)
-            if spec is not None:
-                if spec.loader is not None:
-                    spec.loader = _HookedLoader(spec.loader, fullname)
-                return spec
-        return None
+        others = (finder.find_spec(fullname, path, target) for finder in sys.meta_path if finder is not self)
+        spec = next(filter(None, others), None)
+        if spec is not None and spec.loader is not None:
+            spec.loader.exec_module = functools.partial(_execute, spec.loader.exec_module)  # type: ignore[method-assign]
+        return spec
 
 
-class _HookedLoader(Loader):
-    """Another loader, and then the hook."""
+def _execute(exec_module: Callable[[ModuleType], object], module: ModuleType) -> None:
+    exec_module(module)
+    for hook in _hooks.pop(module.__name__, []):
+        hook(module)
 
-    def __init__(self, loader: Any, name: str) -> None:
-        self._loader = loader
-        self._name = name
 
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        made: ModuleType | None = self._loader.create_module(spec)
-        return made
+class _Refusal(Loader):
+    """Loads nothing and says why."""
+
+    def __init__(self, sentence: str) -> None:
+        self._sentence = sentence
 
     def exec_module(self, module: ModuleType) -> None:
-        self._loader.exec_module(module)
-        for hook in _hooks.pop(self._name, []):
-            hook(module)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._loader, name)
+        raise VendorError(self._sentence)

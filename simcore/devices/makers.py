@@ -5,8 +5,8 @@ name the models that it makes, and answer what there is to answer; put an object
 the module with the Python package that it needs into `MAKER_MODULES` here. Its `watch` records classes into `devices`.
 A maker of gyros alone answers `watch` and `gyro_port`, no more. Nothing else in simcore knows a maker.
 
-A port shows robot code what physics measures and takes what robot code asks for: `simcore.robot.motor_ports` has the
-protocols `MotorPort`, `AnglePort`, `GyroPort`. A motor whose controller closes loops of its own is `OwnLoops` as well.
+A port shows robot code what physics measures and takes what robot code asks for: `simcore.devices.motor_ports` has the
+`MotorPort` to derive from, and the protocols `AnglePort` and `GyroPort`.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from simcore.devices.found_drivetrain import FoundDrivetrain
-from simcore.devices.import_watch import after_import
+from simcore.devices.import_watch import after_import, refuse_import
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorDevices, MotorPort
 from simcore.devices.recorder import BuiltDevices, watch_program
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.typing import IntArray
 
@@ -54,9 +55,8 @@ __all__ = [
 MAKER_MODULES: list[tuple[str, str]] = [
     ("phoenix6", "simcore.phoenix6.ctre_maker"),
     ("rev", "simcore.revlib.rev_maker"),
-    ("phoenix5", "simcore.phoenix5.ctre5_maker"),
     ("navx", "simcore.navx.navx_maker"),
-    ("wpilib", "simcore.robotpy.wpilib_maker"),
+    ("wpilib", "simcore.robotpy.wpilib_ports"),
 ]
 """Python package that a maker needs, and the module of simcore with its `MAKER`; in the order of tables."""
 
@@ -301,6 +301,7 @@ def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
         may_write: See `Maker.watch_simulations`; None: nobody asks.
     """
     watch_program()
+    refuse_import("phoenix5", NO_PHOENIX_5)
     for package, module in MAKER_MODULES:
         after_import(package, partial(_watch, module, may_write))
 

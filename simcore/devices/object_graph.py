@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from simcore.devices.makers import MAKER_MODULES, device_of
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.recorder import Built, built
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 

@@ -9,21 +9,23 @@ from __future__ import annotations
 import functools
 import inspect
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from simcore import season
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.quantities import DeviceAddress, DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = [
-    "Built", "BuiltDevices", "after_call", "built", "guard", "odometry_classes", "record_class", "watch_program",
+    "Answers", "Arguments", "Built", "BuiltDevices", "Settings", "after_call", "built", "guard", "odometry_classes",
+    "record_class", "watch_program",
 ]  # fmt: skip
 
 Arguments: TypeAlias = tuple[Any, ...]
 Settings: TypeAlias = dict[str, Any]
 """Arguments by keyword."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +42,7 @@ class Built:
     """Arguments by keyword."""
 
     def argument(self, place: int, name: str) -> Any:
-        """One argument, whichever way it was given; None: it was not."""
+        """Return one argument, whichever way it was given; None: it was not."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 
@@ -48,7 +50,7 @@ _built: list[Built] = []
 
 
 def built(kind: str, name: str = "") -> list[Built]:
-    """What the program has built of a kind, first to last.
+    """List what the program has built of a kind, first to last.
 
     Args:
         kind: See `Built.kind`.
@@ -125,6 +127,61 @@ def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -
     after_call(cls, "__init__", note_built)
 
 
+class Answers(Generic[T]):
+    """Methods of a maker's classes that simcore answers: its own simulation does not, or lives on the wall clock.
+
+    A method is wrapped once; for an object of robot code that is attached the reply comes from here, for any other from
+    the maker's library as before.
+
+    >>> class Gyro:
+    ...     def yaw(self):
+    ...         return 0.0
+    >>> answers = Answers[float]()
+    >>> answers.wrap(Gyro, {"yaw": lambda turned: turned})
+    >>> here, there = Gyro(), Gyro()
+    >>> answers.attach(here, 90.0)
+    >>> here.yaw(), there.yaw()
+    (90.0, 0.0)
+    """
+
+    def __init__(self) -> None:
+        self._by_object: weakref.WeakKeyDictionary[Any, T] = weakref.WeakKeyDictionary()
+
+    def attach(self, made: Any, answering: T) -> None:
+        """Reply for this object of robot code from now on."""
+        self._by_object[made] = answering
+
+    def of(self, made: Any) -> T | None:
+        """Return what replies for an object; None: nothing does."""
+        return self._by_object.get(made)
+
+    def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
+        """Wrap methods of a class; again is harmless.
+
+        Args:
+            cls: Of the maker's library.
+            replies: By the name of the method; each gets what was attached, and the arguments.
+            also_original: Whether the maker's own method is called as well, before the reply; its answer is dropped.
+        """
+        for name, reply in replies.items():
+            original = getattr(cls, name, None)
+            if original is not None and getattr(original, "_answers", None) is not self:
+                setattr(cls, name, self._answered(original, reply, also_original))
+
+    def _answered(self, original: Any, reply: Callable[..., Any], also_original: bool) -> Any:
+        @functools.wraps(original)
+        def answered(made: Any, *args: Any, **settings: Any) -> Any:
+            answering = self.of(made)
+            if answering is None:
+                return original(made, *args, **settings)
+            if also_original:
+                original(made, *args, **settings)
+            return reply(answering, *args, **settings)
+
+        answered._answers = self  # type: ignore[attr-defined]
+        return answered
+
+
 class BuiltDevices:
     """Devices that the program has built, of one maker; what the program drops is no longer there.
 
@@ -167,14 +224,14 @@ class BuiltDevices:
         return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """One per model and address; the first object where a program has built two."""
+        """List one per model and address; the first object where a program has built two."""
         found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())
 
     def find(self, made: Any) -> BuiltDevice | None:
-        """The device that an object is, of whatever class a program derived; None: it has not been seen."""
+        """Return the device that an object is, of whatever class a program derived; None: it has not been seen."""
         reference, key = self._keys.get(id(made), (None, None))
         if reference is None or reference() is not made:
             return None

@@ -10,10 +10,10 @@ from typing import Any
 
 from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import device_of, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.recorder import Built, built
 from simcore.devices.swerve_discovery import free_speed_volts, motor_measures
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["find_mecanum", "find_tank", "says_place", "wired_encoder", "with_followers"]
 

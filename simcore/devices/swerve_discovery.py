@@ -10,10 +10,10 @@ from dataclasses import replace
 from simcore.devices.belief_probe import Belief, ModulePorts, probe_modules
 from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import Maker, MotorFacts, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.object_graph import Holder, ObjectGraph
 from simcore.devices.recorder import built
 from simcore.robot.cots import MODULES
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 

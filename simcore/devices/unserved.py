@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from functools import cache
+from importlib.metadata import packages_distributions, requires
 from typing import Any
 
 from simcore.devices.makers import MAKER_MODULES, device_of, makers
@@ -41,30 +42,23 @@ def unknown_sim_devices(names: Sequence[str]) -> list[str]:
 
 
 def _number(made: Any) -> str:
-    """Its CAN id, where it says one, and a space."""
+    """Return its CAN id, where it says one, and a space."""
     for method in ("getDeviceId", "getDeviceID", "getDeviceNumber"):
         if hasattr(made, method):
             return f"{int(getattr(made, method)())} "
     return ""
 
 
-_vendors: dict[str, bool] = {}
+_OWN = (
+    *("wpilib", "robotpy-wpi", "robotpy-hal", "robotpy-cscore", "robotpy-commands", "pyntcore"),
+    *("robotpy-apriltag", "robotpy-fields"),
+)
+"""Beginnings of the names of WPILib's own distributions."""
 
 
+@cache
 def _is_of_a_vendor(package: str) -> bool:
-    """Whether a package needs WPILib, and is none of WPILib's own."""
-    if package not in _vendors:
-        wanted: list[str] = []
-        own = (
-            *("wpilib", "robotpy-wpi", "robotpy-hal", "robotpy-cscore", "robotpy-commands", "pyntcore"),
-            *("robotpy-apriltag", "robotpy-fields"),
-        )
-        for distribution in packages_distributions().get(package, ()):
-            if distribution.lower().startswith(own):
-                continue
-            try:
-                wanted += requires(distribution) or []
-            except PackageNotFoundError:
-                continue
-        _vendors[package] = any(text.lower().startswith(("wpilib", "robotpy-hal", "robotpy-wpi")) for text in wanted)
-    return _vendors[package]
+    """Return whether a package needs WPILib, and is none of WPILib's own."""
+    others = (name for name in packages_distributions().get(package, ()) if not name.lower().startswith(_OWN))
+    wanted = [text.lower() for name in others for text in requires(name) or ()]
+    return any(text.startswith(("wpilib", "robotpy-hal", "robotpy-wpi")) for text in wanted)

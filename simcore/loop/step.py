@@ -12,12 +12,12 @@ from functools import cache
 import numpy as np
 
 from simcore.loop.balls import any_moves, depth_at, drift_balls, end_balls, list_contacts, step_balls
-from simcore.loop.body import drift, place
-from simcore.loop.compiled import announce, compiled
+from simcore.loop.body import drift, kick_and_drift, place
+from simcore.loop.compiled import compiled, preparing
 from simcore.loop.contact import DAMPING_RATIOS
-from simcore.loop.robot_state import BODY, STEP, Fleet, Records, no_robots, records
+from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
 from simcore.loop.robots import begin_robots, end_robots, kick_robots, settle
-from simcore.loop.solids import NO_SOLIDS, Solids
+from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 from simcore.typing import FloatArray
 
@@ -114,9 +114,16 @@ def _drift_bodies(bodies, h, call):
 @cache
 def prepare() -> None:
     """Compile the loop for this computer, or load what was compiled before, so that no tick waits for it."""
-    announce("step.advance")
-    fleet, bodies = no_robots(), records(BODY, 0)
+    fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
+    for name in ("mass", "inertia"):
+        bodies[name] = 1.0
+    bodies["quat"] = 0.0, 0.0, 0.0, 1.0
     balls, memory = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3))), make_memory(1)
     floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
-    advance(fleet, bodies, balls, memory, NO_SOLIDS, floor, DAMPING_RATIOS, STEP)
-    depth_at(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1)
+    with preparing("step.advance"):
+        advance(fleet, bodies, balls, memory, NO_SOLIDS, floor, DAMPING_RATIOS, STEP)
+        settle(fleet, 0, bodies, NO_SOLIDS, True, 9.8, 1.0)
+        kick_and_drift(bodies, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, STEP)
+        depth_at(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1)
+        first_hits(NO_SOLIDS, bodies, True, start, start, False, -1, False, np.ones(1), np.zeros(1, np.int64))
+        find_in_box(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1, 0.1, 0.0, 0.1, np.zeros(0, np.uint8))

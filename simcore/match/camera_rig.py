@@ -8,13 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Quaternion, Vector, rotate
+from simcore.match.scatter import ScatterDraws
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.season import NetworkTables
 from simcore.typing import FloatArray
@@ -26,9 +27,6 @@ from simcore.vision.limelight import LimelightSim
 from simcore.vision.network_clock import NetworkClock
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
-
-if TYPE_CHECKING:
-    from simcore.match.match import Match
 
 __all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
 
@@ -55,16 +53,28 @@ class CameraRig:
     """All cameras of a match.
 
     Args:
-        match: What they may see, with the robots that they are on; its pieces and robots stand already.
+        world: What they may see.
+        pieces: All of them, where they lie at the start.
+        robots: All of them, where they stand.
+        draws: What the scatter of the run comes to.
+        field_size: Length and width [m].
         tags: Layout of the field's AprilTags, see `tag_layout`; read with the first camera.
         rng: For all noise.
         network: Where cameras publish; None: nowhere, their frames can be read all the same.
     """
 
     def __init__(
-        self, match: Match, tags: str | Path, rng: np.random.Generator, network: NetworkTables | None = None
+        self,
+        world: PhysicsWorld,
+        pieces: GamePieceManager,
+        robots: Sequence[Robot],
+        draws: ScatterDraws,
+        *,
+        field_size: tuple[float, float],
+        tags: str | Path,
+        rng: np.random.Generator,
+        network: NetworkTables | None = None,
     ) -> None:
-        field_size, pieces = match.game.field.size, match.pieces
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
         """By name, in the order in which they were added."""
@@ -77,12 +87,12 @@ class CameraRig:
         """From simulated time to that of NetworkTables."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
-        self._robots = match.robots
+        self._robots = robots
         self._load_layout: Callable[[], TagLayout] | None = partial(tag_layout, tags, field_size)
         self._network = network
-        self._draws = match.draws
+        self._draws = draws
         self._carriers: list[Robot] = []
-        self._sight = _WorldSight(match.world, [robot.chassis.row for robot in self._robots])
+        self._sight = _WorldSight(world, [robot.chassis.row for robot in self._robots])
         for robot in self._robots:
             for config in robot.config.cameras:
                 self.mount_camera(config, robot=robot.number)

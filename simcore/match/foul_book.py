@@ -6,21 +6,19 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from simcore.geometry.footprints import corners, overlaps
 from simcore.geometry.rotation import rotate
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, FoulEvent
 from simcore.pieces.pool import ON_FIELD
 from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import inches
-
-if TYPE_CHECKING:
-    from simcore.match.match import Match
 
 __all__ = [
     "FoulBook",
@@ -54,7 +52,7 @@ class FoulBook:
         match: Its tracker gets the events.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._broken: dict[Hashable, _Stretch] = {}
 
@@ -118,7 +116,7 @@ class Releases:
         match: Of which.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._holders: dict[int, int] = {}
 
@@ -205,7 +203,7 @@ class PinCounts:
         return found
 
 
-def pins_of(match: Match) -> set[Pin]:
+def pins_of(match: PlayedMatch) -> set[Pin]:
     """Who pins whom in this tick: the one that pins touches an opponent that tries to move and hardly does.
 
     The pinned one is held between the other and something that stands, or between two opponents; of two that push each
@@ -224,7 +222,7 @@ def pins_of(match: Match) -> set[Pin]:
     return pins
 
 
-def _is_at_something(match: Match, robot: Robot) -> bool:
+def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
     """Whether what stands on the field leaves a robot no room on one side."""
     body, chassis = robot.chassis.config, robot.chassis
     half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
@@ -254,7 +252,7 @@ def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
     return -1
 
 
-def is_carried(match: Match, number: int, by: int) -> bool:
+def is_carried(match: PlayedMatch, number: int, by: int) -> bool:
     """Whether a robot that touches another one is fully carried by it: it is above it, and touches nothing else."""
     above, below = match.robots[number], match.robots[by]
     is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance

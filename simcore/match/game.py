@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from simcore.quantities import (
     FIELD_LENGTH,
     FIELD_PLACE,
     FORCE,
-    MASS,
     START,
     Quantity,
     require_attitude,
@@ -44,15 +43,24 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
-    from simcore.match.match import Match
-    from simcore.match.scripted import DriverControls
+    from simcore.match.clock import MatchTimer
+    from simcore.match.motion import RobotContacts
+    from simcore.match.run_record import RunRecord
+    from simcore.match.scatter import ScatterDraws
+    from simcore.match.scoring import ScoringTracker
+    from simcore.physics.hanging import HangingBody
+    from simcore.physics.world import PhysicsWorld
+    from simcore.pieces.piece_manager import GamePieceManager
+    from simcore.robot.robot import Robot
 
 __all__ = [
     "Auto",
+    "Driving",
     "FieldDefinition",
     "Game",
     "GameOption",
     "PieceSupply",
+    "PlayedMatch",
     "RobotEntry",
     "Rules",
     "StagedPieces",
@@ -82,12 +90,9 @@ class FieldDefinition:
     """What climbers can hang on."""
     hanging: tuple[HangingConfig, ...] = ()
     """What hangs down and swings."""
-    structures: Mapping[str, float] = dataclasses.field(default_factory=dict)
-    """Mass of what jolts the pieces on it when a robot hits it, by name pattern of its elements [kg]; all else stands
-    as firmly as a wall."""
 
     def __post_init__(self) -> None:
-        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH), structures=MASS)
+        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
@@ -236,13 +241,64 @@ class GameOption:
         require_fields(self)
 
 
+class PlayedMatch(Protocol):
+    """Match as its game sees it: rules, autos, players and scripts act on these parts of it."""
+
+    game: Game
+    entries: tuple[RobotEntry, ...]
+    """Robots as the match was asked for."""
+    options: frozenset[str]
+    """Names of the game's options that are on."""
+    practice: bool
+    """Every piece counts, whatever the clock says."""
+    field: FieldGeometry
+    world: PhysicsWorld
+    hanging: list[HangingBody]
+    robots: list[Robot]
+    """By their numbers."""
+    alliances: list[Alliance]
+    """Of each robot, as last set."""
+    contacts: RobotContacts
+    """Who touched whom in this tick."""
+    pieces: GamePieceManager
+    tracker: ScoringTracker
+    """Points, and pieces that scored."""
+    timer: MatchTimer
+    time: float
+    """Simulated time since the start [s]."""
+    rules: Rules
+    rules_rng: np.random.Generator
+    """For what the rules leave to chance."""
+    draws: ScatterDraws
+    """What the scatter of this run comes to."""
+    persons: dict[Alliance, dict[str, float]]
+    """Alliances whose human player a person plays, and what they have asked for, with until when [s]."""
+    record: RunRecord
+    """What has happened so far."""
+
+    def outline(self, number: int) -> FloatArray:
+        """Return the corners of a robot's bumpers, of a red one flipped to blue [m], shape (4, 2)."""
+
+
+@runtime_checkable
+class Driving(Protocol):
+    """Buttons of a person who drives a robot of a game; see `simcore.players.driven_robot.DriverControls`."""
+
+    @property
+    def actions(self) -> Collection[str]:
+        """Names of the actions, in the order of the buttons."""
+
+    def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
+        """Make what commands a robot as the driver, asked once a tick, wants."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
     """A robot that plays by itself: what it does, and where it starts."""
 
     name: str
     summary: str
-    controller: Callable[[Match, Alliance], Controller]
+    controller: Callable[[PlayedMatch, Alliance], Controller]
     """Makes what commands the robot, of a match and its alliance."""
     start: Pose
     """As a blue robot, field frame [m, m, rad]."""
@@ -259,7 +315,7 @@ class Role:
 
     name: str
     summary: str
-    controller: Callable[[Match, Alliance, int], Controller]
+    controller: Callable[[PlayedMatch, Alliance, int], Controller]
     """Makes what commands the robot, of a match, its alliance and a level of skill."""
     config: Callable[[], RobotConfig] | None = None
     """Its robot; None: the game's own."""
@@ -277,7 +333,7 @@ class Rules:
         match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
@@ -351,7 +407,7 @@ class Game:
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
     """Where pieces stay and count as placed."""
-    rules: Callable[[Match], Rules] = Rules
+    rules: Callable[[PlayedMatch], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Its default robot."""
     starts: tuple[Pose, ...]
@@ -364,7 +420,7 @@ class Game:
     """By name; the first is the one that is played if none is named."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """What scripted players do, by name."""
-    driving: DriverControls | None = None
+    driving: Driving | None = None
     """What a person's buttons do who drives its robot; None: nothing but driving and the intake."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
     """Whole matches for somebody's robot code, by name: its partners and its opponents, as line-ups are typed."""

@@ -1,6 +1,6 @@
 """Human players: the pieces in their hands, and what they do with them, by a game's policy or because a person asks.
 
-A game lists its actions. Its policy decides when to `take` one; where a person has taken over, `carry_out` does what
+A game lists its actions. Its policy decides when to `take` one; where a person has taken over, `FieldControl` does what
 the person has asked for. Both go through the same action, so the same limits, times and errors hold.
 """
 
@@ -9,26 +9,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.rotation import Vector
+from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.scoring import Alliance
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shot_solver import solve_shot
-from simcore.quantities import DELAY, DURATION, require_fields, shown
+from simcore.quantities import DELAY, DURATION, require_fields
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
-if TYPE_CHECKING:
-    from simcore.geometry.rotation import Vector
-    from simcore.match.match import Match
-
-__all__ = ["ALLIANCES", "Feeder", "HumanAction", "ask", "carry_out", "take_over"]
+__all__ = ["Feeder", "HumanAction"]
 
 _STAGED = int(PieceStatus.STAGED)
+
+
+class FedMatch(Protocol):
+    """Match as those see it who feed pieces into it."""
+
+    pieces: GamePieceManager
+    time: float
+    rules_rng: np.random.Generator
 
 
 class Feeder:
@@ -43,7 +49,7 @@ class Feeder:
 
     def __init__(
         self,
-        match: Match,
+        match: FedMatch,
         slots: Iterable[int] = (),
         *,
         clumsiness: float = 1.0,
@@ -102,7 +108,9 @@ class Feeder:
         self.note("")
         return int(slot[0])
 
-    def throw(self, start: Vector, target: Vector, *, elevation: float, error: float, flipped: bool) -> int:
+    def throw(
+        self, start: Vector, target: Vector, *, elevation: float, error: float, flip: FieldSymmetry | None
+    ) -> int:
         """Throw the next piece, as well as people do; returns its slot.
 
         Args:
@@ -110,7 +118,7 @@ class Feeder:
             target: To fall through [m].
             elevation: Over the horizontal [rad].
             error: Standard deviation of the direction [rad], and of the speed as a share of it.
-            flipped: Whether places are those of the other alliance.
+            flip: Brings places to the other side, where they are those of the other alliance; None: they are not.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -119,9 +127,8 @@ class Feeder:
         level = speed * math.cos(elevation)
         pos = np.array([start])
         vel = np.array([[level * math.cos(yaw), level * math.sin(yaw), speed * math.sin(elevation)]])
-        if flipped:
-            symmetry = self._match.game.field.symmetry
-            pos, vel = symmetry.flip_points(pos), symmetry.flip_vectors(vel)
+        if flip is not None:
+            pos, vel = flip.flip_points(pos), flip.flip_vectors(vel)
         return self.put(pos[0], velocity=vel[0])
 
 
@@ -168,59 +175,3 @@ class HumanAction:
         self.act(alliance)
         self.feeders[alliance].note(self.name)
         return True
-
-
-ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
-
-
-def ask(match: Match, alliance: str, name: str) -> str:
-    """Let a person, who plays that human player from now on, have something done; returns it in words.
-
-    Raises:
-        UnknownNameError: There is no such alliance or action.
-        ConfigError: It cannot be done now; nothing has changed.
-    """
-    actions, whose = _actions(match, alliance)
-    if not isinstance(name, str) or name not in actions:
-        raise UnknownNameError("action of a human player", name, actions)
-    action = actions[name]
-    why = action.refusal(match.timer, whose)
-    if not action.lasts and name in match.persons.get(whose, ()):
-        why = why or f"the one before is still to come, one takes {action.period:g} s"
-    if why:
-        raise ConfigError(f"{whose}'s human player cannot {action.summary}: {why}")
-    match.persons.setdefault(whose, {})[name] = match.time + action.lasts
-    return f"{whose}'s human player: {action.summary}, {action.feeders[whose].stock} stood ready"
-
-
-def take_over(match: Match, alliance: str, by_person: bool) -> str:
-    """Have a person or the game's policy play a human player; returns that in words, or raises as `ask` does."""
-    _, whose = _actions(match, alliance)
-    if not isinstance(by_person, bool):
-        raise ConfigError(f"by_person must be True or False, got {shown(by_person)}")
-    if by_person:
-        match.persons.setdefault(whose, {})
-    else:
-        match.persons.pop(whose, None)
-    return f"{'a person plays' if by_person else 'the game itself plays'} {whose}'s human player"
-
-
-def carry_out(match: Match) -> None:
-    """Do what persons have asked for, as far as the hands are ready; once a tick."""
-    for alliance, wanted in match.persons.items():
-        actions, _ = _actions(match, alliance)
-        for name, until in list(wanted.items()):
-            is_done = actions[name].take(match.timer, alliance)
-            if actions[name].lasts:
-                is_done = match.time > until - 0.5 * TICK
-            if is_done or actions[name].refusal(match.timer, alliance):
-                del wanted[name]
-
-
-def _actions(match: Match, alliance: str) -> tuple[dict[str, HumanAction], Alliance]:
-    actions = {action.name: action for action in match.rules.human_actions()}
-    if not actions:
-        raise ConfigError(f"this run of {match.game.name} has no human players; whole matches may have")
-    if not isinstance(alliance, str) or alliance not in ALLIANCES:
-        raise UnknownNameError("alliance", alliance, ALLIANCES)
-    return actions, ALLIANCES[alliance]

@@ -21,8 +21,8 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
-from simcore.match.game import Game, PieceSupply, RobotEntry
-from simcore.match.motion import Motion, RobotContacts, StructureRecoil
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
+from simcore.match.motion import Motion, RobotContacts
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.run_record import PieceCount, RunRecord, TrajectoryDigest
@@ -265,14 +265,12 @@ class Match:
         self._make_room()
         self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
         """Who touched whom in this tick."""
-        self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
-        """What hits on the field do to the pieces on it."""
         self.motion = Motion(
             self.world,
             robots=self.robots,
             pieces=self.pieces,
             hanging=self.hanging,
-            watchers=(self.contacts, self.recoil),
+            watchers=(self.contacts,),
         )
         """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
         self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
@@ -281,7 +279,13 @@ class Match:
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
         self.beliefs = BeliefCheck(self.robots)
         """Compares where robots are with where they believe to be, as an auto begins."""
-        self.cameras = CameraRig(self, self._tags, camera_rng, self._network)
+        self.cameras = CameraRig(
+            *(self.world, self.pieces, self.robots, self.draws),
+            field_size=game.field.size,
+            tags=self._tags,
+            rng=camera_rng,
+            network=self._network,
+        )
         self._begin_rules()
 
     def _update_digest(self) -> None:
@@ -371,7 +375,7 @@ class Match:
         self._counted: tuple[int, Score] | None = None
         """When `score_counts` was worked out, and at which points; None: not since the start."""
         self._counts: Mapping[str, int] = {}
-        self.rules = self.game.rules(self)
+        self.rules: Rules = self.game.rules(self)
         self.rules.start()
 
     def __enter__(self) -> Match:
@@ -485,7 +489,6 @@ class Match:
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
-        self.recoil.apply()
         self.record.after_tick(self.time)
         for body in self.hanging:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from simcore.geometry.rotation import matrix, multiply
+from simcore.match.camera_rig import CameraRig
+from simcore.match.game import PlayedMatch
 from simcore.match.run_record import RobotRecord
-from simcore.match.scoring import Alliance
+from simcore.match.scoring import Alliance, Score
 from simcore.match.starts import pose_text
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ground_clearance
@@ -22,9 +25,6 @@ from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
 
-if TYPE_CHECKING:
-    from simcore.match.match import Match
-
 __all__ = ["build_snapshot"]
 
 _DECIMALS = 6
@@ -32,6 +32,28 @@ _DECIMALS = 6
 1e-9 m, and a log would take up every tick of it."""
 _VOLT_DECIMALS = 3
 """Of the battery's voltage [mV], which comes back after a load for minutes."""
+
+
+class PublishedMatch(PlayedMatch, Protocol):
+    """Match as telemetry shows it."""
+
+    cameras: CameraRig
+    ticks: int
+    """Ticks since the start."""
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], if somebody measures it."""
+
+    @property
+    def substeps(self) -> int:
+        """Steps of the engine in the last tick."""
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+
+    @property
+    def score_counts(self) -> Mapping[str, int]:
+        """Pieces that scored, by zone, and the rules' breakdown."""
 
 
 @dataclass
@@ -59,7 +81,7 @@ class _Rows:
             self.strings[key] = value
 
 
-def build_snapshot(match: Match) -> Snapshot:
+def build_snapshot(match: PublishedMatch) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     rows = _Rows()
     _add_pieces(rows, match)
@@ -75,7 +97,7 @@ def build_snapshot(match: Match) -> Snapshot:
     return Snapshot(time=match.time, tick=match.ticks - 1, **vars(rows))
 
 
-def _add_pieces(rows: _Rows, match: Match) -> None:
+def _add_pieces(rows: _Rows, match: PublishedMatch) -> None:
     pieces = match.pieces
     flying = match.record.flying
     held, carried = _carried(match)
@@ -99,7 +121,7 @@ def _add_pieces(rows: _Rows, match: Match) -> None:
         rows.integer_arrays[f"Sim/HeldIds/{name}"] = ids
 
 
-def _carried(match: Match) -> tuple[IntArray, FloatArray]:
+def _carried(match: PublishedMatch) -> tuple[IntArray, FloatArray]:
     """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
     robots = [robot for robot in match.robots if robot.held]
     if not robots:
@@ -144,7 +166,7 @@ def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     return ids
 
 
-def _add_match(rows: _Rows, match: Match) -> None:
+def _add_match(rows: _Rows, match: PublishedMatch) -> None:
     timer, score, record = match.timer, match.score, match.record
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
     rows.strings["Sim/Match/Game"] = match.game.name

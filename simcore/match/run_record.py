@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import ConfigError
 from simcore.geometry.symmetry import Pose
 from simcore.match.shortfalls import Shortfalls
 from simcore.pieces.piece_manager import GamePieceManager
@@ -31,7 +30,6 @@ __all__ = [
     "RunRecord",
     "ShotRecord",
     "TakenIn",
-    "TickTimer",
     "TickTimes",
     "TrajectoryDigest",
 ]
@@ -77,35 +75,11 @@ class TickTimes:
     p99: float
     max: float
 
-
-class TickTimer:
-    """Collects how long each tick took.
-
-    It reads no clock: the runner takes `time.perf_counter` before and after a tick and hands over the difference.
-    """
-
-    def __init__(self) -> None:
-        self._seconds: list[float] = []
-
-    def __len__(self) -> int:
-        return len(self._seconds)
-
-    def add(self, seconds: float) -> None:
-        """Note one tick [s].
-
-        Raises:
-            ConfigError: A negative or non-finite time.
-        """
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ConfigError(f"a tick takes a finite time >= 0 s, got {seconds}")
-        self._seconds.append(seconds)
-
-    def times(self) -> TickTimes:
-        """Median, 95th and 99th percentile and worst tick so far."""
-        if not self._seconds:
-            return TickTimes(median=0.0, p95=0.0, p99=0.0, max=0.0)
-        median, p95, p99, worst = np.percentile(np.array(self._seconds) * 1e3, [50.0, 95.0, 99.0, 100.0]).tolist()
-        return TickTimes(median=median, p95=p95, p99=p99, max=worst)
+    @classmethod
+    def of(cls, seconds: Sequence[float]) -> TickTimes:
+        """Return median, 95th and 99th percentile and worst of the times of ticks [s]."""
+        median, p95, p99, worst = np.percentile(1e3 * np.array(seconds or [0.0]), [50.0, 95.0, 99.0, 100.0]).tolist()
+        return cls(median=median, p95=p95, p99=p99, max=worst)
 
 
 _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
@@ -268,8 +242,6 @@ class RunRecord:
         """In order."""
         self.put_down = 0
         """Pieces that placers have let go."""
-        self.knocked_out = 0
-        """Pieces that the field has knocked out of placers."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}

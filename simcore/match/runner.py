@@ -9,7 +9,7 @@ import gc
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -24,8 +24,8 @@ from rich.table import Table
 from simcore.errors import NonFiniteError
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
-from simcore.match.run_record import PieceCount, TickTimer, TickTimes
-from simcore.match.scoring import Alliance, Score
+from simcore.match.run_record import TickTimes
+from simcore.match.scoring import Alliance
 from simcore.quantities import DURATION, require
 from simcore.robot.robot_config import RobotConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink, key_in_words
@@ -45,65 +45,84 @@ class Spread:
     mean: float
     max: int
 
+    @classmethod
+    def of(cls, counts: Sequence[int]) -> Spread:
+        """Return those of the counts of all ticks; 0 without one."""
+        return cls(mean=float(np.mean(counts or [0])), max=max(counts, default=0))
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+
 class RunReport:
-    """Everything there is to say about a run, field by field as in `--json`."""
+    """Figures of a run, as its match and its record have them now; each attribute is a field of `--json`.
 
-    game: str
-    auto: str
-    """Name of the auto, or `match` for a whole one."""
-    alliance: str
-    """Of the first robot."""
-    players: tuple[str, ...] = ()
-    """Who played each robot of a whole match, with its alliance."""
-    seed: int
-    scatter: str = "0"
-    """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
-    engine: str
-    """Name of the physics engine."""
-    sim_seconds: float
-    startup_seconds: float
-    """Wall time from nothing to the first tick, imports left out [s]."""
-    wall_seconds: float
-    """Wall time of all ticks [s]."""
-    realtime_factor: float
-    """Simulated over real time."""
-    ticks: int
-    score: Score
-    match_state: Mapping[str, float | int | bool | str]
-    """The match clock, its period and what counts, at the end: by the names of the keys `Sim/Match/...`."""
-    pieces: PieceCount
-    """Of all kinds."""
-    piece_name: str
-    """What people call them."""
-    breakdown: Mapping[str, int]
-    """Pieces by zone, and what else the score is made of."""
-    placed: Mapping[str, int] = field(default_factory=dict)
-    """Pieces by level, of a game with resting places."""
-    fouls: tuple[str, ...] = ()
-    """Each with its time, in order."""
-    shots: int
-    hits: int
-    taken_in: int
-    """Pieces that all robots together have taken."""
-    shortfalls: tuple[str, ...] = ()
-    """Why robots took in or threw nothing, a sentence each."""
-    distance_m: float
-    """How far the first robot drove; not how far it was carried [m]."""
-    tick_ms: TickTimes
-    substeps: Spread
-    awake: Spread
-    min_battery_v: float
-    """Lowest battery voltage [V]."""
-    brownouts: int
-    """How many times the battery's voltage switched the first robot's motors off."""
-    resets: int
-    """How many times it switched that robot's roboRIO off."""
-    digest: str
-    """SHA-256 over the state trajectory."""
-    outputs: Mapping[str, str] = field(default_factory=dict)
-    """Path of each file written, by kind: log, picture."""
+    Args:
+        match: Played to its end, and not closed yet.
+        name: Name of the auto, or `match` for a whole one.
+        players: Who played each robot of a whole match, with its alliance.
+        startup_seconds: Wall time from nothing to the first tick, imports left out [s].
+        ticks: Of each tick: wall time [s], steps of the engine, awake pieces.
+        wall_seconds: Wall time of all ticks [s].
+    """
+
+    def __init__(
+        self,
+        match: Match,
+        name: str,
+        *,
+        players: Sequence[str] = (),
+        startup_seconds: float,
+        wall_seconds: float,
+        ticks: Sequence[tuple[float, int, int]],
+    ) -> None:
+        record, battery = match.record, match.record.robots[0].battery
+        self.game = match.game.name
+        self.auto = name
+        self.alliance = match.alliances[0]
+        """Of the first robot."""
+        self.players = tuple(players)
+        self.seed = match.seed
+        self.scatter = match.scatter.text
+        """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
+        self.engine = match.world.engine_name
+        self.sim_seconds = match.time
+        self.startup_seconds = startup_seconds
+        self.wall_seconds = wall_seconds
+        self.realtime_factor = match.time / max(wall_seconds, 1e-9)
+        """Simulated over real time."""
+        self.ticks = match.ticks
+        self.score = match.score
+        self.match_state = _match_state(match.snapshot())
+        """The match clock, its period and what counts, at the end: by the names of the keys `Sim/Match/...`."""
+        self.pieces = match.count
+        """Of all kinds."""
+        self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
+        """What people call them."""
+        self.breakdown = {**match.tracker.pieces, **match.rules.breakdown()}
+        """Pieces by zone, and what else the score is made of."""
+        self.placed = dict(match.pieces.places.totals())
+        """Pieces by level, of a game with resting places."""
+        self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
+        """Each with its time, in order."""
+        self.shots = len(record.shots)
+        self.hits = record.hits
+        self.taken_in = len(record.taken_in)
+        """Pieces that all robots together have taken."""
+        self.shortfalls = tuple(record.shortfalls)
+        """Why robots took in or threw nothing, a sentence each."""
+        self.distance_m = record.robots[0].distance
+        """How far the first robot drove; not how far it was carried [m]."""
+        self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
+        self.substeps = Spread.of([substeps for _, substeps, _ in ticks])
+        self.awake = Spread.of([awake for _, _, awake in ticks])
+        self.min_battery_v = battery.min_voltage
+        """Lowest battery voltage [V]."""
+        self.brownouts = battery.brownouts
+        """How many times the battery's voltage switched the first robot's motors off."""
+        self.resets = battery.resets
+        """How many times it switched that robot's roboRIO off."""
+        self.digest = match.digest.hexdigest()
+        """SHA-256 over the state trajectory."""
+        self.outputs: Mapping[str, str] = {}
+        """Path of each file written, by kind: log, picture."""
 
     def to_json(self) -> str:
         """One JSON object on one line, in plain types.
@@ -111,10 +130,12 @@ class RunReport:
         Raises:
             NonFiniteError: A NaN or an infinity, which JSON does not know; names the field.
         """
-        return json.dumps(_plain("report", asdict(self)), allow_nan=False)
+        return json.dumps(_plain("report", vars(self)), allow_nan=False)
 
 
 def _plain(name: str, value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
     if isinstance(value, Mapping):
         return {str(key): _plain(f"{name}.{key}", item) for key, item in value.items()}
     if isinstance(value, tuple | list):
@@ -378,7 +399,25 @@ def play_robots(
     gc.freeze()  # else each full collection within the run looks through the field and all modules: 40 ms
     try:
         set_controllers(match)
-        return _play(match, name, seconds, players, start, on_tick, should_stop)
+        pieces_at_start = match.pieces.state.pos[match.pieces.on_field()].copy()
+        path, ticks, was_interrupted = [], [], False
+        run_start = perf_counter()
+        for _ in range(max(1, round(seconds / TICK))):
+            if was_interrupted := should_stop():
+                break
+            tick_start = perf_counter()
+            match.tick()
+            elapsed = perf_counter() - tick_start
+            match.last_tick_ms = 1e3 * elapsed
+            path.append(match.robots[0].chassis.pose)
+            ticks.append((elapsed, match.substeps, len(match.pieces.awake)))
+            if on_tick is not None:
+                on_tick(match)
+        wall = perf_counter() - run_start
+        report = RunReport(
+            match, name, players=players, startup_seconds=run_start - start, wall_seconds=wall, ticks=ticks
+        )
+        return AutoRun(report, match, np.array(path).reshape(-1, 3), pieces_at_start, was_interrupted)
     except BaseException:  # a script's own error passes through, with the log up to it on the disk
         match.close()
         raise
@@ -392,72 +431,6 @@ def auto_seconds(game: Game) -> float:
         if phase.mode == "auto":
             return phase.duration
     return game.clock.duration
-
-
-def _play(
-    match: Match,
-    name: str,
-    seconds: float,
-    players: Sequence[str],
-    wall_start: float,
-    on_tick: Callable[[Match], None] | None,
-    should_stop: Callable[[], bool],
-) -> AutoRun:
-    pieces_at_start = match.pieces.state.pos[match.pieces.on_field()].copy()
-    timer = TickTimer()
-    path, substeps, awake = [], [], []
-    interrupted = False
-    run_start = perf_counter()
-    for _ in range(max(1, round(seconds / TICK))):
-        if should_stop():
-            interrupted = True
-            break
-        start = perf_counter()
-        match.tick()
-        elapsed = perf_counter() - start
-        match.last_tick_ms = 1e3 * elapsed
-        timer.add(elapsed)
-        path.append(match.robots[0].chassis.pose)
-        substeps.append(match.substeps)
-        awake.append(len(match.pieces.awake))
-        if on_tick is not None:
-            on_tick(match)
-    wall = perf_counter() - run_start
-    track, own = np.array(path).reshape(-1, 3), match.record.robots[0]
-    report = RunReport(
-        game=match.game.name,
-        auto=name,
-        players=tuple(players),
-        alliance=match.alliances[0],
-        seed=match.seed,
-        scatter=match.scatter.text,
-        engine=match.world.engine_name,
-        sim_seconds=match.time,
-        startup_seconds=run_start - wall_start,
-        wall_seconds=wall,
-        realtime_factor=match.time / max(wall, 1e-9),
-        ticks=match.ticks,
-        score=match.score,
-        match_state=_match_state(match.snapshot()),
-        pieces=match.count,
-        piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
-        breakdown={**match.tracker.pieces, **match.rules.breakdown()},
-        placed=dict(match.pieces.places.totals()),
-        fouls=tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls),
-        shots=len(match.record.shots),
-        hits=match.record.hits,
-        taken_in=len(match.record.taken_in),
-        shortfalls=tuple(match.record.shortfalls),
-        distance_m=own.distance,
-        tick_ms=timer.times(),
-        substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
-        awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
-        min_battery_v=own.battery.min_voltage,
-        brownouts=own.battery.brownouts,
-        resets=own.battery.resets,
-        digest=match.digest.hexdigest(),
-    )
-    return AutoRun(report, match, track, pieces_at_start, interrupted)
 
 
 def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:

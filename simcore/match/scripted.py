@@ -11,16 +11,17 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
-from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require_fields, shown
+from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require_fields
 from simcore.robot.gearbox import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, FlywheelConfig
 from simcore.robot.robot import Robot
@@ -29,10 +30,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
 
-if TYPE_CHECKING:
-    from simcore.match.match import Match
-
-__all__ = ["DriverControls", "Script", "ScriptSettings", "ScriptedRobot", "Steps"]
+__all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
 _log = logging.getLogger(__name__)
 
@@ -74,26 +72,9 @@ class ScriptSettings:
             intake_x=ROBOT_PLACE,
         )
 
-    def controller(self, script: Script) -> Callable[[Match, Alliance], ScriptedRobot]:
+    def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
         """What makes a robot that follows a script so, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DriverControls:
-    """What the buttons of a person do who drives a robot of a game; sticks and intake are the same in all games."""
-
-    settings: ScriptSettings = field(default_factory=ScriptSettings)
-    """How the robot is handled."""
-    actions: Mapping[str, Script] = field(default_factory=dict)
-    """Up to four scripts by what people call them, in the order of the buttons; each runs while its button is held."""
-    rest: Callable[[ScriptedRobot], None] = lambda robot: None
-    """Commands the mechanisms as they are while no action runs; called at the start and after each action."""
-
-    def __post_init__(self) -> None:
-        require_fields(self)
-        if len(self.actions) > 4:
-            raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
 
 class ScriptedRobot:
@@ -107,7 +88,7 @@ class ScriptedRobot:
     """
 
     def __init__(
-        self, script: Script, match: Match, alliance: Alliance, settings: ScriptSettings | None = None
+        self, script: Script, match: PlayedMatch, alliance: Alliance, settings: ScriptSettings | None = None
     ) -> None:
         self._script = script
         self._match = match
@@ -132,7 +113,7 @@ class ScriptedRobot:
         """By how much it aims beside the shot that hits: to the left [rad], and too fast, as a share of the speed."""
 
     @property
-    def match(self) -> Match:
+    def match(self) -> PlayedMatch:
         """The match in which it plays."""
         return self._match
 

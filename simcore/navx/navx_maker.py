@@ -18,12 +18,11 @@ import navx
 from wpilib.simulation import SimDeviceSim
 from wpimath.geometry import Quaternion, Rotation2d, Rotation3d
 
-from simcore.devices.answers import Answers
 from simcore.devices.makers import Maker
-from simcore.devices.recorder import after_call
+from simcore.devices.motor_controllers import BuiltDevice
+from simcore.devices.motor_ports import GyroPort
+from simcore.devices.recorder import Answers, after_call
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice
-from simcore.robot.motor_ports import GyroPort
 
 __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 
@@ -50,7 +49,7 @@ class NavxPort:
         _answers.attach(ahrs, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`."""
+        """See `simcore.devices.motor_ports.GyroPort`."""
         self._turned = -math.degrees(yaw)
         self.pitch, self.roll, self.rate = -math.degrees(pitch), -math.degrees(roll), -math.degrees(rates[2])
         self._attitude = Rotation3d(roll, pitch, yaw)
@@ -112,7 +111,7 @@ class Navx3Port:
         _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`."""
+        """See `simcore.devices.motor_ports.GyroPort`."""
         self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
@@ -180,7 +179,8 @@ class _Studica(Maker):
 
     def watch(self) -> None:
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: DeviceAddress(int(made.getPort())))
-        navx.AHRS.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
+        ahrs: Any = navx.AHRS
+        ahrs.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
         self.devices.record(navx.Navx, "navX3", _address_of_navx3)
         after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import keyword
 import re
-from datetime import date
+from collections.abc import Iterable
 from importlib import resources
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simcore.errors import ConfigError, OutputError
+from simcore.match.registry import installed_games
 from simcore.quantities import Quantity, number_flag
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--year",
         type=number_flag(_YEAR),
-        help="of the game (default: the next season's)",
+        help="of the game (default: below those of the installed ones, so that they stay the default)",
     )
     parser.add_argument("--folder", type=Path, metavar="FOLDER", help="where to write it (default: ./NAME)")
 
@@ -43,21 +44,22 @@ def run(args: argparse.Namespace) -> int:
         ConfigError: The name or the year cannot be.
         OutputError: There is something at that place, or it cannot be written.
     """
-    year = args.year or _next_season(date.today())
+    year = args.year or _year_below(game.year for game in installed_games().values())
     folder = args.folder or Path(args.name)
     written = write_game(args.name, year=year, folder=folder)
     for path in written:
         print(path)
     print(
         f"\nPlay it, test it:\n\n    cd {folder}\n    python -m pip install -e .\n    simcore play {args.name}\n"
-        f"    python -m pytest\n\nREADME.md there says what to change, in which order."
+        f"    python -m pytest\n\nIts year is {year}, in game.py: the newest game is played where none is named.\n"
+        f"README.md there says what to change, in which order."
     )
     return 0
 
 
-def _next_season(today: date) -> int:
-    """A season's game is shown in January; who begins in autumn means the next one."""
-    return today.year + (today.month > 6)
+def _year_below(years: Iterable[int]) -> int:
+    """Return a year that makes a new game nobody's default, which is the newest."""
+    return max(years, default=int(_YEAR.least) + 1) - 1
 
 
 def write_game(name: str, *, year: int, folder: Path) -> list[Path]:

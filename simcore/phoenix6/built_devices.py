@@ -14,14 +14,15 @@ from phoenix6 import configs, hardware
 from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
 from phoenix6.status_code import StatusCode
 
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.recorder import BuiltDevices, after_call, guard
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress, DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice
 
 __all__ = [
     "DEVICES",
     "MODELS",
+    "MOTORS_OF_TALON_FXS",
     "PATIENCE",
     "Feedback",
     "address_of",
@@ -40,6 +41,14 @@ MODELS: dict[str, Any] = {
 """Classes of robot code."""
 DEVICES = BuiltDevices()
 """Those that the program has built; `TalonFX.none()`, with an id below zero, is none."""
+MOTORS_OF_TALON_FXS = {
+    "MINION_JST": "Minion",
+    "NEO_JST": "NEO",
+    "NEO550_JST": "NEO 550",
+    "VORTEX_JST": "NEO Vortex",
+    "BRUSHED_DC": "CIM",
+}
+"""Motors behind a TalonFXS by its configured arrangement."""
 
 
 _ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")

@@ -17,10 +17,13 @@ import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; 
 from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
 from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
 from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import (
     DEVICES,
+    MOTORS_OF_TALON_FXS,
     Feedback,
     feedback_of,
     key_of,
@@ -30,28 +33,17 @@ from simcore.phoenix6.built_devices import (
 )
 from simcore.phoenix6.candle_lights import candle_lights
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.robot.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.robot.swerve_config import arranged_motor
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
 __all__ = ["MAKER", "CtreDrivetrain"]
 
 _SHOWN = 0.1  # [s]; status frames come 50 times a second or more often
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
-ARRANGEMENTS = {
-    "MINION_JST": "Minion",
-    "NEO_JST": "NEO",
-    "NEO550_JST": "NEO 550",
-    "VORTEX_JST": "NEO Vortex",
-    "BRUSHED_DC": "CIM",
-}
-"""Motors of a TalonFXS, as it is configured."""
 
 
 class CtreDrivetrain:
@@ -103,7 +95,7 @@ class CtreDrivetrain:
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Its devices on the model."""
+        """Connect its devices with the model."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -133,7 +125,7 @@ def _measures(constants: Any) -> dict[str, Measure]:
         )
     }
     for role in ("drive", "steer"):
-        found[f"{role}_motor"] = Measure(arranged_motor(constants, f"{role}_motor_type").name, source)
+        found[f"{role}_motor"] = Measure(swerve.arranged_motor(constants, f"{role}_motor_type").name, source)
         found[f"{role}_loop"] = Measure("controller", source)
     return found
 
@@ -184,7 +176,7 @@ class _Ctre(Maker):
         )
         return MotorFacts(
             motor=_usual_motor(config),
-            is_guess=_arrangement(config) not in ARRANGEMENTS,
+            is_guess=_arrangement(config) not in MOTORS_OF_TALON_FXS,
             stator_limit=float(limits.stator_current_limit) if limits.stator_current_limit_enable else None,
             supply_limit=float(limits.supply_current_limit) if limits.supply_current_limit_enable else None,
             brakes=config.motor_output.neutral_mode.name == "BRAKE",
@@ -195,13 +187,13 @@ class _Ctre(Maker):
         )
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        return TalonPort(motor.hardware, clockwise=is_configured_clockwise(motor.hardware))
+        return TalonPort(motor.hardware)
 
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
         return CANcoderSim(encoder.hardware)
 
     def guess(self, group: FollowerGroup) -> Guess:
-        """By the configuration of the leader, which is read from the device (50 ms)."""
+        """Guess by the configuration of the leader, which is read from the device (50 ms)."""
         device = group.leader
         config = talon_configuration(device.hardware, device.model)
         feedback, gains, name = feedback_of(config), config.slot0, _usual_motor(config)
@@ -231,19 +223,7 @@ class _Ctre(Maker):
         )
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> TalonFXMotorSim:
-        m = mounting or Mounting()
-        is_small = group.leader.model == "TalonFX" and m.motor.startswith("Kraken X44")
-        return TalonFXMotorSim(
-            group.leader.hardware,
-            mechanism,
-            followers=[f.hardware for f in group.followers],
-            opposed=group.opposed,
-            reversed=m.reversed,
-            zero_at=mechanism.position,
-            motor_type=MotorType.KRAKEN_X44 if is_small else None,
-            encoder=m.encoder,
-            encoder_gearing=m.encoder_gearing,
-        )
+        return _connected(group, mechanism, mounting or Mounting())
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
@@ -254,15 +234,11 @@ class _Ctre(Maker):
             made = sensor.hardware
             is_candi = sensor.model == "CANdi"
             encoder = CANdiEncoderSim(made, int(feedback.source[-1])) if is_candi else CANcoderSim(made)
-        return TalonFXMotorSim(
-            group.leader.hardware,
+        return _connected(
+            group,
             guess.mechanism,
-            followers=[f.hardware for f in group.followers],
-            opposed=group.opposed,
+            Mounting(encoder=encoder, encoder_gearing=feedback.sensor_per_mechanism),
             inverted=guess.inverted,
-            zero_at=guess.mechanism.position,
-            encoder=encoder,
-            encoder_gearing=feedback.sensor_per_mechanism,
             sensor_gearing=feedback.rotor_per_sensor if guess.has_wired_sensor else None,
         )
 
@@ -286,8 +262,25 @@ class _Ctre(Maker):
             device.send_frame()
 
 
+def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **known: Any) -> TalonFXMotorSim:
+    """Connect Talons with a mechanism; `known` is what else is known of their configuration."""
+    is_small = group.leader.model == "TalonFX" and mounting.motor.startswith("Kraken X44")
+    return TalonFXMotorSim(
+        group.leader.hardware,
+        mechanism,
+        followers=[f.hardware for f in group.followers],
+        opposed=group.opposed,
+        reversed=mounting.reversed,
+        zero_at=mechanism.position,
+        motor_type=MotorType.KRAKEN_X44 if is_small else None,
+        encoder=mounting.encoder,
+        encoder_gearing=mounting.encoder_gearing,
+        **known,
+    )
+
+
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """By the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
+    """Return its leader by the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -299,12 +292,12 @@ def _arrangement(config: Any) -> str:
 
 
 def _usual_motor(config: Any) -> str:
-    """That of a TalonFXS's configuration, else what mostly is in the same housing."""
-    return ARRANGEMENTS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
+    """Return the motor of a TalonFXS's configuration, else what mostly is in the same housing."""
+    return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
 def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
-    """Lower stop and present angle of an arm, by its soft limit and what its controller reads [rad]."""
+    """Return lower stop and present angle of an arm, by its soft limit and what its controller reads [rad]."""
     position = device.hardware.get_position()
     position.wait_for_update(0.1)
     start = device.hardware.get_position().value * math.tau
@@ -314,7 +307,7 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """A gain kS or kG in volts, whether it was tuned in volts or in amperes."""
+    """Return a gain kS or kG in volts, whether it was tuned in volts or in amperes."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 

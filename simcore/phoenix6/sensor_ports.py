@@ -9,6 +9,8 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Sequence
+from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from phoenix6.configs import CANdiConfiguration, MagnetSensorConfigs
@@ -38,12 +40,12 @@ __all__ = [
 
 
 def is_emulated() -> bool:
-    """Whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
+    """Return whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
     return _emulator() is not None
 
 
 def sim_state_of(device: Any) -> Any:
-    """What physics writes to and reads from.
+    """Return what physics writes to and reads from.
 
     Args:
         device: Of the robot code. An emulated `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way.
@@ -56,12 +58,17 @@ def sim_state_of(device: Any) -> Any:
 
 
 def own_writer(state: Any, name: str) -> Any:
-    """A setter of a simulated state without what asks before it: what physics itself calls."""
-    return inspect.unwrap(getattr(type(state), name)).__get__(state)
+    """Return a setter of a simulated state without what asks before it: what physics itself calls."""
+    setter = getattr(type(state), name, None)
+    return getattr(state, name) if setter is None else inspect.unwrap(setter).__get__(state)
+
+
+def _turn(inverted: bool) -> ChassisReference:
+    return ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
 
 def _emulator() -> Any:
-    """The emulated devices, an attribute of the emulated native library; None on CTRE's own."""
+    """Return the emulated devices, an attribute of the emulated native library; None on CTRE's own."""
     return getattr(Native.instance(), "emulator", None)
 
 
@@ -127,9 +134,6 @@ class _EmulatedEncoderState(_Mounted):
         super().__init__()
         self._device = device
 
-    def set_supply_voltage(self, volts: float) -> None:
-        self._device.set_input("SupplyVoltage", volts)
-
     def set_raw_position(self, rotations: float) -> None:
         self._device.raw = (rotations - self.sensor_offset) * self._sign
 
@@ -137,58 +141,25 @@ class _EmulatedEncoderState(_Mounted):
         self._device.raw_velocity = rps * self._sign
 
 
-class _EmulatedPigeonState(_Mounted):
-    """Of a Pigeon 2 [deg, deg/s]."""
+_PIGEON_INPUTS = {
+    **{"set_raw_yaw": "RawYaw", "set_pitch": "Pitch", "set_roll": "Roll"},
+    **{f"set_angular_velocity_{axis}": f"AngularVelocity{axis.upper()}" for axis in "xyz"},
+}
+"""Inputs of an emulated Pigeon 2 [deg, deg/s], by the setters of its `sim_state`."""
 
-    def __init__(self, device: EmulatedPigeon2) -> None:
-        super().__init__()
-        self._set = device.set_input
 
-    def set_supply_voltage(self, volts: float) -> None:
-        self._set("SupplyVoltage", volts)
-
-    def set_raw_yaw(self, degrees: float) -> None:
-        self._set("RawYaw", degrees)
-
-    def set_pitch(self, degrees: float) -> None:
-        self._set("Pitch", degrees)
-
-    def set_roll(self, degrees: float) -> None:
-        self._set("Roll", degrees)
-
-    def set_angular_velocity_x(self, dps: float) -> None:
-        self._set("AngularVelocityX", dps)
-
-    def set_angular_velocity_y(self, dps: float) -> None:
-        self._set("AngularVelocityY", dps)
-
-    def set_angular_velocity_z(self, dps: float) -> None:
-        self._set("AngularVelocityZ", dps)
+def _emulated_pigeon_state(device: EmulatedPigeon2) -> SimpleNamespace:
+    return SimpleNamespace(**{name: partial(device.set_input, key) for name, key in _PIGEON_INPUTS.items()})
 
 
 _EMULATED_STATES: dict[str, Any] = {
     "TalonFX": _EmulatedTalonState,
     "CANcoder": _EmulatedEncoderState,
-    "Pigeon2": _EmulatedPigeonState,
+    "Pigeon2": _emulated_pigeon_state,
 }
 
 
-class _SensorPort:
-    """The simulated state of a sensor.
-
-    Args:
-        state: As `sim_state` of the device.
-    """
-
-    def __init__(self, state: Any) -> None:
-        self._state = state
-
-    def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
-        self._state.set_supply_voltage(min(max(volts, 4.0), 16.0))
-
-
-class CANcoderSim(_SensorPort):
+class CANcoderSim:
     """A CANcoder on a shaft: robot code reads the shaft's angle, whatever direction and offset it has configured.
 
     Args:
@@ -208,14 +179,12 @@ class CANcoderSim(_SensorPort):
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
                 magnet_offset = sensor.magnet_offset
-        super().__init__(sim_state_of(encoder))
-        self._set_position = own_writer(self._state, "set_raw_position")
-        self._set_velocity = own_writer(self._state, "set_velocity")
-        self._state.orientation = (
-            ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
-        )
+        state = sim_state_of(encoder)
+        self._set_position = own_writer(state, "set_raw_position")
+        self._set_velocity = own_writer(state, "set_velocity")
+        state.orientation = _turn(inverted)
         # The device adds its magnet offset to the raw angle; the simulated state subtracts it again.
-        self._state.sensor_offset = magnet_offset
+        state.sensor_offset = magnet_offset
 
     def write(self, angle: float, rate: float) -> None:
         """Set the angle of the shaft [rad] and its rate [rad/s]."""
@@ -223,7 +192,7 @@ class CANcoderSim(_SensorPort):
         self._set_velocity(rate / math.tau)
 
 
-class CANdiEncoderSim(_SensorPort):
+class CANdiEncoderSim:
     """An absolute encoder with a pulse-width output on pin S1 or S2: robot code reads the shaft's angle.
 
     Args:
@@ -248,11 +217,9 @@ class CANdiEncoderSim(_SensorPort):
             if offset is None:
                 offset = sensor.absolute_sensor_offset
         state = candi.sim_state
-        super().__init__(state)
-        turn = ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         # The simulated device turns the position by its configured direction, but not the velocity (measured, 26.3).
         self._rate_sign = -1.0 if inverted else 1.0
-        setattr(state, f"pwm{pin}_orientation", turn)
+        setattr(state, f"pwm{pin}_orientation", _turn(inverted))
         setattr(state, f"pwm{pin}_sensor_offset", offset)
         getattr(state, f"set_pwm{pin}_connected")(True)
         self._set_position = own_writer(state, f"set_pwm{pin}_position")
@@ -274,7 +241,7 @@ _CLOSED_BY = {  # the state of a pin that closes it, by `S1CloseStateValue`; ope
 }
 
 
-class CANdiSwitchSim(_SensorPort):
+class CANdiSwitchSim:
     """A switch or light barrier on pin S1 or S2 of a CANdi, wired as the pin's close state is configured.
 
     Args:
@@ -291,22 +258,21 @@ class CANdiSwitchSim(_SensorPort):
             raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
         config = CANdiConfiguration()  # type: ignore[no-untyped-call]
         read_configuration(candi, config)
-        super().__init__(candi.sim_state)
         close_state = getattr(config.digital_inputs, f"s{pin}_close_state")
         closed, opened = _CLOSED_BY[close_state.name]
         states = S1StateValue if pin == 1 else S2StateValue
         self._idle, self._acting = states[opened], states[closed]
         if normally_closed:
             self._idle, self._acting = self._acting, self._idle
-        self._set: Any = getattr(self._state, f"set_s{pin}_state")
+        self._set: Any = getattr(candi.sim_state, f"set_s{pin}_state")
         self.set_active(False)
 
     def set_active(self, active: bool) -> None:
-        """Whether something presses the switch, or breaks the beam."""
+        """Take whether something presses the switch, or breaks the beam."""
         self._set(self._acting if active else self._idle)
 
 
-class CANrangeSim(_SensorPort):
+class CANrangeSim:
     """A CANrange: the distance to a piece in a hopper, or to the carriage above it.
 
     The device simulates the distance and what its proximity threshold makes of it; signal strength and ambient light
@@ -317,7 +283,7 @@ class CANrangeSim(_SensorPort):
     """
 
     def __init__(self, canrange: CANrange) -> None:
-        super().__init__(canrange.sim_state)
+        self._set = canrange.sim_state.set_distance
 
     def write(self, distance: float) -> None:
         """Set the distance to what is in front of it [m].
@@ -326,14 +292,14 @@ class CANrangeSim(_SensorPort):
             ConfigError: Below zero, or not finite.
         """
         require("CANrangeSim", "distance", distance, Quantity("m", 0.0, 100.0))
-        self._state.set_distance(distance)
+        self._set(distance)
 
 
 _MAX_DPS = 2047.0  # the simulated rate wraps at +-2048
 _MAX_TURN_DEG = 170.0  # the device takes the short way round: a step of half a turn could go either way
 
 
-class Pigeon2Sim(_SensorPort):
+class Pigeon2Sim:
     """A Pigeon 2 on the robot.
 
     Like the real one it starts at zero whatever the robot's heading; `set_yaw` and the swerve drivetrain's resets act
@@ -346,7 +312,6 @@ class Pigeon2Sim(_SensorPort):
 
     def __init__(self, pigeon: Pigeon2) -> None:
         state = sim_state_of(pigeon)
-        super().__init__(state)
         self._set_yaw = own_writer(state, "set_raw_yaw")
         self._set_pitch = own_writer(state, "set_pitch")
         self._set_roll = own_writer(state, "set_roll")

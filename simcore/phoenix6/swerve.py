@@ -1,6 +1,6 @@
-"""Swerve of CTRE's devices on simcore's model: a team's own modules, or CTRE's `SwerveDrivetrain`, unmodified.
+"""CTRE's `SwerveDrivetrain`, unmodified, on simcore's model.
 
-CTRE's drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the
 robot: rotor positions, CANcoders and the Pigeon 2; never a pose.
 """
 
@@ -8,137 +8,40 @@ from __future__ import annotations
 
 import functools
 import logging
+import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
+from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
 from simcore import season
+from simcore.devices.motor_ports import AnglePort, SwervePorts
 from simcore.devices.program_odometry import PoseReset, PoseResets, watch_sets
 from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import key_of
+from simcore.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import Talon, TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon_motor import TalonPort
 from simcore.quantities import DeviceKey
-from simcore.robot.dc_motor import MotorModel
-from simcore.robot.motor_ports import AnglePort, SwervePorts
-from simcore.robot.swerve_config import SwerveConfig, swerve_config_from_ctre
+from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheel_config import plate_inertia
 from simcore.typing import FloatArray
 
 __all__ = [
-    "SwerveDevicesSim",
     "SwerveDrivetrainSim",
-    "SwerveModuleDevices",
+    "arranged_motor",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
     "swerve_config",
 ]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SwerveModuleDevices:
-    """One module of a team's own swerve code. What is None is read from the device once, in 50 ms.
-
-    Positive is forward for the drive motor, and counter-clockwise seen from above for steer motor and encoder, as the
-    team's own odometry needs it; inversions are as configured in the devices.
-    """
-
-    drive_motor: Talon
-    steer_motor: Talon
-    encoder: CANcoder | CANdi | None = None
-    encoder_pin: int | None = None
-    """Of a CANdi: 1 or 2."""
-    drive_inverted: bool | None = None
-    """Whether the drive motor is configured `CLOCKWISE_POSITIVE`."""
-    steer_inverted: bool | None = None
-    encoder_inverted: bool | None = None
-    encoder_offset: float | None = None
-    """Offset as configured [rotations]."""
-
-
-class SwerveDevicesSim(SwervePorts):
-    """Moves volts from TalonFX to the model of a swerve drive, and the model's motion to their sensors.
-
-    For teams with modules of their own; CTRE's drivetrain has `SwerveDrivetrainSim`.
-
-    Args:
-        modules: In the order of the model's modules; an encoder wired to a TalonFXS is taken to sit on the azimuth.
-        pigeon: The gyro; None if it is another maker's.
-        drive: The model of the same robot; its owner steps it with the chassis.
-
-    Raises:
-        ConfigError: Another number of modules than the model has; a device of another kind; two of a kind with one id
-            (the device simulation would make them one); a device that does not answer.
-    """
-
-    def __init__(self, modules: Sequence[SwerveModuleDevices], pigeon: Pigeon2 | None, drive: SwerveDrive) -> None:
-        if len(modules) != len(drive.config.modules):
-            raise ConfigError(
-                f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
-            )
-        _check_devices(modules)
-        devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
-        self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
-        """Of all its devices, (model, id)."""
-        super().__init__(
-            drive,
-            [_port(m.drive_motor, m.drive_inverted) for m in modules],
-            [
-                _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
-                for m, c in zip(modules, drive.config.modules, strict=True)
-            ],
-            steer_encoders=[azimuth_port(m) for m in modules],
-            gyro=None if pigeon is None else Pigeon2Sim(pigeon),
-        )
-
-
-def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = None) -> TalonPort:
-    clockwise = is_configured_clockwise(talon) if inverted is None else inverted
-    return TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
-
-
-def azimuth_port(m: SwerveModuleDevices) -> AnglePort | None:
-    """The encoder of a module, ready to show its azimuth; None: it has none of its own.
-
-    Raises:
-        ConfigError: It does not answer, or has no such pin.
-    """
-    if isinstance(m.encoder, CANdi):
-        return CANdiEncoderSim(m.encoder, m.encoder_pin or 0, inverted=m.encoder_inverted, offset=m.encoder_offset)
-    if m.encoder is None:
-        return None
-    return CANcoderSim(m.encoder, inverted=m.encoder_inverted, magnet_offset=m.encoder_offset)
-
-
-def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
-    owners: dict[tuple[DeviceKey, int | None], str] = {}
-    for k, module in enumerate(modules):
-        for role, kinds in (
-            ("drive_motor", (TalonFX, TalonFXS)),
-            ("steer_motor", (TalonFX, TalonFXS)),
-            ("encoder", (CANcoder, CANdi)),
-        ):
-            device = getattr(module, role)
-            if device is None:
-                continue
-            where = f"module {k} {role}"
-            if not isinstance(device, kinds):
-                wanted = " and ".join(kind.__name__ for kind in kinds)
-                raise ConfigError(f"{where}: only {wanted} can be simulated, got {type(device).__name__}")
-            model, address = key_of(device)
-            key = ((model, address), module.encoder_pin if model == "CANdi" else None)
-            if key in owners:
-                raise ConfigError(f"{where}: {model} {address} is already {owners[key]}")
-            owners[key] = where
 
 
 _log = logging.getLogger(__name__)
@@ -170,7 +73,7 @@ def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -
 
 def _show_straight_ahead(module: Any, constants: Any) -> None:
     _match_wired_encoder(module, constants)
-    port = azimuth_port(_devices(module, constants))
+    port = _azimuth(module, constants)
     if port is not None:
         port.write(0.0, 0.0)
     if is_emulated():
@@ -181,18 +84,42 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
         time.sleep(0.005)
 
 
-def _devices(module: Any, c: Any) -> SwerveModuleDevices:
-    """The devices of one of CTRE's modules, configured as its constants say."""
-    return SwerveModuleDevices(
-        drive_motor=module.drive_motor,
-        steer_motor=module.steer_motor,
-        encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
-        encoder_pin=_pin(c),
-        drive_inverted=c.drive_motor_inverted,
-        steer_inverted=c.steer_motor_inverted,
-        encoder_inverted=c.encoder_inverted,
-        encoder_offset=c.encoder_offset,
-    )
+def _azimuth(module: Any, c: Any) -> AnglePort | None:
+    """Return the encoder of a module, configured as its constants say; None: it has none of its own.
+
+    Raises:
+        ConfigError: The constants name no pin of a CANdi.
+    """
+    encoder, turned, offset = module.encoder, c.encoder_inverted, c.encoder_offset
+    if isinstance(encoder, CANdi):
+        return CANdiEncoderSim(encoder, _pin(c), inverted=turned, offset=offset)
+    return CANcoderSim(encoder, inverted=turned, magnet_offset=offset) if isinstance(encoder, CANcoder) else None
+
+
+def _pin(c: Any) -> int:
+    """Return the pin of a CANdi that the azimuth's encoder is on; 0: it is on none."""
+    name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
+    return int(name[-1]) if "CANDI_PWM" in name else 0
+
+
+def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> tuple[DeviceKey, ...]:
+    """List all devices of a drivetrain.
+
+    Raises:
+        ConfigError: Two modules have one; the device simulation would move it twice.
+    """
+    owners: dict[tuple[DeviceKey, int], str] = {}
+    for k, (module, c) in enumerate(modules):
+        for role in ("drive_motor", "steer_motor", "encoder"):
+            device = getattr(module, role)
+            if role == "encoder" and not isinstance(device, (CANcoder, CANdi)):
+                continue  # it is wired to the steer motor's controller
+            model, address = key_of(device)
+            key = (model, address), _pin(c) if model == "CANdi" else 0
+            if key in owners:
+                raise ConfigError(f"module {k} {role}: {model} {address} is already {owners[key]}")
+            owners[key] = f"module {k} {role}"
+    return (*dict.fromkeys(key for key, _ in owners), *(() if pigeon is None else (key_of(pigeon),)))
 
 
 def _match_wired_encoder(module: Any, c: Any) -> None:
@@ -214,7 +141,7 @@ _RESETS = PoseResets()
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
-    """That `seed_field_centric` sets [rad]."""
+    """Return the heading that `seed_field_centric` sets [rad]."""
     turn = 0.0 if rotation is None else float(rotation.radians())
     return turn + float(drivetrain.get_operator_forward_direction().radians())
 
@@ -242,7 +169,7 @@ for _method, _meaning in _MEANINGS.items():
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
-    """The `SwerveModuleConstants` that a drivetrain was built with, in its order.
+    """Return the `SwerveModuleConstants` that a drivetrain was built with, in its order.
 
     Raises:
         ConfigError: It was built before this module was imported.
@@ -256,12 +183,12 @@ def module_constants(drivetrain: Any) -> list[Any]:
 
 
 def known_drivetrains() -> list[Any]:
-    """All drivetrains that the program has built."""
+    """List all drivetrains that the program has built."""
     return list(_seen)
 
 
 def only_drivetrain() -> Any:
-    """The drivetrain that the robot program has built, whatever its class; of several on the same devices the last.
+    """Return the drivetrain that the program has built, whatever its class; of several on the same devices the last.
 
     Raises:
         ConfigError: There is none, or more than one.
@@ -278,7 +205,7 @@ def only_drivetrain() -> Any:
 
 
 def _of_same_devices(drivetrain: Any) -> list[Any]:
-    """All drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
+    """List all drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
     mine = _motor_keys(drivetrain)
     return [other for other in known_drivetrains() if _motor_keys(other) == mine]
 
@@ -298,33 +225,99 @@ def swerve_config(
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
-    """The model of a drivetrain from its constants; mass and bumpers are not among them.
+    """Return the model of a drivetrain from its `SwerveModuleConstants`.
+
+    Taken over: positions, gear ratios, coupling, wheel radius, motor kinds and current limits. Left out on
+    purpose: inertias and friction voltages, which the generator fills with placeholders (0.01 kg m^2, 0.2 V) and which
+    stand for no robot. Mass and bumpers are nowhere in the constants.
 
     Args:
         drivetrain: A `SwerveDrivetrain`, of whatever class.
-        modules: Its constants, if it was built too early for `module_constants`.
+        modules: Its constants in its order, if it was built too early for `module_constants`.
         mass: With bumpers and battery [kg].
-        bumper: Length and width [m].
+        bumper: Length and width, for the yaw inertia [m].
         height: Of the center of mass [m].
         wheel_cof: Coefficient of friction of the wheels on carpet [-].
-        drive_motor: Where a TalonFX is not a Kraken X60.
+        drive_motor: Where the constants' `TALON_FX_INTEGRATED` is not a Kraken X60 with FOC.
         steer_motor: The same for the azimuths.
 
     Raises:
-        ConfigError: A constant is missing or makes no sense.
+        ConfigError: A constant is missing or makes no sense; it names the module.
     """
-    return swerve_config_from_ctre(
-        module_constants(drivetrain) if modules is None else modules,
+    constants = module_constants(drivetrain) if modules is None else modules
+    return SwerveConfig(
+        modules=tuple(_module(k, c, wheel_cof, drive_motor, steer_motor) for k, c in enumerate(constants)),
         mass=mass,
-        bumper=bumper,
-        height=height,
-        wheel_cof=wheel_cof,
-        drive_motor=drive_motor,
-        steer_motor=steer_motor,
+        yaw_inertia=plate_inertia(mass, *bumper),
+        center_of_mass=(0.0, 0.0, height),
     )
 
 
-class SwerveDrivetrainSim(SwerveDevicesSim):
+def _module(
+    k: int, constants: object, wheel_cof: float, drive_motor: MotorModel | None, steer_motor: MotorModel | None
+) -> SwerveModuleConfig:
+    owner = f"module {k}"
+
+    def number(name: str) -> float:
+        value = getattr(constants, name, None)
+        if not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise ConfigError(f"{owner}: CTRE constants need a finite {name}, got {value!r}")
+        return float(value)
+
+    drive = getattr(constants, "drive_motor_initial_configs", None)
+    steer = getattr(constants, "steer_motor_initial_configs", None)
+    slip_current = getattr(constants, "slip_current", None)
+    stator, supply = _limits(drive)
+    # CTRE applies the slip current as the drive motors' stator limit.
+    if isinstance(slip_current, (int, float)) and slip_current > 0.0:
+        stator = float(slip_current) if stator is None else min(stator, float(slip_current))
+    steer_stator, steer_supply = _limits(steer)
+    return SwerveModuleConfig(
+        name=owner,
+        x=number("location_x"),
+        y=number("location_y"),
+        drive_motor=drive_motor or arranged_motor(constants, "drive_motor_type"),
+        steer_motor=steer_motor or arranged_motor(constants, "steer_motor_type"),
+        drive_gearing=number("drive_motor_gear_ratio"),
+        steer_gearing=number("steer_motor_gear_ratio"),
+        coupling_ratio=number("coupling_gear_ratio"),
+        wheel_radius=number("wheel_radius"),
+        wheel_cof=wheel_cof,
+        drive_stator_limit=stator,
+        drive_supply_limit=supply,
+        steer_stator_limit=steer_stator,
+        steer_supply_limit=steer_supply,
+    )
+
+
+def arranged_motor(constants: object, name: str) -> MotorModel:
+    """Return the motor that an arrangement of CTRE's constants names.
+
+    Args:
+        constants: Of a module.
+        name: `drive_motor_type` or `steer_motor_type`.
+    """
+    kind = str(getattr(getattr(constants, name, None), "name", ""))
+    # a TalonFX may be a Falcon or either Kraken, and a brushed motor any: the constants do not say
+    other = "CIM" if "BRUSHED" in kind else "Kraken X60 FOC"
+    return motor(MOTORS_OF_TALON_FXS.get(kind.removeprefix("TALON_FXS_"), other))
+
+
+def _limits(configs: object) -> tuple[float | None, float | None]:
+    """Return stator and supply limit of a configuration [A], infinite where disabled; None: it says nothing."""
+    limits = getattr(configs, "current_limits", None)
+    if limits is None:
+        return None, None
+
+    def one(kind: str) -> float:
+        value = getattr(limits, f"{kind}_current_limit", None)
+        enabled = getattr(limits, f"{kind}_current_limit_enable", False)
+        return float(value) if enabled and isinstance(value, (int, float)) and value > 0.0 else math.inf
+
+    return one("stator"), one("supply")
+
+
+class SwerveDrivetrainSim(SwervePorts):
     """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
 
     Replaces `update_sim_state` by an empty function: the generated class calls it from a Notifier, 250 times a second,
@@ -336,8 +329,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         modules: Constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: Another number of modules than the model has; a module of other devices than TalonFX, TalonFXS,
-            CANcoder and CANdi; two devices of a kind with one id (the device simulation would make them one).
+        ConfigError: Another number of modules than the model has; two devices of a kind with one id (the device
+            simulation would make them one).
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -347,9 +340,21 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
                 f"{len(drive.config.modules)} in the model; want the same number"
             )
-        devices = [_devices(module, c) for module, c in zip(drivetrain.modules, constants, strict=True)]
-        super().__init__(devices, drivetrain.pigeon2, drive)
-        for module, c in zip(drivetrain.modules, constants, strict=True):
+        pairs = list(zip(drivetrain.modules, constants, strict=True))
+        devices = _device_keys(pairs, drivetrain.pigeon2)
+        gearings = [module.steer_gearing for module in drive.config.modules]
+        super().__init__(
+            drive,
+            [TalonPort(m.drive_motor, clockwise=c.drive_motor_inverted) for m, c in pairs],
+            [
+                TalonPort(m.steer_motor, clockwise=c.steer_motor_inverted, sensor_gearing=gearing)
+                for (m, c), gearing in zip(pairs, gearings, strict=True)
+            ],
+            steer_encoders=[_azimuth(m, c) for m, c in pairs],
+            gyro=None if drivetrain.pigeon2 is None else Pigeon2Sim(drivetrain.pigeon2),
+        )
+        self.devices = devices
+        for module, c in pairs:
             _match_wired_encoder(module, c)
         self._drivetrain = drivetrain
         self._twins = _of_same_devices(drivetrain) or [drivetrain]
@@ -374,20 +379,14 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         tell(*pose)
 
     def module_setpoints(self) -> FloatArray:
-        """Last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
+        """Return last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
         targets: Any = self._drivetrain.get_state().module_targets
         return np.array([(season.module_speed(one), one.angle.radians()) for one in targets])
 
     def estimated_pose(self) -> tuple[float, float, float]:
-        """Where the drivetrain believes to be, field frame [m, m, rad]."""
+        """Return where the drivetrain believes to be, field frame [m, m, rad]."""
         pose = self._drivetrain.get_state().pose
         return pose.x, pose.y, pose.rotation().radians()
-
-
-def _pin(constants: Any) -> int | None:
-    """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""
-    name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
-    return int(name[-1]) if "CANDI_PWM" in name else None
 
 
 def _stop_stepping(drivetrain: Any) -> None:

@@ -12,13 +12,12 @@ from phoenix6.hardware import TalonFX, TalonFXS
 from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference, TalonFXSimState
 
+from simcore.devices.motor_ports import AnglePort, MotorPort, Setpoint
 from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.built_devices import read_configuration
 from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
 from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.motor_controllers import Setpoint
-from simcore.robot.motor_ports import AnglePort
 
 __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
 
@@ -36,7 +35,7 @@ _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V no
 
 
 def is_configured_clockwise(talon: Talon) -> bool:
-    """Whether the device is configured `CLOCKWISE_POSITIVE`; read from the device, which takes 50 ms.
+    """Read from the device whether it is configured `CLOCKWISE_POSITIVE`, which takes 50 ms.
 
     Raises:
         ConfigError: The device does not answer.
@@ -49,7 +48,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
     return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
 
 
-class TalonPort:
+class TalonPort(MotorPort):
     """The simulated side of one motor controller.
 
     The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
@@ -58,12 +57,15 @@ class TalonPort:
 
     Args:
         talon: The device of the robot code.
-        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft.
+        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft; None: as the device
+            is configured, which is asked once (50 ms).
         sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None: it has
             none.
     """
 
-    def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
+    def __init__(self, talon: Talon, *, clockwise: bool | None = None, sensor_gearing: float | None = None) -> None:
+        if clockwise is None:
+            clockwise = is_configured_clockwise(talon)
         self.device_id: int = talon.device_id
         state: Any = sim_state_of(talon)
         self._state = state
@@ -89,7 +91,7 @@ class TalonPort:
         self._was_clamped = False
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]; kept within the range of the device model, 4 to 16 V."""
+        """Take the voltage at the controller's terminals [V]; kept in the range of the device model, 4 to 16 V."""
         if -0.01 < volts - self._supply < 0.01:
             return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
@@ -98,23 +100,23 @@ class TalonPort:
             self._supply = wanted
 
     def volts(self) -> float:
-        """What the controller puts on the motor, after its own limits [V]."""
+        """Return what the controller puts on the motor, after its own limits [V]."""
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
         return volts
 
     def duty_cycle(self) -> float | None:
-        """The share of its supply that it holds; None: it holds volts, or CTRE's own simulation does not say it [-]."""
+        """Return the share of its supply that it holds [-]; None: volts, or CTRE's own simulation does not say it."""
         return getattr(self._state, "duty_cycle", None)
 
     def setpoint(self) -> Setpoint | None:
-        """See `ClosedLoop`; CTRE's own simulation does not say it."""
+        """See `MotorPort`; CTRE's own simulation does not say it."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
-        """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
+        """Return whether the circuit is open (coast), not shorted (brake); both show 0 V, only a brake shows current.
 
         At rest the two cannot be told apart, and the last answer stays.
         """
@@ -207,14 +209,11 @@ class TalonFXMotorSim(MotorSim):
         sensor_gearing: float | None = None,
     ) -> None:
         name = f"{type(talon).__name__} {talon.device_id}"
-        if not isinstance(mechanism, ShaftSim):
-            raise ConfigError(f"{name}: mechanism must be a mechanism such as FlywheelSim, got {mechanism!r}")
-        super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at)
+        super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at, encoder_gearing=encoder_gearing)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        self._leader: TalonPort = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
         # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
         self._ports = [
-            self._leader,
+            TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing),
             *(TalonPort(f, clockwise=clockwise != (k in opposed)) for k, f in enumerate(followers)),
         ]
         if motor_type is not None:
@@ -223,30 +222,11 @@ class TalonFXMotorSim(MotorSim):
                     raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
         self._encoder = encoder
-        self._encoder_gearing = encoder_gearing
         self.write()
 
-    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """See `MotorSim.read`."""
-        for port in self._ports:
-            port.set_supply(battery_voltage)
-        if not powered:
-            self.mechanism.coast()
-            return
-        volts = self._leader.volts()
-        if volts == 0.0 and self._leader.is_open():
-            self.mechanism.coast()
-        elif (share := self._leader.duty_cycle()) is not None:
-            self.mechanism.set_duty_cycle(share)
-        else:
-            self.mechanism.set_volts(volts)
-
     def write(self) -> None:
-        """See `MotorSim.write`: position and velocity of the rotors."""
-        m = self.mechanism
-        rotations = (m.position - self._zero_at) * m.gearing / math.tau
-        rps = m.velocity * m.gearing / math.tau
-        for port in self._ports:
-            port.write(rotations, rps)
+        """See `MotorSim.write`; the encoder follows as well."""
+        super().write()
         if self._encoder is not None:
-            self._encoder.write(m.position * self._encoder_gearing, m.velocity * self._encoder_gearing)
+            m, gearing = self.mechanism, self._encoder_gearing
+            self._encoder.write(m.position * gearing, m.velocity * gearing)

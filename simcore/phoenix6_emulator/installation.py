@@ -31,7 +31,7 @@ from simcore.phoenix6_emulator.emulated_native import (
 )
 from simcore.phoenix6_emulator.emulator import Emulator
 
-__all__ = ["SeamError", "check_seam", "install", "installed", "load_beside", "uninstall"]
+__all__ = ["SeamError", "check_seam", "install", "installed", "uninstall"]
 
 _INSTANCE = "_Native__instance"
 _API = "_Native__api_instance"
@@ -200,21 +200,6 @@ def uninstall() -> None:
         setattr(Native, _API, _real[1])
     _copies.on()
     _current = _real = None
-
-
-def load_beside() -> None:
-    """Load the native libraries beside the emulator, without a diagnostics server: those of Phoenix 5 need them."""
-    global _real
-    if _real is None or _real[0] is not None:
-        return
-    emulated = getattr(Native, _INSTANCE)
-    setattr(Native, _INSTANCE, None)
-    try:
-        native: Any = Native.instance()
-    finally:
-        setattr(Native, _INSTANCE, emulated)
-    native.c_Phoenix_Diagnostics_SetSecondsToStart(-1.0)
-    _real = (native, _real[1])
 
 
 def _stop_feed() -> None:

@@ -13,10 +13,11 @@ import gc
 import logging
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from simcore.devices.recorder import Arguments, Settings, after_call, record_class
 from simcore.vision.camera import PHOTON_LENS, CameraMount, LimelightType, PiecePipeline, Pipeline, TagPipeline
 
 __all__ = [
@@ -77,14 +78,14 @@ class PhotonProgram:
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
-        """An estimator was given a result of a camera."""
+        """Note that an estimator was given a result of a camera."""
         for seen in self.estimators:
             if seen.estimator is estimator and seen.camera != camera:
                 seen.camera = camera
                 self.version += 1
 
     def begin(self) -> None:
-        """A robot is about to be built: forget what the one before it in this process has built, but not its modules.
+        """Forget what the robot before the next in this process has built, but not what its modules have.
 
         Robot code is imported once, so that what stands at the top of its files is every robot's.
         """
@@ -104,7 +105,7 @@ _program = PhotonProgram()
 
 
 def photon_program() -> PhotonProgram:
-    """That of this process."""
+    """Return that of this process."""
     return _program
 
 
@@ -123,7 +124,7 @@ class FoundMount:
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Mounts by camera, of those whose code tells it.
+    """Return mounts by camera, of those whose code tells it.
 
     A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera: it belongs to the one
     whose results it is given. Until it was given any, estimators and cameras that are left over belong together in
@@ -149,7 +150,7 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """What a camera is: as its `SimCameraProperties` say, if the program has any, else `PHOTON_LENS`.
+    """Return what a camera is: as its `SimCameraProperties` say, if the program has any, else `PHOTON_LENS`.
 
     Properties without noise, latency or limit of frames, as photonlib's defaults are, get those of `PHOTON_LENS`.
     """
@@ -178,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """What a camera looks for: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
+    """Return what a camera looks for: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -216,14 +217,17 @@ def _hook_estimator(module: Any) -> None:
 
 
 def _hook_camera_sim(module: Any) -> None:
-    dropped = dict.fromkeys(("consumeNextEntryTime", "submitProcessedFrame"), _drop_frame)
-    _watch(module.PhotonCameraSim, _camera_simulated, dropped)
+    cls = module.PhotonCameraSim
+    _watch(cls, _camera_simulated, {})
+    for name in ("consumeNextEntryTime", "submitProcessedFrame"):
+        _surround(cls, name, _drop_frame)
 
 
 def _hook_vision_system(module: Any) -> None:
     cls = module.VisionSystemSim
-    placed = dict.fromkeys(("addCamera", "adjustCamera"), _place_camera)
-    _watch(cls, _system_built, placed | dict.fromkeys(("update", "resetRobotPose"), _update_with_truth))
+    _watch(cls, _system_built, {"addCamera": _place_camera, "adjustCamera": _place_camera})
+    for name in ("update", "resetRobotPose"):
+        _surround(cls, name, _update_with_truth)
 
 
 def _hook_time_sync(module: Any) -> None:
@@ -244,14 +248,14 @@ HOOKS: dict[str, Callable[[Any], None]] = {
 # --- what was built -----------------------------------------------------------------------------------------------
 
 
-def _camera_built(camera: Any, *_: Any, **__: Any) -> None:
+def _camera_built(camera: Any, args: Arguments, settings: Settings) -> None:
     _program.cameras[str(camera.getName())] = camera
     _program.version += 1
 
 
-def _estimator_built(estimator: Any, *args: Any, **kwargs: Any) -> None:
+def _estimator_built(estimator: Any, args: Arguments, settings: Settings) -> None:
     kind = sys.modules["photonlibpy.photonCamera"].PhotonCamera  # until 2026.1 an estimator was built with its camera
-    given = next((str(a.getName()) for a in (*args, *kwargs.values()) if isinstance(a, kind)), None)
+    given = next((str(a.getName()) for a in (*args, *settings.values()) if isinstance(a, kind)), None)
     last = next(reversed(_program.cameras), None)
     if any(seen.after == last for seen in _program.estimators):
         last = None
@@ -259,12 +263,12 @@ def _estimator_built(estimator: Any, *args: Any, **kwargs: Any) -> None:
     _program.version += 1
 
 
-def _camera_simulated(camera_sim: Any, *_: Any, **__: Any) -> None:
+def _camera_simulated(camera_sim: Any, args: Arguments, settings: Settings) -> None:
     _program.simulated[_name_of(camera_sim)] = camera_sim
     _program.version += 1
 
 
-def _system_built(system: Any, *_: Any, **__: Any) -> None:
+def _system_built(system: Any, args: Arguments, settings: Settings) -> None:
     for camera, buffer in getattr(system, "camTrfMap", {}).items():
         _, pose = buffer.getInternalBuffer()[-1]
         _camera_placed(system, camera, pose - type(pose)())
@@ -282,39 +286,34 @@ def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = N
 # --- how ----------------------------------------------------------------------------------------------------------
 
 
-def _watch(cls: Any, built: Callable[..., None], around: dict[str, Callable[..., Any]]) -> None:
-    """Hear of what a class builds and has built, and put functions around methods; once.
-
-    Args:
-        cls: The class.
-        built: Called with each object and what it was built with.
-        around: By name of a method, what is called in its place: with it, the object, and what was given.
-    """
-    if "_simcore_watches" in vars(cls):
-        return
-    cls._simcore_watches = True
-
-    def build(method: Callable[..., None], self: Any, *args: Any, **kwargs: Any) -> None:
-        method(self, *args, **kwargs)
-        built(self, *args, **kwargs)
-
-    for name, call in {"__init__": build, **around}.items():
+def _watch(
+    cls: Any,
+    built: Callable[[Any, Arguments, Settings], None],
+    called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
+) -> None:
+    """Hear of what a class builds and has built, and of calls of its methods, by name."""
+    record_class(cls, built)
+    for name, note in called.items():
         if hasattr(cls, name):
-            setattr(cls, name, _surrounded(getattr(cls, name), call))
+            after_call(cls, name, note)
     for thing in _alive(cls):
-        built(thing)
+        built(thing, (), {})
 
 
-def _surrounded(method: Callable[..., Any], call: Callable[..., Any]) -> Callable[..., Any]:
-    @functools.wraps(method)
-    def both(self: Any, *args: Any, **kwargs: Any) -> Any:
-        return call(method, self, *args, **kwargs)
+def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
+    """Call a function in place of a method: with the method, the object, and what was given."""
+    method = getattr(cls, name, None)
+    if method is not None:
 
-    return both
+        @functools.wraps(method)
+        def both(self: Any, *args: Any, **settings: Any) -> Any:
+            return call(method, self, *args, **settings)
+
+        setattr(cls, name, both)
 
 
 def _alive(cls: Any) -> list[Any]:
-    """What a program has built before its module was watched: beside imports, at the top of a file."""
+    """List what a program has built before its module was watched: next to imports, at the top of a file."""
     if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
         return []  # it is being loaded right now
     # By type(): a weak reference that has died answers isinstance with an error.
@@ -325,35 +324,30 @@ def _name_of(camera_sim: Any) -> str:
     return str(camera_sim.getCamera().getName())
 
 
-def _tag_results(method: Callable[..., Any], camera: Any, *args: Any, **kwargs: Any) -> Any:
-    """Results know whose they are."""
-    results = method(camera, *args, **kwargs)
+def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
+    """Let results know whose they are."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
-    return results
 
 
-def _pair_camera(method: Callable[..., Any], estimator: Any, *args: Any, **kwargs: Any) -> Any:
-    """An estimator belongs to the camera whose results it is given."""
-    for argument in (*args, *kwargs.values()):
+def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
+    """Note that an estimator belongs to the camera whose results it is given."""
+    for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:
             _program.pair(estimator, camera)
-    return method(estimator, *args, **kwargs)
+
+
+def _place_camera(system: Any, _: Any, args: Arguments, settings: Settings) -> None:
+    _camera_placed(system, *args, **settings)
 
 
 def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
-    """What the program's own simulation of a camera shows is left out where simcore feeds that camera."""
+    """Leave out what the program's own simulation of a camera shows where simcore feeds that camera."""
     if _name_of(camera_sim) in _program.fed:
         _program.dropped += 1
         return None
     return method(camera_sim, *args, **kwargs)
-
-
-def _place_camera(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:
-    result = method(system, *args, **kwargs)
-    _camera_placed(system, *args, **kwargs)
-    return result
 
 
 def _update_with_truth(method: Callable[..., Any], system: Any, *args: Any, **kwargs: Any) -> Any:

@@ -22,7 +22,7 @@ from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
-from simcore.quantities import COUNT, FORCE, require, shown
+from simcore.quantities import COUNT, FORCE, Quantity, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
@@ -45,6 +45,7 @@ time: a disc that falls flat from 1.3 m sinks by 3 mm, in steps of 5 ms by 33 mm
 _INSIDE = 0.3  # [m], from the edge of the field to the nearest middle of a piece: within an arm's reach over the rail
 _SPACING = 0.01  # [m], between pieces that are put down
 _MOST_TRIES = 4000
+_PIECE_SPEED = Quantity("m/s", 0.0, 1000.0)  # a tick takes steps of a quarter of a radius: at 1e9 m/s minutes
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
 _ALL = (*_LOOSE, _HELD)
@@ -264,6 +265,7 @@ class GamePieceManager:
         Raises:
             CapacityError: The robot holds none, or not this one.
             NonFiniteError: A value is not finite; the piece stays held.
+            ConfigError: It is faster than 1,000 m/s; the piece stays held.
         """
         held = self.held(holder) if type(holder) is int else self.held(-1)
         if len(held) == 0:
@@ -273,6 +275,7 @@ class GamePieceManager:
         elif slot not in held:
             raise CapacityError(f"robot {holder} holds pieces {held.tolist()}, got {slot}")
         _rows("launch: position, velocity and spin", (pos, vel, spin), 3, 3)
+        _require_speed("launch", vel)
         self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), quat)
         self._set_velocity(slot, vel, spin)
         self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
@@ -406,11 +409,13 @@ class GamePieceManager:
             flying: They are in the air and touch nothing, as after a launch.
 
         Raises:
-            ConfigError: A piece is not on the field.
+            ConfigError: A piece is not on the field, or a velocity is above 1,000 m/s.
             NonFiniteError: A velocity is not finite. Either way nothing has changed.
         """
         self._require("push", slots, ON_FIELD)
         velocities = _rows("push", velocities, len(slots), 3)
+        for velocity in velocities:
+            _require_speed("push", velocity)
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             hold = self._balls.hold[slot]
             if hold > 0.0 and self._pool.mass[slot] * math.hypot(*velocity) < hold * TICK:
@@ -842,6 +847,11 @@ def _rows(what: str, values: Any, count: int, width: int) -> FloatArray:
     if not np.isfinite(rows).all():
         raise NonFiniteError(f"{what}: {count} rows of {width} finite numbers are needed, got {shown(values)}")
     return rows
+
+
+def _require_speed(what: str, velocity: Sequence[float] | FloatArray) -> None:
+    """Refuse a velocity [m/s] that no piece has; the steps of a tick grow with it."""
+    require(what, "speed", math.hypot(*velocity), _PIECE_SPEED)
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:

@@ -16,7 +16,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 from simcore.pieces.intake import IntakeZone, StoppedMotion, on_part
-from simcore.quantities import ATTITUDE, ROBOT_LENGTH, ROBOT_PLACE, TURN_RATE, require_fields
+from simcore.quantities import ATTITUDE, ROBOT_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Placer", "PlacerConfig"]
@@ -40,8 +40,6 @@ class PlacerConfig:
     """It lets go while it turns backward faster than this [rad/s]."""
     passes_through: bool = False
     """Whether it lets go while it turns forward faster than that, too, once the roller has stopped in between."""
-    give: float = 0.01
-    """How deep it can be driven into the field before it comes loose, of claw and piece together [m]."""
     zone: IntakeZone
     """Where a piece is taken, around the place of the held one, in the frame after the last joint."""
     from_storage: bool = False
@@ -57,7 +55,6 @@ class PlacerConfig:
         require_fields(
             self,
             offset=(ROBOT_PLACE,) * 3,
-            give=ROBOT_LENGTH,
             take_speed=TURN_RATE,
             release_speed=TURN_RATE,
             attitude=ATTITUDE,

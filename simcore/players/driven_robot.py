@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from simcore.match.match import Match
+from simcore.errors import ConfigError
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
-from simcore.match.scripted import DriverControls, ScriptedRobot, Steps
+from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
 from simcore.players.lineup import WhileEnabled
-from simcore.quantities import COUNT, Quantity, require_fields
+from simcore.quantities import COUNT, Quantity, require_fields, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import TICK
 
-__all__ = ["DrivenRobot", "Driver", "DriverInput", "HandedOver"]
+__all__ = ["DrivenRobot", "Driver", "DriverControls", "DriverInput", "HandedOver"]
 
 _STICK = Quantity("", -1.0, 1.0)
 _MOST_TURN = math.tau  # of a stick that is pushed to its end [rad/s]
@@ -47,6 +48,27 @@ Driver: TypeAlias = Callable[[], "DriverInput | None"]
 """What a person wants now; None while nobody drives."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverControls:
+    """What the buttons of a person do who drives a robot of a game; sticks and intake are the same in all games."""
+
+    settings: ScriptSettings = field(default_factory=ScriptSettings)
+    """How the robot is handled."""
+    actions: Mapping[str, Script] = field(default_factory=dict)
+    """Up to four scripts by what people call them, in the order of the buttons; each runs while its button is held."""
+    rest: Callable[[ScriptedRobot], None] = lambda robot: None
+    """Commands the mechanisms as they are while no action runs; called at the start and after each action."""
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if len(self.actions) > 4:
+            raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
+
+    def controller(self, match: PlayedMatch, alliance: Alliance, driver: Driver) -> DrivenRobot:
+        """Make what commands a robot as a driver wants."""
+        return DrivenRobot(self, match, alliance, driver)
+
+
 class DrivenRobot(ScriptedRobot):
     """A controller that does what a person wants; for robots with swerve.
 
@@ -59,7 +81,7 @@ class DrivenRobot(ScriptedRobot):
         driver: The person.
     """
 
-    def __init__(self, controls: DriverControls, match: Match, alliance: Alliance, driver: Driver) -> None:
+    def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
         super().__init__(lambda _: self._follow(), match, alliance, controls.settings)
         self._controls = controls
         self._driver = driver
@@ -133,10 +155,10 @@ class HandedOver:
     """
 
     def __init__(
-        self, match: Match, alliance: Alliance, auto: Controller, driver: Driver, *, from_teleop: bool = False
+        self, match: PlayedMatch, alliance: Alliance, auto: Controller, driver: Driver, *, from_teleop: bool = False
     ) -> None:
         controls = match.game.driving or DriverControls()
-        self._driven = WhileEnabled(match, lambda: DrivenRobot(controls, match, alliance, driver))
+        self._driven = WhileEnabled(match, lambda: controls.controller(match, alliance, driver))
         self._match, self._auto, self._driver = match, auto, driver
         self._from_teleop = from_teleop
         self.is_taken = False

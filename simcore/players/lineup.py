@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.game import Auto, Game, RobotEntry, Role
+from simcore.match.game import Auto, Game, PlayedMatch, RobotEntry, Role
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_robots
 from simcore.match.scoring import Alliance
@@ -182,7 +182,7 @@ def play_match(
     )
 
 
-def plays(auto: Auto) -> Callable[[Match], Controller]:
+def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
     """What the robot of `ME` does that plays an auto, and stands still afterwards."""
     return lambda match: auto.controller(match, match.alliances[0])
 
@@ -192,7 +192,7 @@ def match_seconds(game: Game) -> float:
     return game.clock.duration + game.assessment + 2.0 * TICK
 
 
-def _maker(match: Match, number: int, seat: Seat) -> Callable[[], Controller]:
+def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controller]:
     role = find_role(match.game, seat.role)
     return lambda: role.controller(match, match.alliances[number], seat.level)
 
@@ -205,7 +205,7 @@ class WhileEnabled:
         make: Makes the controller.
     """
 
-    def __init__(self, match: Match, make: Callable[[], Controller]) -> None:
+    def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:
         self._match = match
         self._make = make
         self._controller: Controller | None = None

@@ -20,8 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 from simcore.geometry.rotation import rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.foul_book import pins_of
-from simcore.match.game import FieldDefinition, Role
-from simcore.match.match import Match
+from simcore.match.game import FieldDefinition, PlayedMatch, Role
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldElement
@@ -283,7 +282,7 @@ class Player(ScriptedRobot):
     """
 
     def __init__(
-        self, script: PlayScript, match: Match, alliance: Alliance, skill: Skill, settings: ScriptSettings
+        self, script: PlayScript, match: PlayedMatch, alliance: Alliance, skill: Skill, settings: ScriptSettings
     ) -> None:
         super().__init__(lambda _: script(self), match, alliance, settings)
         self.skill = skill
@@ -557,7 +556,7 @@ def make_role(
         config: Its robot; None: the game's own.
     """
 
-    def controller(match: Match, alliance: Alliance, level: int) -> Player:
+    def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
         return Player(script, match, alliance, SKILLS[level - 1], settings)
 
     return Role(name=script.__name__, summary=summary, controller=controller, config=config)

@@ -37,7 +37,7 @@ def _address(spark: Any) -> DeviceAddress:
 
 
 def key_of(spark: Any) -> DeviceKey:
-    """Model and address of an object of robot code."""
+    """Return model and address of an object of robot code."""
     return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), _address(spark)
 
 
@@ -62,32 +62,32 @@ for _model, _cls in MODELS.items():
 
 
 def configuration_count(key: DeviceKey) -> int:
-    """How often the program has configured a SPARK: when it rises, there is something to read again."""
+    """Return how often the program has configured a SPARK: when it rises, there is something to read again."""
     return _configured.get(key, 0)
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Whether an absolute encoder counts from -1/2 to 1/2 turn; its configuration can be written, but not read."""
+    """Return whether an absolute encoder counts from -1/2 to 1/2 turn; that can be configured, but not read."""
     return _centered.get(key, False)
 
 
 def spark_of_controller(controller: Any) -> DeviceKey | None:
-    """Model and address of the SPARK of a `SparkClosedLoopController`."""
+    """Return model and address of the SPARK of a `SparkClosedLoopController`."""
     return _controllers.get(controller)
 
 
 # --- a team's own simulation ------------------------------------------------------------------------------------------
 
-_SIMS = [getattr(rev, f"Spark{name}Sim") for name in ("Max", "Flex") if hasattr(rev, f"Spark{name}Sim")]
-_SIMS += [rev.SparkSim] if hasattr(rev, "SparkSim") else []
-_SENSORS = ("RelativeEncoder", "AbsoluteEncoder", "MaxAlternateEncoder", "ExternalEncoder", "AnalogSensor")
-_SENSOR_SIMS = [getattr(rev, f"Spark{name}Sim") for name in _SENSORS if hasattr(rev, f"Spark{name}Sim")]
+_SIMS = [cls for name, cls in vars(rev).items() if name.startswith("Spark") and name.endswith("Sim")]
+"""REV's simulated controllers, and those of the sensors on them."""
 _GETTERS = [
     f"get_{name}_sim"
     for name in ("relative_encoder", "absolute_encoder", "alternate_encoder", "external_encoder", "analog_sensor")
 ]
-_WRITES = ("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage")
-_SENSOR_WRITES = ("iterate", "set_position", "set_velocity", "set_inverted", "set_zero_offset", "set_voltage")
+_WRITES = (
+    *("iterate", "set_position", "set_velocity", "set_applied_output", "set_motor_current", "set_bus_voltage"),
+    *("set_inverted", "set_zero_offset", "set_voltage"),
+)
 _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
@@ -102,13 +102,11 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
     """Ask before each write of a team's simulated SPARKs and of the sensors on them; see `Maker.watch_simulations`."""
-    for classes, writes in ((_SIMS, _WRITES), (_SENSOR_SIMS, _SENSOR_WRITES)):
-        for cls in classes:
-            after_call(cls, "__init__", _note_simulation)
-            for name in (season.own_name(cls, write) for write in writes):
-                if hasattr(cls, name):
-                    guard(cls, name, _simulated.get, may_write)
     for cls in _SIMS:
+        after_call(cls, "__init__", _note_simulation)
+        for name in (season.own_name(cls, write) for write in _WRITES):
+            if hasattr(cls, name):
+                guard(cls, name, _simulated.get, may_write)
         for name in (season.own_name(cls, getter) for getter in _GETTERS):
             if hasattr(cls, name):
                 after_call(cls, name, _note_sensor)

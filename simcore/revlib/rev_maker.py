@@ -7,18 +7,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.devices.loop_ports import LoopMaker
-from simcore.devices.makers import MotorFacts
+from simcore.devices.makers import Maker, MotorFacts, Mounting
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import AnglePort, MotorPort
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.revlib.built_sparks import SPARKS, watch_simulations
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Feedback, SparkConfiguration
-from simcore.revlib.spark_motor import SparkMotorSim
+from simcore.revlib.spark_motor import SparkMotorSim, WiredEncoder
 from simcore.revlib.spark_port import ANALOG_SPAN, SparkPort
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import GuessedMechanism, guessed_shaft
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
 
 rev = season.rev
 
@@ -28,10 +28,9 @@ _TURNS = (1.0, math.tau, 360.0)
 """What robot code may call one turn of a mechanism."""
 
 
-class _Rev(LoopMaker):
+class _Rev(Maker):
     name = "REV"
     motors = ("SPARK MAX", "SPARK Flex")
-    motor_sim = SparkMotorSim
     unserved = ("ColorSensorV3", "DetachedEncoder", "ServoChannel", "ServoHub", "SplineEncoder")
     sim_devices = ("SPARK MAX [", "SPARK Flex [")
 
@@ -76,8 +75,24 @@ class _Rev(LoopMaker):
         brushless = "NEO Vortex" if device.model == "SPARK Flex" else "NEO"
         return "CIM" if self.has_wheel_encoder(device) else brushless
 
-    def port(self, motor: BuiltDevice) -> SparkPort:
+    def motor_port(self, motor: BuiltDevice) -> SparkPort:
         return SparkPort(motor)
+
+    def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
+        assert isinstance(port, SparkPort), f"{encoder} is no encoder of its own"
+        return WiredEncoder(port)
+
+    def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> SparkMotorSim:
+        m = mounting or Mounting()
+        return SparkMotorSim(
+            group.leader,
+            mechanism,
+            followers=group.followers,
+            opposed=group.opposed,
+            reversed=m.reversed,
+            zero_at=mechanism.position,
+            encoder_gearing=m.encoder_gearing,
+        )
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
         config = read_spark_configuration(group.leader.hardware)
@@ -98,7 +113,7 @@ class _Rev(LoopMaker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Its address: a SPARK MAX may follow a SPARK Flex."""
+    """Return its address: a SPARK MAX may follow a SPARK Flex."""
     accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
     leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())

@@ -21,7 +21,7 @@ _FEEDBACK = {
 
 
 def read_spark_configuration(spark: Any) -> SparkConfiguration:
-    """All of it; some 0.3 ms.
+    """Read all of it; some 0.3 ms.
 
     Args:
         spark: The robot code's `SparkMax` or `SparkFlex`.

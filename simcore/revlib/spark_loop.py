@@ -11,11 +11,14 @@ import enum
 import math
 from dataclasses import dataclass, field
 
-from simcore.devices.control_loop import ControlLoop, PidGains, ramped
+from simcore import season
 
-__all__ = ["Command", "ControlMode", "Feedback", "MotionLimits", "SlotGains", "SparkConfiguration", "SparkLoop"]
+TrapezoidProfile = season.wpimath.TrapezoidProfile
 
-_LOOP = 1e-3  # [s]
+__all__ = ["LOOP", "Command", "ControlMode", "Feedback", "MotionLimits", "SlotGains", "SparkConfiguration", "SparkLoop"]
+
+LOOP = 1e-3
+"""Period of a controller's loop [s]."""
 
 
 class ControlMode(enum.IntEnum):
@@ -51,9 +54,18 @@ class MotionLimits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SlotGains(PidGains):
+class SlotGains:
     """One closed-loop slot; gains in robot code's units, outputs as a duty cycle, feed-forwards in volts."""
 
+    p: float = 0.0
+    i: float = 0.0
+    d: float = 0.0
+    d_filter: float = 0.0
+    i_zone: float = 0.0
+    """Error beyond which the sum is dropped; 0: none."""
+    i_most: float = 0.0
+    """Largest sum; 0: any."""
+    allowed_error: float = 0.0
     least: float = -1.0
     most: float = 1.0
     ks: float = 0.0
@@ -121,7 +133,7 @@ class Command:
     feed_forward_is_duty: bool = False
 
 
-class SparkLoop(ControlLoop):
+class SparkLoop:
     """State of one controller's loop; its profile is MAXMotion's.
 
     Args:
@@ -129,10 +141,24 @@ class SparkLoop(ControlLoop):
     """
 
     def __init__(self, config: SparkConfiguration | None = None) -> None:
-        super().__init__()
         self.config = config or SparkConfiguration()
+        self.output = 0.0
+        """Duty cycle that it asks for, before limits that depend on the motor [-]."""
+        self.integral = 0.0
+        """Sum of errors, one a loop."""
+        self.profile_position = 0.0
+        """Setpoint of the motion profile now, sensor units."""
+        self.profile_velocity = 0.0
+        self._error_slope = 0.0  # in one loop
+        self._last_error: float | None = None
+        self._asked_for: tuple[int, int] | None = None
         self.is_at_setpoint = False
         """Whether the error is within the slot's allowed error."""
+
+    def rest(self) -> None:
+        """Stop, disabled: no output, and nothing is remembered."""
+        self.output = self.integral = self._error_slope = 0.0
+        self._last_error = self._asked_for = None
 
     def run(self, loops: int, command: Command, position: float, velocity: float, current: float, bus: float) -> float:
         """Advance by some loops of 1 ms in which nothing that is measured changes.
@@ -148,7 +174,11 @@ class SparkLoop(ControlLoop):
         Returns:
             The duty cycle.
         """
-        self.begin(command.mode, command.slot, position, velocity)
+        if (command.mode, command.slot) != self._asked_for:  # others than the last ones start anew
+            self._asked_for = command.mode, command.slot
+            self.integral = 0.0
+            self._last_error = None
+            self.profile_position, self.profile_velocity = position, velocity
         config = self.config
         extra = command.feed_forward if command.feed_forward_is_duty else command.feed_forward / bus
         scale = 1.0 if config.compensation is None else config.compensation / bus
@@ -162,7 +192,7 @@ class SparkLoop(ControlLoop):
             feedback, volts = self._closed(loops, command, gains, position, velocity, current)
             asked = min(max(feedback * scale + volts / bus + extra, gains.least), gains.most)
             ramp = config.closed_ramp
-        self.output = ramped(asked, self.output, loops, ramp)
+        self.output = _ramped(asked, self.output, loops, ramp)
         return self.output
 
     def _closed(
@@ -191,19 +221,34 @@ class SparkLoop(ControlLoop):
             rest = self.wrapped(command.setpoint - position)
             volts = self._gravity(gains, position)
         speed = self.profile_velocity
-        volts += _sign(speed) * gains.ks + gains.kv * speed + gains.ka * (speed - before) / (loops * _LOOP)
+        volts += _sign(speed) * gains.ks + gains.kv * speed + gains.ka * (speed - before) / (loops * LOOP)
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """P, I and D of an error; `rest` is how far it is to the setpoint itself."""
+        """Return P, I and D of an error that stands for some loops; `rest` is how far it is to the setpoint itself.
+
+        I is summed and D differenced once a loop.
+        """
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
-        return self.pid(loops, gains, error)
+        if abs(error) < gains.allowed_error:
+            error = 0.0
+        if gains.i_zone == 0.0 or abs(error) <= gains.i_zone:
+            self.integral += error * loops
+            if gains.i_most > 0.0:
+                self.integral = min(max(self.integral, -gains.i_most), gains.i_most)
+        else:
+            self.integral = 0.0
+        last = error if self._last_error is None else self._last_error
+        kept = gains.d_filter
+        self._error_slope = kept * self._error_slope + (1.0 - kept) * ((error - last) / loops)
+        self._last_error = error
+        return gains.p * error + gains.i * self.integral + gains.d * self._error_slope
 
     def _gravity(self, gains: SlotGains, position: float) -> float:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """An error of position, the short way round where positions wrap."""
+        """Return an error of position, the short way round where positions wrap."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -212,12 +257,12 @@ class SparkLoop(ControlLoop):
     def _ramp_velocity(self, loops: int, motion: MotionLimits, goal: float) -> None:
         if motion.cruise > 0.0:
             goal = min(max(goal, -motion.cruise), motion.cruise)
-        most = motion.acceleration * loops * _LOOP
+        most = motion.acceleration * loops * LOOP
         speed = self.profile_velocity
         self.profile_velocity = min(max(goal, speed - most), speed + most)
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
-        """Trapezoidal in every position mode of MAXMotion: an S-curve differs by its rounded corners only."""
+        """Move along a trapezoid in every position mode of MAXMotion: an S-curve differs by its round corners only."""
         if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
@@ -225,8 +270,25 @@ class SparkLoop(ControlLoop):
         rate = of_position / (60.0 * of_velocity) if of_velocity else 1.0
         if self.config.wrap is not None:
             goal = self.profile_position + self.wrapped(goal - self.profile_position)
-        self.advance_profile(loops, goal, motion.cruise, motion.acceleration, rate)
+        if not (motion.cruise > 0.0 and motion.acceleration > 0.0):
+            self.profile_velocity = 0.0
+            return
+        profile = TrapezoidProfile(
+            TrapezoidProfile.Constraints(motion.cruise * abs(rate), motion.acceleration * abs(rate))
+        )
+        start = TrapezoidProfile.State(self.profile_position, self.profile_velocity * rate)
+        state = profile.calculate(loops * LOOP, start, TrapezoidProfile.State(goal, 0.0))
+        self.profile_position, self.profile_velocity = float(state.position), float(state.velocity) / rate
 
 
 def _sign(value: float) -> float:
     return math.copysign(1.0, value) if value else 0.0
+
+
+def _ramped(asked: float, last: float, loops: int, ramp: float) -> float:
+    """Return a duty cycle in -1 to 1 after some loops of a ramp of so long from 0 to full output [s]; 0: none."""
+    asked = min(max(asked, -1.0), 1.0)
+    if ramp <= 0.0:
+        return asked
+    most = loops * LOOP / ramp
+    return min(max(asked, last - most), last + most)

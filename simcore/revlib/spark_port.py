@@ -7,12 +7,12 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.makers import known_device
+from simcore.devices.motor_ports import MotorPort, Setpoint
 from simcore.errors import NonFiniteError
 from simcore.quantities import DeviceKey
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_loop import Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
-from simcore.robot.motor_controllers import Setpoint
+from simcore.revlib.spark_loop import LOOP, Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
 
 rev = season.rev
 RobotState = season.wpilib.RobotState
@@ -81,11 +81,11 @@ class _AnalogSensor(_Sensor):
         return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
-class SparkPort:
+class SparkPort(MotorPort):
     """The simulated side of one SPARK: its loops, and what robot code asks for and reads.
 
-    Physics lets the loops `run`, takes the `volts` and `write`s what the sensors see. In a physics.py it goes into a
-    `simcore.devices.loop_ports.LoopDrivePort` for a drivetrain's motor; on mechanisms it is in a `SparkMotorSim`.
+    Physics lets the loops `run`, takes the `volts` and `write`s what the sensors see. The loops run on the clock of the
+    physics, the same in real time and in simulated time. On mechanisms it is in a `SparkMotorSim`.
 
     Args:
         device: `SparkMax` or `SparkFlex` of the robot code.
@@ -97,9 +97,10 @@ class SparkPort:
     Example:
         port = SparkPort(robot.arm)
         port.set_supply(12.0)
-        port.run(5)  # milliseconds
+        port.run(0.005)
         volts = port.volts(emf=0.0, resistance=0.11)
-        port.write(rotor=1.5, rotor_rps=0.2, encoder=0.1, encoder_rps=0.01, amps=3.0)
+        port.show_current(3.0)
+        port.write(1.5, 0.2, encoder=(0.1, 0.01))
     """
 
     def __init__(self, device: Any, *, sign: float = 1.0) -> None:
@@ -125,7 +126,9 @@ class SparkPort:
         self._analog = _AnalogSensor(f"{name} ANALOG SENSOR")
         self._at_start: float | None = None  # turns of an encoder on the data port as it is switched on
         self._seen = -1
+        self._owed = 0.0  # of its loops [s]
         self._position = self._velocity = self._amps = 0.0
+        self._rotor = self._encoder = (0.0, 0.0)
         self._supply = self._supply_of_loop = 12.0
         _ports[device.key] = self
         self.configure()
@@ -135,10 +138,9 @@ class SparkPort:
         """What it is configured with."""
         return self.loop.config
 
-    @property
-    def brakes(self) -> bool:
-        """Whether it is configured to brake in idle."""
-        return self.loop.config.brakes
+    def is_open(self) -> bool:
+        """Return whether it is configured to coast in idle."""
+        return not self.loop.config.brakes
 
     def configure(self) -> None:
         """Read the configuration again, if robot code has applied one since."""
@@ -147,8 +149,13 @@ class SparkPort:
             self._seen = count
             self.loop.config = read_spark_configuration(self.device.hardware)
 
-    def run(self, loops: int) -> None:
-        """Let its control loop run for so many milliseconds."""
+    def run(self, dt: float) -> None:
+        """Let its 1 kHz loop run for dt [s]; what its sensors read stays as it is meanwhile."""
+        self._owed += dt
+        loops = int(self._owed / LOOP + 0.5)
+        self._owed -= loops * LOOP
+        if loops == 0:
+            return
         self.configure()
         if not RobotState.is_enabled():
             self.loop.rest()
@@ -160,17 +167,16 @@ class SparkPort:
         self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
+        """Take the voltage at its terminals [V]."""
         self._supply = max(volts, 1.0)
         self._bus.set(self._supply)
 
-    @property
     def duty_cycle(self) -> float | None:
-        """See `simcore.devices.motor_sim.LoopPort`."""
+        """See `MotorPort`."""
         return None if self._holds_volts else self._output.get() * self._sign
 
     def setpoint(self) -> Setpoint | None:
-        """See `simcore.robot.motor_controllers.ClosedLoop`."""
+        """See `MotorPort`."""
         mode, goal, config = self._mode.get(), self._setpoint.get(), self.config
         span = ANALOG_SPAN if config.feedback is Feedback.ANALOG else 1.0
         per_turn, per_rpm = (span * factor for factor in config.factors)
@@ -187,12 +193,13 @@ class SparkPort:
     def _holds_volts(self) -> bool:
         return self._mode.get() == ControlMode.VOLTAGE or self.config.compensation is not None
 
-    def volts(self, emf: float, resistance: float) -> float:
-        """What it puts on the motor, positive as for the mechanism [V].
+    def volts(self, emf: float = 0.0, resistance: float = math.inf) -> float:
+        """Return what it puts on the motor, positive as for the mechanism [V].
 
         Args:
             emf: Back-EMF of the motor, positive as for the mechanism [V].
-            resistance: Of one motor's winding [ohm].
+            resistance: Of one motor's winding, for its current limit; infinite where that acts in the motor's model
+                [ohm].
         """
         config = self.config
         output = self.loop.output
@@ -210,27 +217,41 @@ class SparkPort:
         return volts
 
     def show_output(self, output: float) -> None:
-        """Of a follower: the duty cycle that it applies, positive as for the mechanism [-]."""
+        """Show the duty cycle that a follower applies, positive as for the mechanism [-]."""
         self._output.set(output * self._sign)
 
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
         return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
 
-    def write(self, rotor: float, rotor_rps: float, encoder: float, encoder_rps: float, amps: float) -> None:
-        """Set what its sensors read, positive as for the mechanism.
+    def show_current(self, amps: float) -> None:
+        """Show the current of one motor, positive as for the mechanism [A]."""
+        self._amps = amps * self._sign
+        self._current.set(abs(amps))
+
+    def write(self, rotations: float, rps: float, encoder: tuple[float, float] | None = None) -> None:
+        """Show what its sensors read, positive as for the mechanism.
 
         Args:
-            rotor: Turns of the rotor since it was switched on.
-            rotor_rps: Their rate [1/s].
-            encoder: Turns of an absolute, alternate or external encoder on the mechanism.
-            encoder_rps: Their rate [1/s].
-            amps: Current of one motor [A].
+            rotations: Turns of the rotor since it was switched on.
+            rps: Their rate [1/s].
+            encoder: Turns and rate [1/s] of an absolute, alternate or external encoder on the mechanism; None: as
+                they were last.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
         """
-        if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps + amps):
-            raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps, {amps} A")
+        self._rotor, self._encoder = (rotations, rps), encoder or self._encoder
+        self._show()
+
+    def write_encoder(self, turns: float, rps: float) -> None:
+        """Show turns and rate [1/s] of the encoder alone."""
+        self._encoder = turns, rps
+        self._show()
+
+    def _show(self) -> None:
+        (rotor, rotor_rps), (encoder, encoder_rps) = self._rotor, self._encoder
+        if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps):
+            raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps")
         config, sign = self.config, self._sign
         if config.is_brushed:
             if self._at_start is None:
@@ -247,8 +268,6 @@ class SparkPort:
         self._position, self._velocity = seen
         self._shown_position.set(seen[0])
         self._shown_velocity.set(seen[1])
-        self._amps = amps * sign
-        self._current.set(abs(amps))
 
 
 _ports: dict[DeviceKey, SparkPort] = {}

@@ -26,7 +26,6 @@ from simcore.units import GRAVITY, plain_sum
 __all__ = [
     "DriveShaft",
     "MotorReadout",
-    "PlanarChassis",
     "WheeledDrive",
     "free_speed",
     "launch_accel",

@@ -26,7 +26,7 @@ from simcore.quantities import (
 from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 
-__all__ = ["DRIVETRAIN", "MEASURES", "DrivetrainSettings", "read_drivetrain"]
+__all__ = ["DRIVETRAIN", "MEASURES", "NO_PHOENIX_5", "OLD_CONTROLLERS", "DrivetrainSettings", "read_drivetrain"]
 
 _OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
 """Keys that say which devices there are, beside those of the drive motors."""
@@ -35,6 +35,13 @@ ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "An
 """Classes of WPILib that read absolute encoders on ports of the roboRIO; several may be on one drivetrain."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
 """On azimuths: of their own, wired to the steer motors' controllers, or none."""
+NO_PHOENIX_5 = (
+    "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
+    "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
+    "and navX"
+)
+OLD_CONTROLLERS = dict.fromkeys(("Talon SRX", "Victor SPX"), NO_PHOENIX_5)
+"""Motor controllers of Phoenix 5, with the reason why a file may not name them."""
 _IDS = Several(DeviceAddress, or_one=False)
 _ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
@@ -61,12 +68,13 @@ DRIVETRAIN = KeyTable(
     "what the program does not say of it; with motors it describes all of it, and nothing is looked for",
     (
         Key("kind", KINDS, "", "left out: as the program has it", "swerve"),
-        Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX"),
+        Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX",
+            refused=OLD_CONTROLLERS),
         Key("drive", _IDS, (), "ids or channels, in the order of your kinematics; mecanum: front left, front right, "
             "rear left, rear right", [1, 3, 5, 7]),
         Key("left", _IDS, (), "of a tank: motors of the left side, the leader first", [1, 2]),
         Key("right", _IDS, (), "", [3, 4]),
-        Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX"),
+        Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX", refused=OLD_CONTROLLERS),
         Key("steer", _IDS, (), "", [2, 4, 6, 8]),
         Key("encoder", ENCODERS, "", "on the azimuths; wired: to the steer motors' controllers", "CANcoder"),
         Key("encoders", _IDS, (), "ids or channels of these", [11, 12, 13, 14]),

@@ -21,7 +21,6 @@ from simcore.players.lineup import ME, WhileEnabled, find_role, lineup, read_pla
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
 from simcore.robot.robot import Controller
 from simcore.robot_file.key_tables import Key, KeyTable, Table
-from simcore.robot_file.recorded_robot import Recorded, RecordedRobot
 
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
@@ -31,12 +30,10 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "of the game, by its name; neither this nor player, script nor log: it stands still"),
+    Key("auto", str, None, "of the game, by its name; neither this nor player nor script: it stands still"),
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
     Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
-    Key("log", str, None, 'a .wpilog of an earlier run beside this file, whose robot 0 drives again; "run.wpilog:2" is '
-        "robot 2"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip
 
@@ -53,7 +50,6 @@ class FurtherRobot:
     auto: str | None = None
     player: str | None = None
     script: str | None = None
-    log: str | None = None
     preload: int | None = None
     where: str = ""
     """Its table, for messages."""
@@ -74,8 +70,6 @@ class FurtherRobot:
             if self.player is not None:
                 role = find_role(game, read_player(game, self.player)[0])
                 config = None if role.config is None else role.config()
-            if self.log is not None:
-                start = start or self.recorded().start(game.field.symmetry)
         except (UnknownNameError, ConfigError) as error:
             raise ConfigError(f"{self.where}: {error}") from error
         if self.auto is None and preload is None:
@@ -93,7 +87,7 @@ class FurtherRobot:
         Raises:
             ConfigError: There is no such script.
         """
-        if self.auto is None and self.player is None and self.script is None and self.log is None:
+        if self.auto is None and self.player is None and self.script is None:
             return None
         return WhileEnabled(match, self._maker(match, number))
 
@@ -105,23 +99,10 @@ class FurtherRobot:
             name, level = read_player(match.game, self.player)
             role = find_role(match.game, name)
             return lambda: role.controller(match, match.alliances[number], level)
-        if self.log is not None:
-            recorded = self.recorded()
-            return lambda: RecordedRobot(recorded, match, match.alliances[number])
         script = self._script()
         if inspect.isgeneratorfunction(script):
             return lambda: ScriptedRobot(script, match, match.alliances[number])
         return lambda: script
-
-    def recorded(self) -> Recorded:
-        """What the log has of it.
-
-        Raises:
-            ConfigError: There is no such log, or no such robot in it.
-        """
-        path, colon, number = str(self.log).rpartition(":")
-        is_numbered = bool(colon) and number.isdigit()
-        return Recorded(self.folder / (path if is_numbered else str(self.log)), int(number) if is_numbered else 0)
 
     def _script(self) -> Any:
         module, _, name = str(self.script).partition(":")
@@ -150,7 +131,7 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
     """
     v = FURTHER_ROBOT.read(t)
     t.finish()
-    given = [key for key in ("script", "player", "auto", "log") if v[key] is not None]
+    given = [key for key in ("script", "player", "auto") if v[key] is not None]
     if len(given) > 1:
         raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):

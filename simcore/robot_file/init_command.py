@@ -6,30 +6,34 @@ import argparse
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.robot_file.ci_workflow import write_workflow
+from simcore.install_text import shared_requirement
+from simcore.match.registry import installed_games
+from simcore.robot_file.key_tables import read_toml
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.template import FILE_NAME, FoundCamera, FoundMotor, FoundPort, template
+from simcore.robot_file.template import FILE_NAME, template
 
-__all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
+__all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
 _LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
 """What programs write into rather than read from; links to them would lead back into the project."""
 _LEFT_BEHIND = (
     *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
-    *("simgui*.json", "*.wpilog", "*.hoot"),
+    *("simgui.json", "simgui-window.json", "*.wpilog", "*.hoot"),
 )
+"""Lines for .gitignore. `simgui-ds.json` is none: it says which keys and gamepads drive, and belongs to the project."""
 _OWN_SIMULATION = re.compile(r"\bsim_state\b|\bSpark\w*Sim\b|SimCollection\b|\bset_raw_rotor_position\b")
+_WORKFLOW = Path(__file__).with_name("robot-tests.yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the file.
+    """Write the file, or with `--ci` the workflow.
 
     Raises:
         ConfigError: There is no robot.py, or the file is there already.
@@ -55,57 +59,57 @@ def run(args: argparse.Namespace) -> int:
     """
     robot_file = find_robot_py(args.folder)
     if args.ci:
-        path = write_workflow(robot_file, source=args.source, force=args.force)
-        print(f"wrote {path}; commit and push it: GitHub then runs the robot tests at every push")
+        written = write_workflow(robot_file, source=args.source, force=args.force)
+        print(f"wrote {written}; commit and push it: GitHub then runs the robot tests at every push")
         return 0
-    folder = robot_file.parent
-    path = folder / FILE_NAME
+    path = robot_file.parent / FILE_NAME
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
-    motors: list[FoundMotor] | None = None
-    ports: list[FoundPort] = []
-    cameras: list[FoundCamera] = []
-    drivetrain: dict[str, Any] = {}
-    if args.no_look:
-        print("not looked at the robot program: fill in the mechanisms by hand")
-    else:
-        motors, ports, cameras, drivetrain, why_not = find_devices(robot_file)
-        if why_not and (motors or ports or cameras):
-            print(f"the robot program ended early ({why_not}); these are the devices that it had built")
-        elif why_not:
-            print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
-    if motors and _simulates_itself(folder):
-        remark = "your program has a simulation of its own, which may move it"
-        motors = [m if m.remark else replace(m, turns_freely=False, remark=remark) for m in motors]
-    text = template(motors, ports, cameras, drivetrain, every=args.all)
+    found = {} if args.no_look else survey(robot_file)
+    for line in _looked(found, is_asked=not args.no_look):
+        print(line)
+    if found and _simulates_itself(robot_file.parent):
+        for m in found.get("motors", ()):
+            m["turns_freely"] = False
+            m["remark"] = m["remark"] or "your program has a simulation of its own, which may move it"
+    game = next(iter(installed_games()), "")
     try:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(template(found, game=game, every=args.all), encoding="utf-8")
         try:
             read_settings(path)
         except ConfigError as error:  # what was found makes no sense together: then it is not said
-            drivetrain = {"problem": f"the drivetrain that was found cannot be written as a table: {error}"}
-            path.write_text(template(motors, ports, cameras, drivetrain, every=args.all), encoding="utf-8")
+            problem = f"the drivetrain that was found cannot be written as a table: {error}"
+            found["drivetrain"] = {"problem": problem}
+            print(problem)
+            path.write_text(template(found, game=game, every=args.all), encoding="utf-8")
         ignore = write_ignored(_project_of(robot_file))
     except OSError as error:
         raise OutputError(f"cannot write {error.filename or path}: {error.strerror}") from error
-    for line in drivetrain.get("lines", ()):
-        print(line)
-    if "problem" in drivetrain:
-        print(drivetrain["problem"])
-    if motors:
-        print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
-    if ports:
-        print(f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors")
-    if cameras:
-        names = ", ".join(camera.name or camera.maker for camera in cameras)
-        unplaced = ", ".join(c.name for c in cameras if c.name and not c.source)
-        print(
-            f"found {_count(len(cameras), 'camera')}: {names}"
-            + (f"; say in the file where {unplaced} sit" if unplaced else "")
-        )
-    main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
+    main = "" if path.parent.resolve() == Path().resolve() else f"--main {robot_file} "
     print(f"wrote {path}{f' and {ignore}' if ignore else ''}; now: python -m robotpy {main}sim --simcore")
     return 0
+
+
+def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
+    """Say what the look at the program has found, or why it has found nothing."""
+    if not is_asked:
+        return ["not looked at the robot program: fill in the mechanisms by hand"]
+    motors, ports, cameras = (found.get(what, ()) for what in ("motors", "ports", "cameras"))
+    drivetrain = found.get("drivetrain", {})
+    why_not = found.get("error", found.get("not_modelled", ""))
+    if why_not and not (motors or ports or cameras or "lines" in drivetrain):
+        return [f"could not look at the robot program ({why_not}): fill in the mechanisms by hand"]
+    said = [f"the robot program ended early ({why_not}); these are the devices that it had built"] if why_not else []
+    said += drivetrain.get("lines", ())
+    said += [drivetrain["problem"]] if "problem" in drivetrain and not why_not else []
+    said += [f"found {len(motors)} motors or groups of motors besides the drivetrain"] if motors else []
+    said += [f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors"] if ports else []
+    if cameras:
+        names = ", ".join(camera.get("name") or camera["maker"] for camera in cameras)
+        unplaced = ", ".join(camera["name"] for camera in cameras if "name" in camera and "source" not in camera)
+        where = f"; say in the file where {unplaced} sit" if unplaced else ""
+        said.append(f"found {len(cameras)} camera{'s' * (len(cameras) > 1)}: {names}{where}")
+    return said
 
 
 def _simulates_itself(folder: Path) -> bool:
@@ -173,33 +177,56 @@ def _project_of(robot_file: Path) -> Path:
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" + ("" if number == 1 else "s")
+# --- the workflow -----------------------------------------------------------------------------------------------------
 
 
-def find_devices(
-    place: Path,
-) -> tuple[list[FoundMotor] | None, list[FoundPort], list[FoundCamera], dict[str, Any], str]:
-    """Build the robot in a process of its own and ask it for its motors, and for what else it has.
+def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
+    """Write a workflow that runs the robot tests into the git repository of a project.
 
     Args:
-        place: Its robot.py, or the folder of it.
+        robot_file: Its robot.py.
+        source: From where pip can install simcore there; empty: from where it was installed here.
+        force: Overwrite one that is there.
 
-    Returns:
-        The motors, what is on ports, cameras, the drivetrain, and ""; or None for the motors, and why not. All of
-        them, where a program failed after it had built some.
+    Raises:
+        ConfigError: It is there already, the project is in no git repository, or nobody knows where simcore is from.
+        OutputError: It cannot be written.
     """
-    robot_file = find_robot_py(place).resolve()
-    answer = survey(robot_file)
-    motors = []
-    for m in answer.get("motors", ()):
-        del m["code"]
-        motors.append(FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])}))
-    why_not = answer.get("error", answer.get("not_modelled", ""))
-    ports = [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer.get("ports", ())]
-    cameras = [FoundCamera(**{**c, "place": tuple(c.get("place", ()))}) for c in answer.get("cameras", ())]
-    drivetrain = answer.get("drivetrain", {})
-    return (None if why_not and not motors else motors), ports, cameras, drivetrain, why_not
+    project = robot_file.resolve().parent
+    root = next((folder for folder in (project, *project.parents) if (folder / ".git").exists()), None)
+    if root is None:
+        raise ConfigError(f"{project} is in no git repository: `git init` makes one")
+    simcore = shared_requirement("phoenix6", "robotpy", source=source)
+    if not simcore:
+        raise ConfigError(
+            "simcore was installed from a folder of this computer, which GitHub cannot reach: say where it gets it, "
+            "as in `simcore init --ci --source git+https://...`, with the address of simcore's repository"
+        )
+    path = root / ".github" / "workflows" / _WORKFLOW.name
+    if path.exists() and not force:
+        raise ConfigError(f"{path} is there already; simcore init --ci --force overwrites it")
+    packages = shlex.join([simcore, *_packages(project)])
+    packages += " -r requirements.txt" if (project / "requirements.txt").is_file() else ""
+    text = _WORKFLOW.read_text(encoding="utf-8").replace("PACKAGES", packages)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("FOLDER", project.relative_to(root).as_posix()), encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    return path
+
+
+def _packages(project: Path) -> list[str]:
+    """Return what RobotPy installs for a project, by its pyproject.toml."""
+    file = project / "pyproject.toml"
+    told: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
+    extras = ",".join(told.get("components", ()))
+    robotpy = f"robotpy[{extras}]" if extras else "robotpy"
+    robotpy += f"=={told['robotpy_version']}" if "robotpy_version" in told else ""
+    return [robotpy, *told.get("requires", ())]
+
+
+# --- the look at the program ------------------------------------------------------------------------------------------
 
 
 def survey(robot_file: Path, *options: str) -> dict[str, Any]:
@@ -216,6 +243,7 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return {"error": f"{module} is not installed"}
+    robot_file = robot_file.resolve()  # it is asked in another folder
     answer = _ask(robot_file, options)
     return _ask(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 

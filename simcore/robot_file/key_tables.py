@@ -30,7 +30,6 @@ __all__ = [
 
 REQUIRED: Any = object()
 """Default of a key that must be there."""
-_MOST_BYTES, _MOST_DOTS = 100_000, 100  # a whole robot takes 5 kB and two dots; the parser is slow in what is nested
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -40,13 +39,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         ConfigError: It cannot be read, or is no TOML; the message has the line.
     """
     try:
-        size = path.stat().st_size
-        if size > _MOST_BYTES:
-            raise ConfigError(f"{path.name}: must be a text of at most {_MOST_BYTES} bytes, got {size}")
         text = path.read_text(encoding="utf-8-sig")  # Windows editors begin a file with a byte order mark
-        for number, line in enumerate(text.splitlines(), 1):
-            if line.count(".") > _MOST_DOTS:
-                raise ConfigError(f"{path.name}: line {number} is nested too deep: a key with over {_MOST_DOTS} dots")
         return tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
@@ -58,8 +51,6 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(f"{path.name}: is no valid TOML: {error}{hint}") from error
     except RecursionError as error:
         raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
-    except ConfigError:
-        raise
     except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
         raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
 
@@ -220,6 +211,10 @@ that is -0.61 m
     has `_deg` at its end, too."""
     is_guess: bool = False
     """Whether its default is a guess, which runs list as long as the file does not say it."""
+    needs: tuple[str, str] | None = None
+    """Key that must be in the table, too, and how its value is written in the message."""
+    refused: Mapping[str, str] | None = None
+    """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
     def read(self, t: Table, names: Names) -> Any:
         """The value in a table, in the unit of the config.
@@ -235,6 +230,10 @@ that is -0.61 m
                 raise t.error(self.name, f"must name {article}, but there is no {form.table} in the file")
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _wanted(form))
+        if self.needs and self.name in t and self.needs[0] not in t:
+            raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
+        if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
+            raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:
             given = value
         elif isinstance(form, Several):
@@ -321,7 +320,7 @@ def table_text(head: str, rows: Iterable[tuple[str, Any, str]]) -> str:
     left = [1, 2]                   # found
     """
     return f"{head}\n" + "".join(
-        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", ())
+        comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows if value not in ("", (), [])
     )
 
 

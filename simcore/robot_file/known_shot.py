@@ -17,7 +17,7 @@ from simcore.pieces.shot_solver import NoShotError, solve_shot
 from simcore.quantities import COUNT, DEGREES, FIELD_LENGTH, RATE, Quantity, require
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 
-__all__ = ["KnownShot", "NeededSpeed", "elevations", "exit_efficiency", "goal_of", "needed_speeds"]
+__all__ = ["KnownShot", "NeededSpeed", "elevations", "exit_efficiency", "goal_of", "goals_of", "needed_speeds"]
 
 DISTANCES = (2.0, 3.0, 4.0, 5.0)
 """For which needed speeds are shown [m]."""
@@ -84,10 +84,14 @@ class NeededSpeed:
     """Of the wheels, at the exit efficiency of the shooter [turns/s]."""
 
 
+def goals_of(shooter: ShooterConfig, game: Game) -> list[ScoringZone]:
+    """Return the zones that take what the shooter throws."""
+    return [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
+
+
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """The first zone with an opening that takes what the shooter throws; None: the game has none."""
-    fitting = (z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds))
-    return next((zone for zone in fitting if zone.opening is not None), None)
+    """Return the first of its zones that has an opening; None: the game has none."""
+    return next((zone for zone in goals_of(shooter, game) if zone.opening is not None), None)
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:

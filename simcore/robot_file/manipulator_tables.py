@@ -46,6 +46,7 @@ _DIRECTIONS = ("forward", "backward")
 _EDGE = Quantity("m", 0.0, 2.0, is_open=True)
 _KINDS = Key("kinds", Several(str), (), "kinds of pieces; left out: all", ["Name"])
 _PLACES = tuple(Key(axis, ROBOT_PLACE, 0.0) for axis in "yz")
+_OUTLET, _TURRET = ("outlet", "<side>"), ("turret", "<mechanism>")
 _LEAN = Quantity("deg", 0.0, 68.0)
 _ROOM = StorageConfig()
 
@@ -66,17 +67,23 @@ STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a sho
     *_box("room where held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
     Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the room one "
         "by one; left out: they are a list", "front"),
-    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below two diameters two pieces can jam", 0.4),
-    Key("outlet_height", ROBOT_LENGTH, None, "left out: as the width", 0.2),
+    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below two diameters two pieces can jam", 0.4,
+        needs=_OUTLET),
+    Key("outlet_height", ROBOT_LENGTH, None, "left out: as the width", 0.2, needs=_OUTLET),
     Key("outlet_place", (ROBOT_PLACE,) * 2, None, "its middle: y and z, of one in the left or right side x and z, in "
-        "the bottom y and x; left out: in the middle of the side, at the floor", [0.0, 0.35]),
-    Key("inlet", tuple(FACES)[:-1], None, "wall at whose top pieces come in; left out: opposite the outlet", "back"),
-    Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "feeder"),
+        "the bottom y and x; left out: in the middle of the side, at the floor", [0.0, 0.35],
+        needs=_OUTLET),
+    Key("inlet", tuple(FACES)[:-1], None, "wall at whose top pieces come in; left out: opposite the outlet", "back",
+        needs=_OUTLET),
+    Key("belt", _ONE, None, "a mechanism that moves what lies on the floor; left out: none does", "feeder",
+        needs=_OUTLET),
     Key("belt_travel", RATIO, 0.025, "way of a piece per radian of it [m]: radius of its roller, half of it where "
-        "pieces roll along a fixed ceiling; negative if it turns backward to feed"),
-    Key("funnel_deg", _LEAN, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel"),
-    Key("slope_deg", _LEAN, 0.0, "of the floor, down to an outlet in a wall", field="slope"),
-    Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, of foam on a wall", 0.4),
+        "pieces roll along a fixed ceiling; negative if it turns backward to feed", needs=_OUTLET),
+    Key("funnel_deg", _LEAN, 0.0, "angle of the walls beside the opening; 0: its corners are dead", field="funnel",
+        needs=_OUTLET),
+    Key("slope_deg", _LEAN, 0.0, "of the floor, down to an outlet in a wall", field="slope", needs=_OUTLET),
+    Key("friction", FRICTION, None, "of pieces on belt, edges and each other; left out: 0.4, of foam on a wall", 0.4,
+        needs=_OUTLET),
 ))  # fmt: skip
 INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the roller turns forward; one table an intake", (
     *_box("x is forward, so this one is behind the bumpers: an intake at the back; in front of them both x are above "
@@ -85,7 +92,8 @@ INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the rolle
     Key("roller", _ONE, about="a mechanism; it takes in above one turn a second", example="intake"),
     Key("takes_in", _DIRECTIONS, "forward", "or backward: how the roller turns then"),
     Key("deploy", _ONE, None, "a mechanism that must be out; left out: it always is", "pivot"),
-    Key("out_at", ("upper", "lower"), "upper", "at which of its stops it is out", "lower", field="deployed_at"),
+    Key("out_at", ("upper", "lower"), "upper", "at which of its stops it is out", "lower", field="deployed_at",
+        needs=("deploy", "<mechanism>")),
     Key("on", _CARRIER, None, "what carries the box; it is then from that joint, with all joints at 0", "pivot"),
     Key("storage", _STORAGE, "", "where pieces go; left out: the first", "front"),
     _KINDS,
@@ -98,11 +106,13 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("storage", _STORAGE, "", "where pieces come from; left out: the first", "front"),
     Key("hood", _ONE, None, "a mechanism that tilts the shot; left out: it is fixed", "hood"),
     Key("elevation_deg", DEGREES, about="of the shot, with the hood at angle 0", example=65.0, field="elevation"),
-    Key("elevation_per_hood", RATIO, -1.0, "-1 if the shot gets flatter as the hood goes up"),
+    Key("elevation_per_hood", RATIO, -1.0, "-1 if the shot gets flatter as the hood goes up",
+        needs=("hood", "<mechanism>")),
     Key("turret", _ONE, None, "a mechanism that turns the shot; left out: it is fixed", "turret"),
-    Key("turret_ratio", RATIO, 1.0, "turns of the shot per turn of that mechanism"),
-    Key("turret_x", ROBOT_PLACE, None, "where the turret's axis is; left out: at its joint", 0.0, "pivot_x"),
-    Key("turret_y", ROBOT_PLACE, None, "", 0.0, "pivot_y"),
+    Key("turret_ratio", RATIO, 1.0, "turns of the shot per turn of that mechanism", needs=_TURRET),
+    Key("turret_x", ROBOT_PLACE, None, "where the turret's axis is; left out: at its joint", 0.0, "pivot_x",
+        needs=_TURRET),
+    Key("turret_y", ROBOT_PLACE, None, "", 0.0, "pivot_y", needs=_TURRET),
     Key("height", ROBOT_LENGTH, about="of the muzzle: the middle of a piece as it leaves", example=0.5),
     Key("forward", ROBOT_PLACE, 0.0, "of the muzzle, from the robot's center or the turret's axis", 0.15),
     Key("yaw_deg", DEGREES, 0.0, "where it shoots, with the turret at 0: 0 front, 90 left, 180 back", field="heading"),
@@ -121,7 +131,6 @@ CLAW = KeyTable("[[claw]]", "holds one piece at the end of what carries it", (
     *_PLACES,
     Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "of the box around it in which pieces are taken"),
     Key("roller", _ONE, about="a mechanism: forward takes, backward lets go", example="claw"),
-    Key("give", ROBOT_LENGTH, 0.01, "how deep the field can be in the held piece before it is knocked out"),
     Key("passes_through", bool, False, "whether forward lets go, too, once the roller has stopped in between"),
     *(Key(f"{axis}_deg", DEGREES, 0.0, "of the held piece", field=axis) for axis in ("roll", "pitch", "yaw")),
     Key("from_storage", bool, False, "whether the storage hands pieces on to it", True),
@@ -161,8 +170,6 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
         if own["outlet_width"] is None:
             raise t.error("outlet_width", 'is missing; an outlet needs it, e.g. "outlet_width = 0.4"')
         v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
-    elif given := [key.name for key in STORAGE.keys if key.target in own and key.name in t]:
-        raise t.error(given[0], f"needs an outlet = <side> beside it: {', '.join(FACES)}")
     room = capacity if v["capacity"] is None else v["capacity"]
     if room is None:
         raise t.error("capacity", "is missing; it must be a whole number from 0 to 500")
@@ -174,10 +181,7 @@ def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig
     v = _read(INTAKE, t, names)
     (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
     zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
-    if v["deploy"] is None:
-        if "out_at" in t:
-            raise t.error("out_at", "needs a deploy = <mechanism> beside it")
-    elif isinstance(mechanisms[v["deploy"]].config, FlywheelConfig | RollerConfig):
+    if v["deploy"] is not None and isinstance(mechanisms[v["deploy"]].config, FlywheelConfig | RollerConfig):
         raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {v['deploy']!r}")
     joints, backward = joints_to(v.pop("on"), mechanisms), v.pop("takes_in") == "backward"
     return IntakeConfig(zone=zone, joints=joints, roller_reversed=backward, **v)
@@ -195,9 +199,6 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
     for name in v["gate_reversed"]:
         if name not in feeders:
             raise t.error("feeder_backward", f"must name feeders, which are {list(feeders)}; got {name!r}")
-    for key, needs in (("elevation_per_hood", "hood"), *((f"turret_{end}", "turret") for end in ("ratio", "x", "y"))):
-        if key in t and v[needs] is None:
-            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
     if (beside := v.pop("side_by_side")) and len(wheels) == 1:
         raise t.error("side_by_side", 'needs two wheels beside it: wheels = ["left", "right"]')
     radii = v.pop("wheel_radius")

@@ -41,6 +41,7 @@ from simcore.robot.mechanisms import (
     guessed_inertia,
 )
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.drivetrain_table import OLD_CONTROLLERS
 from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
 from simcore.units import GRAVITY, plain_sum
@@ -55,9 +56,9 @@ _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
 """WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
-_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex", "Talon SRX": "CIM", "Victor SPX": "CIM"}
+_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 _GEARING = 1.0  # a guess, where the program has set none either
-_WITH_ENCODER = ("SPARK MAX", "SPARK Flex", "Talon SRX")
+_WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
     Key("min_deg", DEGREES, -180.0, "lower stop: 0 is level, 90 upright", 0.0, "min_angle", is_guess=True),
@@ -73,7 +74,8 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     Key("leader", DeviceAddress, about="CAN id", example=20),
     Key("followers", _DEVICES, (), "on the same bus", [21, 22]),
     Key("opposed", _DEVICES, (), "followers that are mounted face to face with the leader", [22]),
-    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels"),
+    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels",
+        refused=OLD_CONTROLLERS),
     Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
     Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess, as your program has set "
         "it, else 1", 0.75, is_guess=True),
@@ -83,8 +85,8 @@ MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
     _REVERSED,
     Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
     Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
-    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism"),
-    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK or Talon SRX"),
+    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism", needs=("cancoder", "<CAN id>")),
+    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK"),
 ))  # fmt: skip
 PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries something, and what mass it moves", (
     Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of what carries it"),
@@ -230,8 +232,6 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
         raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
     if "encoder_gearing" in t and not has_encoder:
         raise t.error("encoder_gearing", f"is of a {', '.join(_WITH_ENCODER)}; the controller is a {controller}")
-    if "cancoder_gearing" in t and v["cancoder"] is None:
-        raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
     if "coasts" in t and controller not in ("PWM", "Relay"):
         raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
 

@@ -1,4 +1,4 @@
-"""What `simcore check` finds: a second of each mechanism, and what cannot be right about a described robot.
+"""Findings of `simcore check`: a second of each mechanism, and what cannot be right about a described robot.
 
 Each mechanism gets full positive output from where it starts: which way it goes, how fast, and where it ends.
 """
@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,20 +21,18 @@ from simcore.geometry.zones import BoxZone, CylinderZone, Zone
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
-from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
     ElevatorConfig,
     ElevatorSim,
-    FlywheelConfig,
-    RackConfig,
+    PistonConfig,
     RackSim,
-    RollerConfig,
+    ServoConfig,
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
-from simcore.robot_file.known_shot import elevations
+from simcore.robot_file.known_shot import elevations, goals_of
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
 
@@ -42,14 +41,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CodeView", "MechanismRun", "RobotFinding", "ShotReach", "findings", "intake_zone", "reading_unit",
-    "run_findings", "run_mechanism", "shot_reach", "sign_findings", "speed_text",
+    "run_findings", "run_mechanism", "shot_reach", "speed_text",
 ]  # fmt: skip
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-]; share of what the motors can hold
 _LEAST_WAY = math.radians(10.0)  # of an arm or a turret
 _SLOW = 5.0  # [s]
-_NO_PIECE = 0.0  # [m]; radius where the game is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +57,9 @@ class RobotFinding:
     text: str
     is_wrong: bool = True
     """Whether it cannot be meant; otherwise it is worth knowing."""
+
+
+_note = partial(RobotFinding, is_wrong=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,16 +128,13 @@ class MechanismRun:
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """The mechanism behind the current limits that robot code has configured."""
-    if code is None or not isinstance(config, FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig):
+    """Return the mechanism behind the current limits that robot code has configured."""
+    if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
-    limited: GearboxConfig = replace(
-        box,
-        stator_current_limit=min(box.stator_current_limit, code.stator_limit),
-        supply_current_limit=min(box.supply_current_limit, code.supply_limit),
-    )
-    return replace(config, gearbox=limited)
+    stator = min(box.stator_current_limit, code.stator_limit)
+    supply = min(box.supply_current_limit, code.supply_limit)
+    return replace(config, gearbox=replace(box, stator_current_limit=stator, supply_current_limit=supply))
 
 
 def run_mechanism(
@@ -147,7 +145,7 @@ def run_mechanism(
     reversed: bool = False,
     output: float = 1.0,
 ) -> MechanismRun:
-    """Run one from where it starts; it stops where it meets a stop, or a soft limit of its controller.
+    """Run a mechanism from where it starts until it meets a stop, or a soft limit of its controller.
 
     Args:
         name: Of the mechanism.
@@ -161,18 +159,18 @@ def run_mechanism(
     sign = turned * output
     start = mechanism.position
     limit = None if code is None else _soft_limit(code, mechanism, turned, output)
-    speeds = []
-    stop = soft = None
-    for step in range(1, round(SECONDS / _STEP) + 1):
-        blocked = limit is not None and sign * (mechanism.position - limit) >= 0.0
-        if blocked and soft is None:
-            soft = (step - 1) * _STEP
-        mechanism.set_volts(0.0 if blocked else sign * VOLTS)
+    speeds: list[float] = []
+    held: list[float] = []  # times at which a soft limit holds it, and then those at a stop [s]
+    stopped: list[float] = []
+    for time in np.arange(round(SECONDS / _STEP)) * _STEP:
+        is_held = limit is not None and sign * (mechanism.position - limit) >= 0.0
+        mechanism.set_volts(0.0 if is_held else sign * VOLTS)
         mechanism.step(_STEP, VOLTS)
         speeds.append(abs(mechanism.velocity))
-        at_stop = mechanism.position in mechanism.stops and mechanism.velocity == 0.0
-        if at_stop and stop is None and not blocked:
-            stop = step * _STEP
+        if is_held:
+            held.append(float(time))
+        elif mechanism.position in mechanism.stops and mechanism.velocity == 0.0:
+            stopped.append(float(time) + _STEP)
     top = max(speeds)
     spin_up = next((k for k, speed in enumerate(speeds, 1) if speed >= 0.95 * top), 0) * _STEP
     read = None
@@ -189,15 +187,15 @@ def run_mechanism(
         position=mechanism.position,
         spin_up=spin_up,
         is_rising=speeds[-1] > 1.05 * speeds[round(0.9 * len(speeds)) - 1],
-        stop=stop,
-        soft_limit=soft,
+        stop=stopped[0] if stopped else None,
+        soft_limit=held[0] if held else None,
         read=read,
         code=code,
     )
 
 
 def holding_share(config: MechanismConfig) -> float:
-    """Largest load of its own weight over what the motors hold at 12 V and their current limits [-]; 0 without one."""
+    """Return the largest load of its own weight over what its motors hold at 12 V and their limits [-]; 0: no load."""
     if isinstance(config, ArmConfig):
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
@@ -211,7 +209,7 @@ def holding_share(config: MechanismConfig) -> float:
 
 
 def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
-    """Where a soft limit stops the mechanism [rad]; None: it is off, or what it counts from is not known."""
+    """Return where a soft limit stops the mechanism [rad]; None: it is off, or what it counts from is not known."""
     limit = code.upper_limit if output > 0.0 else code.lower_limit
     if limit is None or code.reading is None:
         return None
@@ -219,7 +217,7 @@ def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: floa
 
 
 def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
-    """Unit of the positions that robot code reads, by what its controller makes of a turn of the mechanism.
+    """Return the unit of the positions that robot code reads, by what its controller makes of a turn.
 
     Returns:
         E.g. "turns", or "m" where the ratio has the drum in it; None: it is none of the usual ones.
@@ -235,7 +233,7 @@ def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
 
 
 def speed_text(mechanism: ShaftSim, speed: float) -> str:
-    """A speed [rad/s] in the unit that its kind is thought of in."""
+    """Format a speed [rad/s] in the mechanism's usual unit."""
     if isinstance(mechanism, ArmSim):
         return f"{math.degrees(speed):.0f} deg/s"
     if isinstance(mechanism, ElevatorSim | RackSim):
@@ -247,7 +245,7 @@ def speed_text(mechanism: ShaftSim, speed: float) -> str:
 
 
 def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, CodeView]) -> Iterator[RobotFinding]:
-    """All of them.
+    """Look at a robot as it is described.
 
     Args:
         config: The robot.
@@ -259,30 +257,41 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
     for number, shooter in enumerate(config.shooters, 1):
         yield from _of_shooter(f"shooter {number}", shooter, config, game)
     if game is not None and game.pieces and not config.intakes:
-        yield RobotFinding("no [[intake]] is described: pieces are pushed, not taken in", is_wrong=False)
+        yield _note("no [[intake]] is described: pieces are pushed, not taken in")
     for name, mechanism in config.mechanisms.items():
-        code = codes.get(name)
-        if isinstance(mechanism, ArmConfig) and (way := mechanism.max_angle - mechanism.min_angle) < _LEAST_WAY:
-            low, high = (math.degrees(math.degrees(angle)) for angle in (mechanism.min_angle, mechanism.max_angle))
+        yield from _of_mechanism(name, with_limits(mechanism, codes.get(name)))
+    for number, climber in enumerate(config.climbers, 1):
+        lift = config.mechanisms[climber.joints[-1].mechanism]
+        if not isinstance(lift, ElevatorConfig):
+            continue
+        pull = lift.gearbox.stall_torque(VOLTS) / lift.drum_radius
+        weight = config.drivetrain.mass * GRAVITY / len(config.climbers)
+        if pull < weight:
             yield RobotFinding(
-                f"{name} has only {math.degrees(way):.2g} deg of way; stops are in degrees: if they were meant in "
-                f"radians, min_deg = {low:.0f} and max_deg = {high:.0f}",
-                is_wrong=False,
+                f"climber {number} cannot lift the robot: {climber.joints[-1].mechanism} pulls with {pull:.0f} N, and "
+                f"its share of the robot's weight is {weight:.0f} N"
             )
-        share = holding_share(with_limits(mechanism, code))
-        if share > 1.0:
-            yield RobotFinding(
-                f"{name} cannot hold itself: its weight needs {share:.1f} times what its motors give"
-                f"{_at_limit(build_mechanism(with_limits(mechanism, code)).gearbox.stator_current_limit)}"
-            )
-        elif share > _HARD:
-            text = f"{name} holds its weight with {100 * share:.0f} % of what its motors can give"
-            yield RobotFinding(text, is_wrong=False)
-    yield from _of_climbers(config)
+
+
+def _of_mechanism(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
+    """Look at the stops and the weight of a mechanism."""
+    if isinstance(config, ArmConfig) and (way := config.max_angle - config.min_angle) < _LEAST_WAY:
+        low, high = (math.degrees(math.degrees(angle)) for angle in (config.min_angle, config.max_angle))
+        yield _note(
+            f"{name} moves only {math.degrees(way):.2g} deg: min_deg and max_deg are degrees; from radians they would "
+            f"be min_deg = {low:.0f} and max_deg = {high:.0f}"
+        )
+    share = holding_share(config)
+    if share > 1.0:
+        amps = build_mechanism(config).gearbox.stator_current_limit
+        limit = "" if math.isinf(amps) else f" at their limit of {amps:g} A"
+        yield RobotFinding(f"{name} cannot hold itself: its weight needs {share:.1f} times what its motors give{limit}")
+    elif share > _HARD:
+        yield _note(f"{name} needs {100 * share:.0f} % of what its motors can give to hold its weight")
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest corner of an intake's zone while it is out, wherever else it can be, robot frame [m]."""
+    """Return the lowest and highest corner of an intake's zone while it is out, over all places, robot frame [m]."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -300,85 +309,24 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
-def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
-    """What a shooter can do at best."""
-    speed = shooter.exit_speed(_free_speeds(shooter, config))
-    steps = np.linspace(*elevations(shooter, config), 46)
-    rise = shooter.launch.height + float(np.max(np.clip(speed * np.sin(steps), 0.0, None) ** 2)) / (2.0 * GRAVITY)
-    distance = speed * speed * float(np.max(np.abs(np.sin(2.0 * steps)))) / GRAVITY
-    return ShotReach(speed, (float(steps[0]), float(steps[-1])), rise, distance)
-
-
-def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
-    """What the second of each mechanism shows, and how its program is configured."""
-    for run in runs:
-        box = run.mechanism.gearbox
-        full_speed = 3.0 * run.mechanism.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
-        if full_speed > _SLOW:
-            yield RobotFinding(
-                f"{run.name} takes {full_speed:.0f} s to its full speed: look at inertia ({run.mechanism.inertia:g} kg "
-                f"m^2) and gearing ({run.mechanism.gearing:g})",
-                is_wrong=False,
-            )
-        code = run.code
-        if code is not None and code.ratio != 1.0 and reading_unit(run.mechanism, code) is None:
-            turns = run.mechanism.gearing / code.ratio
-            yield RobotFinding(
-                f"{run.name}: gearing = {run.mechanism.gearing:g} in the file, but the program divides the rotor's "
-                f"turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
-                is_wrong=False,
-            )
-
-
-def sign_findings(
-    runs: Sequence[tuple[MechanismRun, MechanismRun | None]], intakes: Sequence[IntakeConfig]
-) -> Iterator[RobotFinding]:
-    """Where robot code and mechanism may not share a sign: by its soft limits, and by how an intake gets out.
-
-    Args:
-        runs: Of each mechanism a second forward, and one backward where forward it had nowhere to go.
-        intakes: Of the robot.
-    """
-    for forward, backward in runs:
-        run = backward or forward
-        if run.read is None or run.code is None:
-            continue
-        before, after = run.read
-        if backward is not None and backward.soft_limit is not None and not backward.travel:
-            limits = [f"{limit:.3g}" for limit in (run.code.lower_limit, run.code.upper_limit) if limit is not None]
-            yield RobotFinding(
-                f"{run.name} goes neither way from where it starts: forward is its stop, backward the soft limit of "
-                f"robot code ({' to '.join(limits)} turns): does your code count the other way? write, or take out, "
-                "reversed = true"
-            )
-        for number, intake in enumerate(intakes, 1):
-            out = 1.0 if intake.deployed_at == "upper" else -1.0
-            if intake.deploy == run.name and run.travel * out > 0.0 and after < before:
-                yield RobotFinding(
-                    f"intake {number}: {run.name} is out at its {intake.deployed_at} stop, and on the way there robot "
-                    f"code reads {before:.2f} to {after:.2f} turns: if your code counts up as it goes out, write "
-                    "reversed = true",
-                    is_wrong=False,
-                )
-
-
 def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+    """Look whether an intake can touch a piece on the floor outside of the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body
-    beyond = max(high[0] - 0.5 * body.bumper_length, -low[0] - 0.5 * body.bumper_length,
-                 high[1] - 0.5 * body.bumper_width, -low[1] - 0.5 * body.bumper_width)  # fmt: skip
+    half = np.array((0.5 * body.bumper_length, 0.5 * body.bumper_width))
+    beyond = float(np.max((high[:2] - half, -low[:2] - half)))
     if low[2] < body.bumper_top:
-        radius = min((kind.inner_radius for kind in kinds), default=_NO_PIECE)
+        radius = min((kind.inner_radius for kind in kinds), default=0.0)
         if beyond <= 0.0:
             yield RobotFinding(f"{name} is inside of the bumpers, which no piece passes: move its zone out")
         elif beyond < radius:
             yield RobotFinding(
-                f"{name} ends {1000 * beyond:.0f} mm before the bumpers; the middle of a piece that touches them is "
-                f"{1000 * radius:.0f} mm before them"
+                f"{name} ends {1000 * beyond:.0f} mm outside of the bumpers; the middle of a piece that touches them "
+                f"is {1000 * radius:.0f} mm outside"
             )
     if beyond > _FAR:
-        yield RobotFinding(f"{name} reaches {beyond:.2f} m beyond the bumpers", is_wrong=False)
+        yield _note(f"{name} reaches {beyond:.2f} m beyond the bumpers")
     lowest = min((kind.rest_height for kind in kinds), default=0.0)
     if high[2] < lowest:
         yield RobotFinding(
@@ -386,16 +334,19 @@ def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game 
         )
 
 
+def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
+    """Return what a shooter can do at best."""
+    speed = shooter.exit_speed(_free_speeds(shooter, config))
+    steps = np.linspace(*elevations(shooter, config), 46)
+    rise = shooter.launch.height + float(np.max(np.clip(speed * np.sin(steps), 0.0, None) ** 2)) / (2.0 * GRAVITY)
+    distance = speed * speed * float(np.max(np.abs(np.sin(2.0 * steps)))) / GRAVITY
+    return ShotReach(speed, (float(steps[0]), float(steps[-1])), rise, distance)
+
+
 def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+    """Look whether a shooter sits on the robot, lets pieces go, and throws high enough for a goal."""
     body, launch = config.body, shooter.launch
-    mechanisms = {mechanism: build_mechanism(one) for mechanism, one in config.mechanisms.items()}
-    places = np.array(
-        [
-            muzzle_offset(launch, barrel, angle)
-            for barrel in range(len(launch.barrels))
-            for angle in _turret_angles(shooter, mechanisms)
-        ]
-    )
+    places = np.array([muzzle_offset(launch, barrel) for barrel in range(len(launch.barrels))])
     out = np.abs(places[:, :2]) - (0.5 * body.bumper_length, 0.5 * body.bumper_width)
     worst = int(np.argmax(out.max(axis=1)))
     if out[worst].max() > 0.0:
@@ -403,7 +354,6 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
         yield RobotFinding(
             f"{name}: its muzzle is {1000 * out[worst].max():.0f} mm outside of the robot, at ({x:.2f}, {y:.2f}) m"
         )
-    reach = shot_reach(shooter, config)
     wheels = _free_speeds(shooter, config)
     mean = 0.5 * (wheels[0] + wheels[-1])
     if mean < shooter.min_wheel_speed:
@@ -412,53 +362,53 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return
-    goals = [] if game is None else [
-        zone for zone in game.zones
-        if not zone.kinds or not shooter.kinds or set(zone.kinds) & set(shooter.kinds)
-    ]  # fmt: skip
-    if goals and all(_entry(goal.zone, downward=goal.downward) > reach.rise for goal in goals):
-        goal = min(goals, key=lambda goal: _entry(goal.zone, downward=goal.downward))
+    reach, zones = shot_reach(shooter, config), [] if game is None else goals_of(shooter, game)
+    goals = {zone.name: _entry(zone.zone, downward=zone.downward) for zone in zones}
+    if goals and min(goals.values()) > reach.rise:
+        goal = min(goals, key=goals.__getitem__)
         yield RobotFinding(
             f"{name} reaches nothing: at 12 V pieces leave at {reach.speed:.1f} m/s and rise to {reach.rise:.2f} m; "
-            f"{goal.name} begins at {_entry(goal.zone, downward=goal.downward):.2f} m"
+            f"{goal} begins at {goals[goal]:.2f} m"
         )
 
 
 def _free_speeds(shooter: ShooterConfig, config: RobotConfig) -> list[float]:
-    """Of each wheel at 12 V [rad/s]."""
+    """Return the free speed of each wheel at 12 V [rad/s]."""
     return [build_mechanism(config.mechanisms[name]).gearbox.free_speed(VOLTS) for name in shooter.wheels]
 
 
-def _turret_angles(shooter: ShooterConfig, mechanisms: Mapping[str, ShaftSim]) -> list[float]:
-    if shooter.turret is None:
-        return [0.0]
-    low, high = mechanisms[shooter.turret].stops
-    if not math.isfinite(high - low):
-        low, high = -math.pi, math.pi
-    angles: list[float] = np.linspace(shooter.turret_ratio * low, shooter.turret_ratio * high, 73).tolist()
-    return angles
-
-
 def _entry(zone: Zone, *, downward: bool) -> float:
-    """How high a piece must rise to score in a zone [m]: to its top, if only falling pieces count."""
+    """Return how high a piece must rise to score in a zone [m]: to its top, if only falling pieces count."""
     if downward and isinstance(zone, CylinderZone):
         return zone.top
     return zone.high[2] if downward and isinstance(zone, BoxZone) else zone.bottom
 
 
-def _of_climbers(config: RobotConfig) -> Iterator[RobotFinding]:
-    for number, climber in enumerate(config.climbers, 1):
-        last = climber.joints[-1].mechanism
-        mechanism = config.mechanisms[last]
-        if isinstance(mechanism, ElevatorConfig):
-            pull = mechanism.gearbox.stall_torque(VOLTS) / mechanism.drum_radius
-            weight = config.drivetrain.mass * GRAVITY / len(config.climbers)
-            if pull < weight:
-                yield RobotFinding(
-                    f"climber {number} cannot lift the robot: {last} pulls with {pull:.0f} N, and the robot's weight"
-                    f" (its share of it) is {weight:.0f} N"
-                )
+def run_findings(runs: Sequence[tuple[MechanismRun, MechanismRun | None]]) -> Iterator[RobotFinding]:
+    """Look at a second of each mechanism, and at how its program is configured.
 
-
-def _at_limit(amps: float) -> str:
-    return "" if math.isinf(amps) else f" at their limit of {amps:g} A"
+    Args:
+        runs: Of each mechanism a second forward, and one backward where forward it had nowhere to go.
+    """
+    for run, backward in runs:
+        box, code, gearing = run.mechanism.gearbox, run.code, run.mechanism.gearing
+        full_speed = 3.0 * run.mechanism.inertia * box.resistance / (box.torque_per_amp * box.volts_per_speed)
+        if full_speed > _SLOW:
+            yield _note(
+                f"{run.name} takes {full_speed:.0f} s to its full speed: look at inertia ({run.mechanism.inertia:g} kg "
+                f"m^2) and gearing ({gearing:g})"
+            )
+        if code is None:
+            continue
+        if code.ratio != 1.0 and reading_unit(run.mechanism, code) is None:
+            yield _note(
+                f"{run.name}: gearing = {gearing:g} in the file, but the program divides the rotor's turns by "
+                f"{code.ratio:g}: it reads {gearing / code.ratio:.3g} turns per turn of the mechanism"
+            )
+        if backward is not None and backward.soft_limit is not None and not backward.travel:
+            limits = [f"{limit:.3g}" for limit in (code.lower_limit, code.upper_limit) if limit is not None]
+            yield RobotFinding(
+                f"{run.name} goes neither way from where it starts: forward is its stop, backward the soft limit of "
+                f"robot code ({' to '.join(limits)} turns): does your code count the other way? write, or take out, "
+                "reversed = true"
+            )

@@ -42,7 +42,7 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "PORT_CONTROLLERS", "MechanismSettings", 
 
 FILE_NAME = "simcore.toml"
 
-CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "Talon SRX", "Victor SPX", "PWM", "Relay")
+CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
 PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
 """Controllers of mechanisms that are on ports and not on CAN."""

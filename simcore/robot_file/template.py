@@ -1,15 +1,14 @@
-"""The text of a new `simcore.toml`: every key with its meaning, those that need a choice commented out."""
+"""The text of a new `simcore.toml`: what a robot program has, and on request all other keys in comments."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from simcore.robot_file.camera_table import CAMERAS
 from simcore.robot_file.drivetrain_table import DRIVETRAIN
 from simcore.robot_file.further_robots import FURTHER_ROBOT
-from simcore.robot_file.key_tables import KeyTable, table_text
+from simcore.robot_file.key_tables import KeyTable, comment_line, table_text, toml
 from simcore.robot_file.manipulator_tables import CLAW, CLIMBER, COMPONENT, INTAKE, SHOOTER, STORAGE
 from simcore.robot_file.mechanism_names import mechanism_kind
 from simcore.robot_file.mechanism_tables import KINDS, MECHANISM, MOTORS, PLACE
@@ -17,103 +16,55 @@ from simcore.robot_file.reader import AUTOS, ROBOT, SCATTER, START, TOP
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.sensor_tables import SENSOR, SENSORS
 
-__all__ = ["FILE_NAME", "FoundCamera", "FoundMotor", "FoundPort", "reference", "template"]
+__all__ = ["FILE_NAME", "reference", "template"]
+
+Found = Mapping[str, Any]
+"""One thing of a robot program, as a row of the survey."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FoundMotor:
-    """A motor of the robot program that no table describes yet, and what it is guessed to turn."""
-
-    controller: str
-    leader: int | str
-    """As a file has it, for this and the others: `DeviceAddress.in_file`."""
-    followers: tuple[int | str, ...] = ()
-    opposed: tuple[int | str, ...] = ()
-    gearing: float = 1.0
-    inertia: float = 0.0
-    """At the mechanism [kg m^2]."""
-    friction_volts: float = 0.0
-    """At which it begins to turn [V]."""
-    motor: str = ""
-    """One of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: the one that its controller usually has."""
-    name: str = ""
-    """As the attribute that holds it suggests; empty: it suggests none."""
-    turns_freely: bool = True
-    """Whether the guess is a shaft without weight, stops and sensors, which a table can say."""
-    remark: str = ""
-    """What it holds or reads besides, or why its configuration could not be read."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FoundPort:
-    """Something that the robot program has on ports, solenoid channels or CAN, beside its motors on CAN."""
-
-    model: str
-    """`PWM`, `DIO`, `Analog`, `Relay`, `REVPH 1 Solenoid`, `CANrange` or `CANdi`."""
-    channels: tuple[int | str, ...]
-    """Channels, or the CAN id."""
-    made_by: str
-    """Its WPILib class; empty if it is not known."""
-
-    @property
-    def title(self) -> str:
-        """As comments name it."""
-        text = f"{self.model} {' '.join(map(str, self.channels))}"
-        return f"{text}: {self.made_by}" if self.made_by else text
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FoundCamera:
-    """A camera, or a headset, that a robot program builds or asks for."""
-
-    maker: str
-    """As in the file: `limelight`, `photonvision` or `questnav`."""
-    name: str = ""
-    """Of its table, or as its `PhotonCamera` has it."""
-    place: tuple[float, ...] = ()
-    """x, y, z [m], roll, pitch, yaw [deg], where the program says where it sits; else empty."""
-    source: str = ""
-    """Who says so."""
-
-
-def template(
-    motors: Sequence[FoundMotor] | None = None,
-    ports: Sequence[FoundPort] = (),
-    cameras: Sequence[FoundCamera] = (),
-    drivetrain: Mapping[str, Any] | None = None,
-    *,
-    every: bool = False,
-) -> str:
-    """The text: what was found with its guesses, which drives as without a file.
+def template(found: Found | None = None, *, game: str = "", every: bool = False) -> str:
+    """Return a file that says what was found, and drives as no file does.
 
     Args:
-        motors: Of the robot program; None: nobody has looked.
-        ports: What else it has.
-        cameras: That it builds or asks for.
-        drivetrain: As the survey has it.
+        found: What the program has, as `simcore.robotpy.robot_survey` answers; None: nobody has looked.
+        game: Name of the game to play; empty: the file leaves it out.
         every: Whether all other keys follow in comments.
     """
-    found = drivetrain or {}
-    live = ("center_of_mass_height",) if found.get("has_mass") else ("mass", "center_of_mass_height")
+    found = found or {}
+    drivetrain = found.get("drivetrain", {})
+    if "error" in found and "problem" in drivetrain:  # a program that ended early may have built none yet
+        drivetrain = {}
+    live = ("center_of_mass_height",) if drivetrain.get("has_mass") else ("mass", "center_of_mass_height")
+    others = [_camera(camera) for camera in found.get("cameras", ())] + [_port(port) for port in found.get("ports", ())]
     parts = [
         _prose(
             "What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
             "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
-            "A table [[name]] may come several times. All keys: docs/simcore_toml.md, or simcore init --all.",
+            "A table [[name]] may come several times. `simcore init --all` writes all keys.",
         ),
-        TOP.example() if every else "",
+        comment_line(f"game = {toml(game)}", "left out: the newest that is installed") if game else "",
+        KeyTable(TOP.head, TOP.about, TOP.keys[1:] if game else TOP.keys).example() if every else "",
         _live(ROBOT, *live, every=every),
         _live(START, *(key.name for key in START.keys), every=every),
-        _drivetrain(found),
-        _mechanisms(motors or ()),
+        _drivetrain(drivetrain),
+        _mechanisms(found.get("motors", ())),
+        _prose("Your program has these too, for [[camera]], [[sensor]] and [[mechanism]]:", *others) if others else "",
     ]
-    others = [f"camera {c.name or c.maker}" + (f": placed by {c.source}" if c.source else "") for c in cameras]
-    others += [port.title for port in ports]
-    if others:
-        parts.append(_prose("Your program has these too, for [[camera]], [[sensor]] and [[mechanism]]:", *others))
     if every:
         parts += [table.example() for table in _tables() if table not in (TOP, ROBOT, START)]
     return "\n".join(part for part in parts if part)
+
+
+def _camera(camera: Found) -> str:
+    """Name a camera in a comment, with who says where it sits."""
+    placed = f": placed by {camera['source']}" if "source" in camera else ""
+    return f"camera {camera.get('name') or camera['maker']}{placed}"
+
+
+def _port(port: Found) -> str:
+    """Name what is on ports in a comment, with its class where that is known."""
+    text = f"{port['model']} {' '.join(map(str, port['channels']))}"
+    return f"{text}: {port['made_by']}" if port["made_by"] else text
 
 
 def _tables() -> list[KeyTable]:
@@ -147,7 +98,7 @@ def _live(table: KeyTable, *names: str, every: bool) -> str:
     return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
 
 
-def _drivetrain(found: Mapping[str, Any]) -> str:
+def _drivetrain(found: Found) -> str:
     """What was found of it; where that is a library's or nothing, one line."""
     if "rows" in found:
         return table_text(DRIVETRAIN.head, map(tuple, found["rows"]))
@@ -158,29 +109,26 @@ def _drivetrain(found: Mapping[str, Any]) -> str:
 # --- mechanisms -------------------------------------------------------------------------------------------------------
 
 
-def _mechanisms(motors: Sequence[FoundMotor]) -> str:
-    """A table for each motor whose guess a table can say, and a line for each of the others."""
+def _mechanisms(motors: Sequence[Found]) -> str:
+    """Return a table for each motor whose guess a table can say, and a line for each of the others."""
     if not motors:
         return ""
     text = _prose(
         "Your program has these motors besides its drivetrain. Each turns freely, as simcore guesses: say what it",
         "is (kind) and weigh and measure it. A key that is left out stays a guess, which `simcore check` lists.",
     )
-    for m, name in zip(motors, _names(motors), strict=True):
-        if m.turns_freely:
-            text += _motor(m, name, mechanism_kind(m.name))
+    places = [str(m["leader"]).replace(":", "_") for m in motors]
+    names = [m["name"] or f"motor{place}" for m, place in zip(motors, places, strict=True)]
+    for m, own, place in zip(motors, names, places, strict=True):
+        name = own if names.count(own) == 1 else f"{own}_{place}"
+        if m["turns_freely"]:
+            text += _motor(m, name, mechanism_kind(m["name"]))
         else:
-            text += _prose(f"{name!r}, {m.controller} {m.leader}, stays a guess: {m.remark}")
+            text += _prose(f"{name!r}, {m['controller']} {m['leader']}, stays a guess: {m['remark']}")
     return text
 
 
-def _names(motors: Sequence[FoundMotor]) -> list[str]:
-    places = [str(m.leader).replace(":", "_") for m in motors]
-    names = [m.name or f"motor{place}" for m, place in zip(motors, places, strict=True)]
-    return [name if names.count(name) == 1 else f"{name}_{place}" for name, place in zip(names, places, strict=True)]
-
-
-def _motor(m: FoundMotor, name: str, kind: str) -> str:
+def _motor(m: Found, name: str, kind: str) -> str:
     is_wheel, about = kind == "flywheel", "a guess"
     if kind not in ("flywheel", "roller"):
         keys = ", ".join(key.name for key in KINDS[kind].keys if key.is_guess)
@@ -188,13 +136,11 @@ def _motor(m: FoundMotor, name: str, kind: str) -> str:
     rows = [
         ("name", name, ""),
         ("kind", kind if is_wheel else "roller", about),
-        ("leader", m.leader, ""),
-        ("followers", m.followers, ""),
-        ("opposed", m.opposed, ""),
-        ("controller", "" if m.controller == "TalonFX" else m.controller, ""),
-        ("motor", m.motor, ""),
-        ("gearing", float(f"{m.gearing:.6g}"), ""),
-        ("inertia", float(f"{m.inertia:.4g}"), "a guess"),
-        ("friction_volts", float(f"{m.friction_volts:.4g}") if is_wheel else "", ""),
+        *((key, m[key], "") for key in ("leader", "followers", "opposed")),
+        ("controller", "" if m["controller"] == "TalonFX" else m["controller"], ""),
+        ("motor", m["motor"], ""),
+        ("gearing", float(f"{m['gearing']:.6g}"), ""),
+        ("inertia", float(f"{m['inertia']:.4g}"), "a guess"),
+        ("friction_volts", float(f"{m['friction_volts']:.4g}") if is_wheel else "", ""),
     ]
     return table_text("[[mechanism]]", rows)

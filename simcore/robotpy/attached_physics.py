@@ -9,12 +9,15 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError
 from simcore.devices.makers import maker_of, require_distinct_devices
 from simcore.devices.object_graph import ObjectGraph
 from simcore.devices.ownership import Ownership
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, game_names
+from simcore.physics.engine_choice import choose_engine
+from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, practice_match
 from simcore.robot_file.template import FILE_NAME
@@ -34,7 +37,7 @@ from simcore.telemetry.networktables_sink import NetworkTablesSink
 SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 ntcore = season.ntcore
 
-__all__ = ["AttachedPhysics", "choose_game"]
+__all__ = ["AttachedPhysics", "choose", "choose_game", "physics_or_none"]
 
 _log = logging.getLogger(__name__)
 
@@ -45,14 +48,13 @@ class AttachedPhysics(RobotPhysics):
     """Puts the robot on the field: drivetrain by its constants, mechanisms by the file, the rest by guess.
 
     Args:
-        physics_controller: From pyfrc.
+        physics_controller: Has the `field` of the simulation's window.
         robot: The robot object.
 
     Raises:
         ConfigError: There is not one drivetrain, its constants make no sense, or the file does not fit the program.
     """
 
-    replaces_hooks = False
     folder: ClassVar[Path] = Path()
     """Where robot.py is."""
     game_name: ClassVar[str | None] = None
@@ -123,7 +125,7 @@ class AttachedPhysics(RobotPhysics):
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Pyfrc's hook, once a robot loop, after that of the project's own physics."""
+        """Go on once a robot loop, after the project's own physics."""
         super().update_sim(now, tm_diff)
         self._loops += 1
 
@@ -158,6 +160,35 @@ class AttachedPhysics(RobotPhysics):
             is_on_network=self.is_on_network,
         )
         _log.info("%s", "\n".join(summary.lines()))
+
+
+def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:
+    """Build physics; None where no drivetrain is found: the program then runs as if simcore were not there."""
+    try:
+        return AttachedPhysics(physics_controller, robot)
+    except DrivetrainNotFoundError as error:
+        _log.warning("%s", error)
+        return None
+
+
+def choose(folder: Path, *, game: str | None = None, engine: str | None = None, match: str | None = None) -> None:
+    """Set what is played on which engine, and refuse what cannot start before anything has started.
+
+    Args:
+        folder: Where robot.py is.
+        game: As the flag `--game` says.
+        engine: As the flag `--engine` says.
+        match: As the flag `--match` says.
+
+    Raises:
+        SimcoreError: simcore.toml makes no sense, or a game or an engine is not there.
+    """
+    settings = read_settings(folder / FILE_NAME)
+    found = find_game(game or settings.game, say=str)  # said when it is played
+    if match is not None:
+        players_beside(found, match)
+    choose_engine(engine or settings.engine)
+    AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:

@@ -1,4 +1,4 @@
-"""Which roboRIO ports and solenoids the robot program uses, and by which WPILib class.
+"""Ports of the roboRIO and solenoids that the robot program uses, and by which WPILib class.
 
 The HAL's simulation data knows a port, not what is on it, so the classes are watched while they are built. What was
 built unseen, such as by a library in C++, is there without a class.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,7 +26,21 @@ wpilib = season.wpilib
 
 __all__ = ["BuiltPort", "built_ports", "encoder_range", "pneumatics_module", "ports_text"]
 
-_COUNTS = {"PWM": 20, "DIO": 31, "Analog": 8, "Relay": 4}  # of a roboRIO with its MXP port
+
+def _is_relay_built(channel: int) -> bool:
+    if not hasattr(RelaySim, "getInitializedForward"):
+        return False  # a controller without relays
+    relay = RelaySim(channel)
+    return bool(relay.getInitializedForward() or relay.getInitializedReverse())
+
+
+_MODELS: dict[str, tuple[int, Callable[[int], bool]]] = {
+    "PWM": (20, lambda channel: bool(PWMSim(channel).get_initialized())),
+    "DIO": (31, lambda channel: bool(DIOSim(channel).get_initialized())),
+    "Analog": (8, lambda channel: bool(AnalogInputSim(channel).get_initialized())),
+    "Relay": (4, _is_relay_built),
+}
+"""Kinds of ports of a roboRIO with its MXP port: how many, and which are in use."""
 _CLASSES = (
     *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
     *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
@@ -66,8 +81,8 @@ _records: list[BuiltPort] = []
 
 
 def built_ports() -> list[BuiltPort]:
-    """What is on the ports now, in the order in which it was built; last those of which no class is known."""
-    used = {model: _initialized(model) for model in _COUNTS}
+    """List what is on the ports now, in the order in which it was built; last those of which no class is known."""
+    used = _used()
     found: list[BuiltPort] = []
     for record in _records:
         device = record.device()
@@ -91,13 +106,13 @@ def built_ports() -> list[BuiltPort]:
 
 
 def pneumatics_module(name: str) -> Any:
-    """The simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
+    """Return the simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
     kind, number = name.split()
     return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
 
 
 def encoder_range(model: str, channel: int) -> float:
-    """What a turn is in the unit of robot code: 1, unless its encoder on this port was built with something else."""
+    """Return a turn in the unit of robot code: 1, unless its encoder on this port was built with something else."""
     for port in built_ports():
         if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
@@ -105,25 +120,12 @@ def encoder_range(model: str, channel: int) -> float:
 
 
 def ports_text(model: str) -> str:
-    """What there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    """Say what there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
-def _initialized(model: str) -> set[int]:
-    return {channel for channel in range(_COUNTS[model]) if _is_initialized(model, channel)}
-
-
-def _is_initialized(model: str, channel: int) -> bool:
-    if model == "PWM":
-        return bool(PWMSim(channel).get_initialized())
-    if model == "DIO":
-        return bool(DIOSim(channel).get_initialized())
-    if model == "Analog":
-        return bool(AnalogInputSim(channel).get_initialized())
-    if not hasattr(RelaySim, "getInitializedForward"):
-        return False  # a controller without relays
-    relay = RelaySim(channel)
-    return bool(relay.getInitializedForward() or relay.getInitializedReverse())
+def _used() -> dict[str, set[int]]:
+    return {model: {n for n in range(count) if is_built(n)} for model, (count, is_built) in _MODELS.items()}
 
 
 # --- watching them being built ------------------------------------------------------------------------------------
@@ -145,11 +147,12 @@ def _record_ports() -> None:
 def _recording(build: Any, name: str) -> Any:
     @functools.wraps(build)
     def init(self: Any, *args: Any, **settings: Any) -> None:
-        before = {model: _initialized(model) for model in _COUNTS}
+        before = _used()
         build(self, *args, **settings)
         sources = [value for value in (*args, *settings.values()) if hasattr(value, "get_channel")]
+        after = _used()
         for model, known in before.items():
-            new = sorted(_initialized(model) - known)
+            new = sorted(after[model] - known)
             if not new and sources and model == "DIO":
                 new = [int(source.get_channel()) for source in sources]  # made of DigitalInputs that were there
             if new:
@@ -160,7 +163,7 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Type and CAN id of the module; without an id it is that of the type's default."""
+    """Return type and CAN id of the module; without an id it is that of the type's default."""
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

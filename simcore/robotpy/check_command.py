@@ -1,4 +1,7 @@
-"""`simcore check`: draws the described robot, runs each mechanism for a second, and says what cannot be right."""
+"""`simcore check`: run each mechanism of the described robot for a second, and say what cannot be right.
+
+The console has it as lines; a page has the same with the robot drawn and the wheel speeds of its shots.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.geometry.linkage import Joint
 from simcore.match.registry import find_game, game_names
+from simcore.pieces.shooter import ShooterConfig
 from simcore.quantities import DeviceAddress, text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
@@ -19,8 +22,7 @@ from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, pl
 from simcore.robot.robot_config import RobotConfig, tipping_limit
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
-from simcore.robot_file.known_shot import KnownShot, exit_efficiency, goal_of, needed_speeds
-from simcore.robot_file.mechanism_tables import joints_to
+from simcore.robot_file.known_shot import KnownShot, NeededSpeed, exit_efficiency, goal_of, needed_speeds
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import (
     CodeView,
@@ -31,13 +33,12 @@ from simcore.robot_file.robot_findings import (
     run_findings,
     run_mechanism,
     shot_reach,
-    sign_findings,
     speed_text,
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
-from simcore.show.robot_drawing import draw_robot
-from simcore.show.robot_sketch import sketch_robot
+from simcore.show.report import chart, headline, paragraph, report_page, robot_views, series, table
+from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
@@ -48,10 +49,10 @@ _STILL = 1e-6  # [rad]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What `simcore check` takes."""
+    """Add the options of `simcore check`."""
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
     parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
-    parser.add_argument("--out", type=Path, default=Path("out/robot.png"), help="the picture (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("out/robot.html"), help="the page (default: %(default)s)")
     parser.add_argument(
         "--known-shot",
         metavar="WHAT",
@@ -80,14 +81,14 @@ class _Subject:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw and print.
+    """Print and write the page.
 
     Returns:
         1 if something is wrong, else 0.
 
     Raises:
         ConfigError: There is no robot, or its file makes no sense.
-        OutputError: The picture cannot be written.
+        OutputError: The page cannot be written.
     """
     folder: Path = args.project
     has_robot = any((folder / name).is_file() for name in ("robot.py", FILE_NAME))
@@ -97,32 +98,63 @@ def run(args: argparse.Namespace) -> int:
             "(simcore check FOLDER), or check a game's own robot (simcore check --game NAME)"
         )
     subject = _described(folder, args.game, look=not args.no_look) if has_robot else _own_robot(find_game(args.game))
-    settings = subject.settings
-    chains: list[tuple[Joint, ...]] = []
-    if settings is not None:
-        by_name = {m.name: m for m in settings.mechanisms}
-        chains = [joints_to(m.name, by_name) for m in settings.mechanisms if m.joint is not None]
-    draw_robot(args.out, sketch_robot(subject.config, chains=chains), title=subject.name, subtitle=_figures(subject))
-
     runs = [_run(name, subject) for name in subject.config.mechanisms]
     found = [
         *subject.problems,
         *findings(subject.config, game=subject.game, codes=subject.codes),
-        *run_findings([run for run, _ in runs]),
-        *sign_findings(runs, subject.config.intakes),
+        *run_findings(runs),
     ]
+    found.sort(key=lambda finding: not finding.is_wrong)
+    said = [("wrong" if finding.is_wrong else "note", finding.text) for finding in found]
+    wrong = len([finding for finding in found if finding.is_wrong])
+    verdict = f"{wrong} wrong" if wrong else "nothing wrong"
+    rows = _run_rows(runs, subject)
+    shots = [*_shots(subject), *([] if args.known_shot is None else _fit(subject, args.known_shot))]
     print(f"{subject.name}: {_figures(subject)}")
     print(subject.about)
-    _print_runs(runs, subject)
-    _print_shots(subject)
-    if args.known_shot is not None:
-        _print_fit(subject, args.known_shot)
-    print(f"  {_tipping(subject)}")
-    for finding in sorted(found, key=lambda finding: not finding.is_wrong):
-        print(f"{'wrong' if finding.is_wrong else 'note'}: {finding.text}")
-    wrong = len([finding for finding in found if finding.is_wrong])
-    print(f"{f'{wrong} wrong' if wrong else 'nothing wrong'}; the picture is {args.out}")
+    wide = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
+    for row in rows:
+        print(f"  {row[0]:<{wide[0]}}  {row[1]:<{wide[1]}}  {row[2]}".rstrip())
+    for line in (*shots, _tipping(subject)):
+        print(f"  {line}")
+    for word, text in said:
+        print(f"{word}: {text}")
+    write_text("page", args.out, _page(subject, verdict, said, rows, shots))
+    print(f"{verdict}; the page is {args.out}")
     return 1 if wrong else 0
+
+
+def _page(
+    subject: _Subject,
+    verdict: str,
+    said: Sequence[tuple[str, str]],
+    rows: Sequence[Sequence[str]],
+    shots: Sequence[str],
+) -> str:
+    """Return the page: the verdict and what it rests on, the robot, its mechanisms, and the speeds that shots need."""
+    from simcore.show.solids import described_solids  # takes half a second
+
+    blocks = [headline(verdict.capitalize(), subject.about)]
+    blocks += [table(("", "finding"), said)] if said else []
+    blocks.append(robot_views("As described", described_solids(subject.config)))
+    blocks += [table(rows[0], rows[1:])] if rows else []
+    for shooter in subject.config.shooters:
+        needs = _needs(shooter, subject)
+        if not needs:
+            continue
+        first = needs[0]
+        tilt = f"up {math.degrees(first.elevation):.0f} deg, {first.speed:.1f} m/s"
+        blocks.append(headline(f"{first.wheel_rps:.0f} turns/s from {first.distance:g} m", tilt))
+        wheels = series("", [need.distance for need in needs], [need.wheel_rps for need in needs])
+        blocks.append(chart("Wheels", [wheels], x_label="distance [m]", y_label="turns/s", from_zero=True))
+    blocks.append(paragraph("\n".join([*map(str.strip, shots), _tipping(subject)])))
+    return report_page(subject.name, blocks, subtitle=_figures(subject))
+
+
+def _needs(shooter: ShooterConfig, subject: _Subject) -> list[NeededSpeed]:
+    """Return the speeds that shots of a shooter into its goal need; empty where there is none."""
+    game = subject.game
+    return [] if game is None or goal_of(shooter, game) is None else needed_speeds(shooter, subject.config, game)
 
 
 # --- what is checked --------------------------------------------------------------------------------------------------
@@ -186,13 +218,10 @@ def _survey(robot_file: Path) -> tuple[dict[str, Any] | None, str]:
 
 
 def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
-    """Four modules, 15 cm inside of the bumpers where these are known."""
+    """Return four modules, 15 cm inside of the bumpers where these are known."""
     length, width = settings.bumper or (0.83, 0.83)
-    modules = tuple(
-        SwerveModuleConfig(name=name, x=x * (0.5 * length - 0.15), y=y * (0.5 * width - 0.15))
-        for name, x, y in (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
-    )
-    return SwerveConfig(modules=modules, mass=settings.mass)
+    module = SwerveModuleConfig(x=0.0, y=0.0)
+    return SwerveConfig.rectangle(length - 0.3, width - 0.3, module, mass=settings.mass)
 
 
 def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
@@ -317,20 +346,18 @@ def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | Non
     return first, run_mechanism(name, config, code=code, reversed=is_reversed, output=-1.0)
 
 
-def _print_runs(runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject) -> None:
-    if not runs:
-        return
-    rows = [("mechanism", "full + output for a second", "what robot code reads")]
+def _run_rows(
+    runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject
+) -> list[tuple[str, str, str]]:
+    """Return a table of what mechanisms did, with its head; empty without any."""
+    rows = []
     for run, back in runs:
         text = _motion(run, subject)
         if back is not None:
             text += f"; - output: {_motion(back, subject)}"
         rows.append((run.name, text, _reading(back or run)))
-    wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
-    if not any(row[2] for row in rows[1:]):
-        rows[0] = (*rows[0][:2], "")
-    for row in rows:
-        print(f"  {row[0]:<{wide[0]}}  {row[1]:<{wide[1]}}  {row[2]}".rstrip())
+    head = ("mechanism", "full + output for a second", "what robot code reads" if any(row[2] for row in rows) else "")
+    return [head, *rows] if rows else []
 
 
 def _motion(run: MechanismRun, subject: _Subject) -> str:
@@ -395,35 +422,33 @@ def _reading(run: MechanismRun) -> str:
     return text + (", inverted" if run.code.clockwise else "")
 
 
-def _print_shots(subject: _Subject) -> None:
+def _shots(subject: _Subject) -> Iterator[str]:
+    """Return a line for what each shooter can do, and indented ones for what its goal needs."""
     for number, shooter in enumerate(subject.config.shooters, 1):
         reach = shot_reach(shooter, subject.config)
         low, high = (math.degrees(angle) for angle in reach.elevations)
         angle = f"{low:.0f}" if math.isclose(low, high) else f"{low:.0f} to {high:.0f}"
-        print(
-            f"  shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
+        yield (
+            f"shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
             f"{reach.rise:.1f} m and reaches {reach.distance:.1f} m"
         )
-        goal = None if subject.game is None else goal_of(shooter, subject.game)
-        if goal is None or subject.game is None:
-            continue
-        needs = needed_speeds(shooter, subject.config, subject.game)
+        needs = _needs(shooter, subject)
         rows = [f"{n.wheel_rps:.0f} from {n.distance:g} m (at {math.degrees(n.elevation):.0f} deg)" for n in needs]
         if rows:
+            assert subject.game is not None
+            goal = goal_of(shooter, subject.game)
+            assert goal is not None
             rows[0] = rows[0].replace(" from", " turns/s from")
-            print(
-                f"    for {goal.name} at exit_efficiency {shooter.exit_efficiency:g} its wheels need {', '.join(rows)}"
-            )
+            wanted = f"exit_efficiency {shooter.exit_efficiency:g} its wheels need {', '.join(rows)}"
+            yield f"  for {goal.name} at {wanted}"
         short = [n for n in needs if n.speed > reach.speed]
         if short:
             least = shooter.exit_efficiency * short[0].speed / reach.speed
-            print(
-                f"    at 12 V they reach it from {short[0].distance:g} m with an exit_efficiency of {least:.2f} or more"
-            )
+            yield f"  at 12 V they reach it from {short[0].distance:g} m with an exit_efficiency of {least:.2f} or more"
 
 
-def _print_fit(subject: _Subject, shot: KnownShot) -> None:
-    """The exit efficiency that a known shot means, and the key to write.
+def _fit(subject: _Subject, shot: KnownShot) -> Iterator[str]:
+    """Return the exit efficiency that a known shot means, and the key to write.
 
     Raises:
         ConfigError: There is no such shooter, or the game has no goal for it.
@@ -436,15 +461,15 @@ def _print_fit(subject: _Subject, shot: KnownShot) -> None:
     if goal is None or subject.game is None:
         raise ConfigError("known shot: the game has no goal that this shooter's pieces fall into")
     found = exit_efficiency(shot, shooter, subject.config, subject.game)
-    print(
-        f"  known shot: for {goal.name} from {shot.distance:g} m with {shot.rps:g} turns/s you need an exit efficiency "
+    yield (
+        f"known shot: for {goal.name} from {shot.distance:g} m with {shot.rps:g} turns/s you need an exit efficiency "
         f"of {found:.2f} (now {shooter.exit_efficiency:g}); write under [[shooter]]: exit_efficiency = {found:.3f}"
     )
     most = 0.5 if len(shooter.wheels) == 1 else 1.0
     if found > most:
         sides = "only where wheels drive both sides of a piece" if most < 1.0 else "nowhere"
-        print(
-            f"  more than {most:g} is right {sides}: look at wheel_radius, gearing, height and elevation, and "
+        yield (
+            f"more than {most:g} is right {sides}: look at wheel_radius, gearing, height and elevation, and "
             "whether the turns are the wheels' and not the motor's"
         )
 

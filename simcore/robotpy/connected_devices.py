@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from simcore.devices.motor_ports import MotorDevices
 from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError
-from simcore.robot.motor_controllers import MotorDevices, OwnLoops
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import NO_STATES
@@ -25,11 +25,11 @@ class DrivetrainDevices(Protocol):
     """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
 
     def read(self, battery_voltage: float) -> None:
-        """Supply in, volts out to the model [V]."""
+        """Take the supply, and set the model's volts [V]."""
         ...
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """The model's motion and the gyro's reading to the sensors [rad, rad/s]."""
+        """Show the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
         ...
 
 
@@ -67,8 +67,6 @@ class ConnectedDevices:
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
         self._owed = 0.0  # for how long mechanisms and drivetrain have moved since the controllers ran [s]
         self._motors = list(motors)
-        devices: list[object] = [drivetrain, *motors]
-        self._own_loops = [device for device in devices if isinstance(device, OwnLoops)]
         self._robot = robot
         self._drivetrain = drivetrain
         self._clock = clock
@@ -77,14 +75,10 @@ class ConnectedDevices:
     def add(self, motor: MotorDevices) -> None:
         """Connect one more motor."""
         self._motors.append(motor)
-        if isinstance(motor, OwnLoops):
-            self._own_loops.append(motor)
 
     def remove(self, motor: MotorDevices) -> None:
         """Disconnect a motor."""
         self._motors.remove(motor)
-        if isinstance(motor, OwnLoops):
-            self._own_loops.remove(motor)
 
     def step(self, h: float, yaw_rate: float) -> None:
         """Before mechanisms and drivetrain move for h [s]: sensors show the present, controllers answer.
@@ -103,14 +97,14 @@ class ConnectedDevices:
         self._owed = h
 
     def setpoints(self) -> dict[str, float]:
-        """What closed loops of controllers are to reach, as `Robot.setpoints`."""
+        """Return what closed loops of controllers are to reach, as `Robot.setpoints`."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """What the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
+        """Return what the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
@@ -131,8 +125,10 @@ class ConnectedDevices:
         h, self._owed = self._owed, 0.0
         if self._clock is not None:
             self._clock.step(h)
-        for loops in self._own_loops:
-            loops.run(h)
+        for device in (self._drivetrain, *self._motors):
+            run = getattr(device, "run", None)
+            if run is not None:
+                run(h)
 
     def _read_volts(self) -> None:
         battery = self._robot.battery
@@ -143,7 +139,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """The gyro has just been read; until the next time its yaw is carried on from here."""
+        """Note the gyro as it has just been read; until the next time its yaw is carried on from here."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

@@ -5,17 +5,18 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.motor_ports import MotorDevices
 from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig, ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
+from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robotpy.port_assignment import PortAssignment
+from simcore.robotpy.robot_physics import RobotPhysics
 
 __all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configuration"]
 
@@ -39,22 +40,6 @@ class _Guessed:
         return [device.key for device in self.group.devices]
 
 
-class _Motors(Protocol):
-    """What runs the devices of mechanisms: `RobotPhysics`."""
-
-    def add_motor(self, motor: MotorDevices) -> None: ...
-
-    def remove_motor(self, motor: MotorDevices) -> None: ...
-
-
-class _EstimatedMechanisms(Protocol):
-    """What steps guessed mechanisms: `Robot`."""
-
-    def add_estimated_mechanism(self, mechanism: ShaftSim) -> None: ...
-
-    def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None: ...
-
-
 class DeviceAssignment:
     """Gives every motor that nothing drives a guessed mechanism, once it is clear what drives which.
 
@@ -70,8 +55,8 @@ class DeviceAssignment:
 
     def __init__(
         self,
-        physics: _Motors,
-        robot: _EstimatedMechanisms,
+        physics: RobotPhysics,
+        robot: Robot,
         ownership: Ownership,
         settings: RobotSettings,
         drivetrain: Sequence[DeviceKey],
@@ -149,7 +134,7 @@ class DeviceAssignment:
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
-        """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
+        """Guess what the motors that nothing has claimed turn; asked now, because each answer takes 50 ms."""
         taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
@@ -181,7 +166,7 @@ class DeviceAssignment:
 
 
 def _all_devices() -> list[BuiltDevice]:
-    """Those on CAN, and gyros."""
+    """List those on CAN, and gyros."""
     return [d for maker in makers() for d in maker.built() if not maker.on_ports or d.model in maker.gyros]
 
 
@@ -212,7 +197,7 @@ def short_names(keys: Sequence[DeviceKey]) -> str:
 
 
 def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """The devices of a mechanism of the file, on that mechanism.
+    """Connect the devices of a mechanism of the file with that mechanism.
 
     Raises:
         ConfigError: The program has built no such device.
@@ -238,7 +223,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
 
 
 def with_configuration(settings: RobotSettings) -> RobotSettings:
-    """The settings with what the program has configured where the file says nothing: gearing, inertia, friction.
+    """Return settings with what the program has configured where the file says nothing: gearing, inertia, friction.
 
     Raises:
         ConfigError: The program has built no such device.

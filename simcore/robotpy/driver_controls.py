@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.control_topics import TABLE
+from simcore.telemetry.control_topics import TABLE
 
 DriverStationSim = season.wpilib_simulation.DriverStationSim
 ntcore = season.ntcore
@@ -102,7 +102,7 @@ def auto_choices() -> dict[str, list[str]]:
     found = {}
     for topic in instance.get_topics():
         name = topic.get_name()
-        if name.endswith("/options") and not name.startswith(f"{TABLE}/"):
+        if name.endswith("/options") and not name.startswith(TABLE):
             key = name.removesuffix("/options")
             if season.is_chooser(instance, key):
                 found[key] = list(instance.get_entry(name).get_string_array([]))

@@ -22,12 +22,9 @@ class PieceSensor:
         view: Which pieces it sees, and where.
         robot: In the match.
         kind_of: Name of the kind of a piece, by its slot.
-        show: Lets robot code read whether it sees one.
     """
 
-    def __init__(
-        self, view: PieceView, robot: Robot, kind_of: Callable[[int], str], show: Callable[[bool], object]
-    ) -> None:
+    def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
         self._view = view
         self._robot = robot
         self._kind_of = kind_of
@@ -35,17 +32,9 @@ class PieceSensor:
         self._came: dict[int, float] = {slot: -view.delay for slot in self._stored()}
         self._held = set(robot.held)
         self._seen_until = 0.0
-        self._show = show
-        self.is_active = False
-        """Whether it sees a piece."""
-
-    def update(self) -> None:
-        """After a tick."""
-        self.is_active = self.look()
-        self._show(self.is_active)
 
     def look(self) -> bool:
-        """Whether it sees a piece now; asked once a tick."""
+        """Return whether it sees a piece now; asked once a tick."""
         self._time += TICK
         view = self._view
         if view.place == "storage":

@@ -1,80 +1,165 @@
 """Connects under `--simcore` what is no motor on CAN: ports of the roboRIO, pneumatics, sensors and lights.
 
-Mechanisms and sensors of `simcore.toml` find their ports; the lights of any program are shown; and what is left has its
-name in the list of who moves what.
+Mechanisms and sensors of `simcore.toml` find their ports, a row of a table for each way to be wired (`_OUTPUTS`,
+`_INPUTS`); the lights of any program are shown; and what is left has its name in the list of who moves what. Ports are
+found by channel in the HAL's simulation data, so it makes no difference where robot code keeps its objects.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from simcore import season
 from simcore.devices.makers import find_device, maker_of, makers
+from simcore.devices.motor_controllers import BuiltDevice
+from simcore.devices.motor_ports import AnglePort, MotorDevices, MotorPort
 from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
 from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import ElevatorSim, PistonSim, RackSim, ServoSim, ShaftSim
-from simcore.robot.motor_controllers import BuiltDevice, MotorDevices
-from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import SensorSettings
-from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text
+from simcore.robotpy.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
 from simcore.robotpy.piece_sensors import PieceSensor
-from simcore.robotpy.port_devices import (
-    DigitalSwitch,
-    LimitSwitchInput,
-    PistonValve,
-    PortMotorSim,
-    PotentiometerInput,
-    ServoSignal,
-    Switch,
-)
-from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, RelayPort
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, ChannelMotor, EncoderPort, PWMMotorPort
 from simcore.typing import IntArray
 
 if TYPE_CHECKING:
     from simcore.phoenix6.sensor_ports import CANrangeSim
 
+RobotState = season.wpilib.RobotState
+AnalogInputSim = season.wpilib_simulation.AnalogInputSim
+DIOSim = season.wpilib_simulation.DIOSim
+PWMSim = season.wpilib_simulation.PWMSim
+RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
+
 __all__ = ["PortAssignment"]
 
 _STRIP_EVERY = 5  # ticks between two looks at an LED strip
 
+Ask: TypeAlias = Callable[[float, bool], None]
+"""Takes the supply [V] and whether outputs are on, and sets the mechanism."""
+Show: TypeAlias = Callable[[float, float], object]
+"""Takes position and velocity of a mechanism [rad, rad/s], of a piston [m, m/s]."""
+Switch: TypeAlias = Callable[[bool], object]
+"""Takes whether something presses the switch, or breaks the beam."""
+
+
+class _PortDevices:
+    """Devices on ports of one mechanism, as `MotorDevices`: what they ask of it, and what shows how it moves."""
+
+    def __init__(self, mechanism: Any, ask: Ask | None = None, show: Show | None = None) -> None:
+        self._mechanism = mechanism
+        self._ask = ask
+        self._show = show
+        if ask is None:
+            self.write()
+
+    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
+        if self._ask is not None:
+            self._ask(battery_voltage, powered)
+
+    def write(self) -> None:
+        if self._show is not None:
+            self._show(self._mechanism.position, self._mechanism.velocity)
+
+
+# --- what moves mechanisms ----------------------------------------------------------------------------------------
+
+
+def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
+    """Turn a servo between the ends of its signal; without a pulse, disabled or browned out, it holds still."""
+    pwm = PWMSim(m.leader.number)
+    low, high = servo.stops[::-1] if m.reversed else servo.stops
+
+    def ask(supply: float, powered: bool) -> None:
+        if powered and RobotState.is_enabled() and pwm.get_pulse_microsecond() > 0:
+            servo.set_goal(low + (high - low) * season.pwm_position(pwm))
+        else:
+            servo.coast()
+
+    return ask
+
+
+def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
+    """Switch a cylinder's valve by its coil, or forward and reverse coils; the module is off while disabled."""
+    module, channels, out = pneumatics_module(m.module), m.channels, -12.0 if m.reversed else 12.0
+
+    def ask(supply: float, powered: bool) -> None:
+        is_on = powered and RobotState.is_enabled()
+        coils = [is_on and bool(module.get_solenoid_output(channel)) for channel in channels]
+        piston.set_volts(out * (float(coils[0]) - float(coils[1:] == [True])))
+
+    return ask
+
+
+def _pwm_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
+    found = [port.device for port in built_ports() if port.model == "PWM" and m.leader.number in port.channels]
+    # nobody may have seen it built, and a bare `PWM` has no inversion
+    leader = next((device for device in found if hasattr(device, "setInverted")), None)
+    return _motors(m, mechanism, [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.channels])
+
+
+def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
+    """Turn motors by Spikes: the whole battery one way or the other, or nothing."""
+
+    def share_of(relay: Any) -> Callable[[], float]:
+        return lambda: float(relay.getForward()) - float(relay.getReverse())
+
+    return _motors(m, mechanism, [ChannelMotor(share_of(RelaySim(n)), coasts=m.coasts) for n in m.channels])
+
+
+def _motors(m: MechanismSettings, mechanism: ShaftSim, ports: Sequence[MotorPort]) -> Ask:
+    """Turn a mechanism by controllers that each drive one motor of its gearbox.
+
+    Motors on one shaft share its speed, so their currents together are those of as many motors at the mean voltage.
+    """
+    signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
+
+    def ask(supply: float, powered: bool) -> None:
+        for port in ports:
+            port.set_supply(supply)
+        volts = [port.volts() for port in ports]
+        if not powered or not any(shown or not port.is_open() for port, shown in zip(ports, volts, strict=True)):
+            mechanism.coast()
+        else:
+            mechanism.set_volts(sum(sign * shown for sign, shown in zip(signs, volts, strict=True)) / len(ports))
+
+    return ask
+
+
+_OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
+    "PWM": _pwm_motors,
+    "Relay": _relay_motors,
+    "Servo": _servo,
+    "Solenoid": _valve,
+}
+"""By controller of a mechanism, in `PORT_CONTROLLERS`."""
+
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """The devices of a mechanism of the file that is on ports, on that mechanism.
+    """Connect the devices of a mechanism of the file that is on ports with that mechanism.
 
     Raises:
         ConfigError: The program has built no such device.
     """
     where, mechanism = f"simcore.toml [[mechanism]] {m.name!r}", robot.mechanisms[m.name]
     _require_ports(where, m.keys)
-    if isinstance(mechanism, PistonSim):
-        return PistonValve(pneumatics_module(m.module), m.channels, mechanism, reversed=m.reversed)
-    if isinstance(mechanism, ServoSim):
-        return ServoSignal(m.leader.number, mechanism, reversed=m.reversed)
-    encoder = None
+    show: Show | None = None
     if m.cancoder is not None:
         cancoder = find_device(where, "CANcoder", m.cancoder)
-        encoder = maker_of(cancoder).encoder_port(cancoder)
+        show = _geared(maker_of(cancoder).encoder_port(cancoder), m.cancoder_gearing)
         ownership.claim(cancoder.key, m.name)
-    if m.controller == "PWM":
-        leader = _controller(m.leader.number)
-        ports: list[MotorPort] = [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.channels]
-    else:
-        ports = [RelayPort(number, coasts=m.coasts) for number in m.channels]
-    signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
-    return PortMotorSim(ports, mechanism, signs=signs, encoder=encoder, encoder_gearing=m.cancoder_gearing)
+    return _PortDevices(mechanism, _OUTPUTS[m.controller](m, mechanism), show)
 
 
-def _controller(channel: int) -> Any:
-    """Robot code's motor controller on a PWM channel; None if nobody has seen it built, or it is a bare `PWM`."""
-    found = [port.device for port in built_ports() if port.model == "PWM" and channel in port.channels]
-    return next((device for device in found if hasattr(device, "setInverted")), None)
+def _geared(encoder: AnglePort, turns: float) -> Show:
+    return lambda position, velocity: encoder.write(position * turns, velocity * turns)
 
 
 def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
@@ -85,22 +170,79 @@ def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
         )
 
 
-class _MechanismInputs:
-    """What mechanisms show at inputs of the roboRIO and of CAN devices, as `MotorDevices`."""
+# --- what mechanisms show -----------------------------------------------------------------------------------------
 
-    def __init__(self) -> None:
-        self._shown: list[tuple[ShaftSim, AnglePort]] = []
 
-    def add(self, mechanism: ShaftSim, shown: AnglePort) -> None:
-        shown.write(mechanism.position, mechanism.velocity)
-        self._shown.append((mechanism, shown))
+def _potentiometer(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
+    """Show volts, linear between the stops."""
+    _require_ports(where, sensor.keys)
+    sim, (low, high), (first, last) = AnalogInputSim(_channel(sensor)), mechanism.stops, sensor.volts
+    return lambda position, velocity: sim.set_voltage(first + (position - low) * ((last - first) / (high - low)))
 
-    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Inputs ask for nothing."""
 
-    def write(self) -> None:
-        for mechanism, shown in self._shown:
-            shown.write(mechanism.position, mechanism.velocity)
+def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
+    _require_ports(where, sensor.keys)
+    model, channel, pulses = sensor.keys[0][0], _channel(sensor), sensor.pulses_per_turn
+    mounting: dict[str, Any] = {"gearing": abs(sensor.gearing), "reversed": sensor.gearing < 0.0}
+    try:
+        if sensor.kind == "encoder":
+            return EncoderPort(channel, pulses_per_turn=pulses, start=mechanism.position, **mounting).write
+        return AbsoluteEncoderPort((model, channel), zero=sensor.zero, **mounting).write
+    except IndexError:
+        said = f"the robot program reads no duty cycle on DIO {channel}"
+        if sensor.kind == "encoder":
+            said = f"DIO {channel} is channel A of no Encoder of the robot program"
+        raise ConfigError(f"{where}: {said}; of DIO it builds: {ports_text('DIO')}") from None
+
+
+def _slide_range(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
+    """Show the distance to a mechanism that slides away from a CANrange."""
+    device, m = _canrange(where, sensor), mechanism
+
+    def show(position: float, velocity: float) -> None:
+        way = m.height if isinstance(m, ElevatorSim) else m.extension if isinstance(m, RackSim) else position
+        device.write(max(0.0, sensor.distance + way))
+
+    return show
+
+
+_INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
+    "encoder": _encoder,
+    "duty cycle encoder": _encoder,
+    "analog encoder": _encoder,
+    "potentiometer": _potentiometer,
+    "canrange": _slide_range,
+}
+"""By kind of sensor; limit switches and what sees pieces have a state besides, see `PortAssignment`."""
+
+
+def _channel(sensor: SensorSettings) -> int:
+    return sensor.keys[0][1].number
+
+
+def _canrange(where: str, sensor: SensorSettings) -> CANrangeSim:
+    from simcore.phoenix6.sensor_ports import CANrangeSim
+
+    return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
+
+
+def _switch(where: str, sensor: SensorSettings) -> Switch:
+    """Find a switch or light barrier on a CANdi, or between a DIO channel and ground; an open contact reads True."""
+    if sensor.keys[0][0] == "CANdi":
+        from simcore.phoenix6.sensor_ports import CANdiSwitchSim
+
+        candi = find_device(where, *sensor.keys[0]).hardware
+        return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed).set_active
+    _require_ports(where, sensor.keys)
+    sim = DIOSim(_channel(sensor))
+    sim.set_value(not sensor.normally_closed)
+    return lambda is_active: sim.set_value(is_active == sensor.normally_closed)
+
+
+def _range(where: str, sensor: SensorSettings) -> Switch:
+    """Show the distance to a piece before a CANrange, or to nothing."""
+    canrange = _canrange(where, sensor)
+    return lambda is_seen: canrange.write(sensor.distance if is_seen else sensor.empty)
 
 
 class PortAssignment:
@@ -126,12 +268,10 @@ class PortAssignment:
         self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
-        self._found: set[DeviceKey] = set()
-        self._limits: dict[str, LimitSwitchInput] = {}
-        self._piece_sensors: dict[str, PieceSensor] = {}
+        self._looks: dict[str, Callable[[], bool]] = {}
+        """By sensor, what tells after a tick whether it is pressed or sees a piece."""
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
-        self._inputs = _MechanismInputs()
-        self.devices: list[MotorDevices] = [*(_connect_mechanism(m, robot, ownership) for m in on_ports), self._inputs]
+        self.devices: list[MotorDevices] = [_connect_mechanism(m, robot, ownership) for m in on_ports]
         """What moves mechanisms, and then what shows how they have moved."""
         for sensor in settings.sensors:
             self._connect(f"simcore.toml [[sensor]] {sensor.name!r}", sensor)
@@ -140,10 +280,11 @@ class PortAssignment:
     @property
     def keys(self) -> set[DeviceKey]:
         """CAN devices that are simulated here."""
-        return self._found | {device.key for device in _candles()}
+        sensors = [s.keys[0] for s in self._settings.sensors if s.keys[0][0] in ("CANdi", "CANrange")]
+        return {device.key for device in (*(find_device("", *key) for key in sensors), *_candles())}
 
     def after_tick(self) -> None:
-        """Sensors see the pieces of this tick; telemetry gets them and the lights."""
+        """Let sensors see the pieces of this tick; telemetry gets them and the lights."""
         self._look_at_sensors()
         self._look_at_lights()
         self._ticks += 1
@@ -164,57 +305,44 @@ class PortAssignment:
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
-        ports = [p for p in ports if not any(p.device is device for device in self.of_drivetrain)]
-        return _by_class(ports)
+        return _by_class([p for p in ports if not any(p.device is device for device in self.of_drivetrain)])
 
     # --- connecting -----------------------------------------------------------------------------------------------
 
     def _connect(self, where: str, sensor: SensorSettings) -> None:
-        if sensor.kind == "beam break":
-            self._watch(sensor, self._switch(where, sensor).set_active)
-        elif sensor.sees is not None:
-            device, distances = self._range(where, sensor), (sensor.empty, sensor.distance)
-            self._watch(sensor, lambda is_seen: device.write(distances[is_seen]))
-        else:
-            assert sensor.mechanism is not None
-            mechanism = self._robot.mechanisms[sensor.mechanism]
-            self._inputs.add(mechanism, self._input(where, sensor, mechanism))
-
-    def _input(self, where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
-        """What shows where a mechanism is."""
-        if sensor.kind == "canrange":
-            return _SlideRange(self._range(where, sensor), mechanism, sensor.distance)
+        if sensor.sees is not None:
+            self._watch_pieces(where, sensor)
+            return
+        assert sensor.mechanism is not None
+        mechanism = self._robot.mechanisms[sensor.mechanism]
         if sensor.kind == "limit switch":
-            low, high = sensor.pressed
-            limit = self._limits[sensor.name] = LimitSwitchInput(self._switch(where, sensor), low=low, high=high)
-            return limit
-        _require_ports(where, sensor.keys)
-        if sensor.kind == "potentiometer":
-            return PotentiometerInput(sensor.keys[0][1].number, stops=mechanism.stops, volts=sensor.volts)
-        return _encoder(where, sensor, mechanism)
+            show = self._limit(where, sensor)
+        else:
+            show = _INPUTS[sensor.kind](where, sensor, mechanism)
+        self.devices.append(_PortDevices(mechanism, show=show))
 
-    def _watch(self, sensor: SensorSettings, show: Callable[[bool], object]) -> None:
+    def _watch_pieces(self, where: str, sensor: SensorSettings) -> None:
         assert sensor.sees is not None
-        self._piece_sensors[sensor.name] = PieceSensor(sensor.sees, self._robot, self._kind_of, show)
+        eye = PieceSensor(sensor.sees, self._robot, self._kind_of)
+        show = (_switch if sensor.kind == "beam break" else _range)(where, sensor)
 
-    def _switch(self, where: str, sensor: SensorSettings) -> Switch:
-        if sensor.keys[0][0] == "CANdi":
-            from simcore.phoenix6.sensor_ports import CANdiSwitchSim
+        def look() -> bool:
+            is_seen = eye.look()
+            show(is_seen)
+            return is_seen
 
-            return CANdiSwitchSim(self._device(where, sensor), sensor.pin, normally_closed=sensor.normally_closed)
-        _require_ports(where, sensor.keys)
-        return DigitalSwitch(sensor.keys[0][1].number, normally_closed=sensor.normally_closed)
+        self._looks[sensor.name] = look
 
-    def _range(self, where: str, sensor: SensorSettings) -> CANrangeSim:
-        from simcore.phoenix6.sensor_ports import CANrangeSim
+    def _limit(self, where: str, sensor: SensorSettings) -> Show:
+        """Press a switch in a part of a mechanism's way."""
+        switch, (low, high), is_pressed = _switch(where, sensor), sensor.pressed, [False]
 
-        return CANrangeSim(self._device(where, sensor))
+        def show(position: float, velocity: float) -> None:
+            is_pressed[0] = low <= position <= high
+            switch(is_pressed[0])
 
-    def _device(self, where: str, sensor: SensorSettings) -> Any:
-        """Robot code's object of a sensor on CAN."""
-        device = find_device(where, *sensor.keys[0])
-        self._found.add(device.key)
-        return device.hardware
+        self._looks[sensor.name] = lambda: is_pressed[0]
+        return show
 
     def _kind_of(self, slot: int) -> str:
         number = int(self._match.pieces.state.kind[slot])
@@ -223,12 +351,8 @@ class PortAssignment:
     # --- each tick ------------------------------------------------------------------------------------------------
 
     def _look_at_sensors(self) -> None:
-        states = self._robot.sensor_states
-        for name, sensor in self._piece_sensors.items():
-            sensor.update()
-            states[name] = sensor.is_active
-        for name, limit in self._limits.items():
-            states[name] = limit.is_pressed
+        for name, look in self._looks.items():
+            self._robot.sensor_states[name] = look()
 
     def _look_at_lights(self) -> None:
         robot = self._robot
@@ -243,50 +367,12 @@ class PortAssignment:
                 robot.light_colors[name] = _strip_colors(strip)
 
 
-class _SlideRange:
-    """A CANrange that looks at a mechanism which slides away from it."""
-
-    def __init__(self, device: CANrangeSim, mechanism: ShaftSim, distance: float) -> None:
-        self._device = device
-        self._mechanism = mechanism
-        self._distance = distance
-
-    def write(self, position: float, velocity: float) -> None:
-        """See `AnglePort`."""
-        m = self._mechanism
-        way = m.height if isinstance(m, ElevatorSim) else m.extension if isinstance(m, RackSim) else position
-        self._device.write(max(0.0, self._distance + way))
-
-
 def _candles() -> list[BuiltDevice]:
     return [device for maker in makers() for device in maker.built() if device.model == "CANdle"]
 
 
-def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> AnglePort:
-    model, channel = sensor.keys[0][0], sensor.keys[0][1].number
-    gearing, reversed = abs(sensor.gearing), sensor.gearing < 0.0
-    try:
-        if sensor.kind == "encoder":
-            return EncoderPort(
-                channel,
-                pulses_per_turn=sensor.pulses_per_turn,
-                gearing=gearing,
-                reversed=reversed,
-                start=mechanism.position,
-            )
-        full_range = encoder_range(model, channel)
-        return AbsoluteEncoderPort(
-            (model, channel), zero=sensor.zero, full_range=full_range, gearing=gearing, reversed=reversed
-        )
-    except IndexError:
-        said = f"the robot program reads no duty cycle on DIO {channel}"
-        if sensor.kind == "encoder":
-            said = f"DIO {channel} is channel A of no Encoder of the robot program"
-        raise ConfigError(f"{where}: {said}; of DIO it builds: {ports_text('DIO')}") from None
-
-
 def _strip_colors(strip: Any) -> IntArray:
-    """Of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
+    """Return the color of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
     if not season.is_led_running(strip):
         return np.zeros(int(strip.get_length()), dtype=np.int64)
     return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
@@ -306,8 +392,8 @@ def _meaning(sensor: SensorSettings) -> str:
     return f"{sensor.name!r}, {'distance' if sensor.kind == 'canrange' else sensor.kind} of {sensor.mechanism!r}"
 
 
-def _by_class(ports: Any) -> list[str]:
-    """`PWM 3 5 (VictorSP)`: ports of one class in one text."""
+def _by_class(ports: Sequence[BuiltPort]) -> list[str]:
+    """Join ports of one class in one text: `PWM 3 5 (VictorSP)`."""
     groups: dict[tuple[str, str], list[int]] = {}
     for port in ports:
         groups.setdefault((port.model, port.made_by), []).extend(port.channels)

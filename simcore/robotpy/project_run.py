@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simcore import season
 from simcore.errors import start_sentence
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.isolation import end_process, load_robot_plugin
+from simcore.robotpy.pytest_plugin import INIT_TIMEOUT, end_process
+from simcore.robotpy.robot_program import load_robot_class
 from simcore.robotpy.robot_test import RobotTest
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
@@ -102,12 +104,17 @@ def _sentence(error: BaseException, folder: Path) -> str:
 
 
 def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
+    from simcore.robotpy.attach import watch_program
     from simcore.robotpy.attached_physics import AttachedPhysics
+    from simcore.robotpy.repeatable_runs import seed_generators
     from simcore.robotpy.run_variation import set_factors
 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
     set_factors(task["values"])
-    robot = load_robot_plugin(folder / "robot.py")
+    seed_generators()  # a program may draw while it is imported
+    watch_program(simulated=True)
+    robot_file = folder / "robot.py"
+    robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
     spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
     own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]

@@ -1,35 +1,36 @@
-"""The pytest plugin: robot tests in simulated time, under `robotpy test` and under plain `pytest`.
+"""The pytest plugin: robot tests in simulated time, under `robotpy test`, which gives each one a process of its own.
 
 Loads with pytest itself, in projects that have no robot too: whatever is heavy is imported when a robot test runs.
 """
 
 from __future__ import annotations
 
-import argparse
 import atexit
 import contextlib
 import os
 import shutil
 import sys
 import threading
+import time
 from collections.abc import Generator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import pytest
 
 if TYPE_CHECKING:
     from simcore.robotpy.robot_test import RobotTest
 
-__all__ = ["sim"]
+__all__ = ["INIT_TIMEOUT", "end_process", "sim"]
 
-_ALONE, _ONE_OF_MANY = "alone", "one-of-many"
-_SEEDS_MARK = (
-    "seeds(n, scatter=None): run a robot test once for each of n seeds, or of a list of seeds, with scatter on; see "
-    "sim.success"
+INIT_TIMEOUT = 30.0
+"""In which a robot program must come through robotInit [s]."""
+_PLAIN = (
+    "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
+    "in the folder of robot.py; options of pytest follow behind --, as in `python -m robotpy test -- -k %s`"
 )
-_ROBOT_FIXTURES = ("sim", "robot", "control")
 _LONGEST_FAILURE = 2000  # letters of an assertion on a page
 _LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
 _PLUGINS = ("PyFrcPlugin", "RobotTestingPlugin", "IsolatedTestsPlugin")
@@ -56,7 +57,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         type=int,
         default=None,
         metavar="N",
-        help="seed of all that is left to chance in robot tests; default: 0, with the mark seeds(...) all of its seeds",
+        help="seed of all that is left to chance in robot tests; default: 0",
     )
     group.addoption(
         "--sim-scatter",
@@ -65,20 +66,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
-    group.addoption(
-        "--seeds", type=int, default=None, metavar="N", help="of tests marked with seeds(...) the first N seeds only"
-    )
-    group.addoption(
-        "--seed-workers",
-        type=int,
-        default=None,
-        metavar="N",
-        help="runs of such a test at a time; default: one a core, with xdist 1",
-    )
-    # Set for the processes of single runs by the one that starts them.
-    group.addoption("--sim-run", choices=(_ALONE, _ONE_OF_MANY), default=None, help=argparse.SUPPRESS)
-    parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
-    parser.addini("simcore_timeout", "wall time that a robot test may take [s]", default="300")
     parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
 
 
@@ -92,12 +79,10 @@ def pytest_configure(config: pytest.Config) -> None:
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
-    config.addinivalue_line("markers", _SEEDS_MARK)
     _fit_into_pyfrc(config)
-    for option, least in (("sim_seed", 0), ("seeds", 1), ("seed_workers", 1)):
-        number = config.getoption(option)
-        if number is not None and number < least:
-            raise pytest.UsageError(f"--{option.replace('_', '-')} must be a whole number >= {least}, got {number}")
+    seed = config.getoption("sim_seed")
+    if seed is not None and seed < 0:
+        raise pytest.UsageError(f"--sim-seed must be a whole number >= 0, got {seed}")
     if config.getoption("sim_scatter") is not None:
         from simcore.errors import SimcoreError
         from simcore.match.scatter import Scatter
@@ -129,7 +114,7 @@ class _RobotClass:
         self._simulated = simulated
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from simcore.robotpy.program_watch import load_watched_class
+        from simcore.robotpy.attach import load_watched_class
 
         return load_watched_class, (*self._names, self._simulated)
 
@@ -169,10 +154,15 @@ _status = 0
 
 def _end_at_once() -> None:
     """End a process in which robots were: Python would wait for their threads, or hang as it takes devices apart."""
-    from simcore.robotpy.isolation import end_process
-
     atexit._run_exitfuncs()
     end_process(_status)
+
+
+def end_process(code: int) -> NoReturn:
+    """End a process in which a robot has run, at once: the interpreter's own end can hang on HAL threads."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
@@ -182,105 +172,22 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
             sys.path.insert(0, str(folder))
 
 
-# --- one process a test -------------------------------------------------------------------------------------------
+# --- the process of a test ----------------------------------------------------------------------------------------
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
-    """Under plain pytest: hand a robot test to a process of its own."""
-    config, hook = item.config, item.ihook
-    has_seeds = item.get_closest_marker("seeds") is not None and config.getoption("sim_run") is None
-    # Under `robotpy test` this is the process of one test already; one with seeds starts further ones all the same.
-    if not _is_robot_test(item) or (_pyfrc(config) is not None and not has_seeds):
-        return None
-    from simcore.errors import SimcoreError
-    from simcore.robotpy.isolation import run_isolated
-    from simcore.robotpy.seed_runs import judged_seeds, seeds_and_spreads
-
-    hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    try:
-        robot_file = _robot_file(item)
-        seeds, spreads = seeds_and_spreads(item, robot_file) if has_seeds else ((), [])
-    except SimcoreError as error:
-        reports = [
-            pytest.TestReport(
-                nodeid=item.nodeid,
-                location=item.location,
-                keywords={},
-                outcome="failed",
-                longrepr=str(error),
-                when="setup",
-            )
-        ]
-    else:
-        real = _mode(config) == "real"  # configurations persist in ./ctre_sim: a fresh folder
-
-        def play(kind: str = _ALONE, *further: str) -> list[pytest.TestReport]:
-            return run_isolated(
-                item,
-                robot_file,
-                [*_child_arguments(config), *spreads, f"--sim-run={kind}", *further],
-                timeout=float(config.getini("simcore_timeout")),
-                folder=None if real else config.invocation_params.dir,
-            )
-
-        if seeds:
-            output = _output_folder(item, robot_file.parent)
-            _remove(output)
-            reports = judged_seeds(item, seeds, lambda seed: play(_ONE_OF_MANY, f"--sim-seed={seed}"), output)
-        else:
-            reports = play()
-    for report in reports:
-        hook.pytest_runtest_logreport(report=report)
-    hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-    return True
-
-
-def _is_robot_test(item: pytest.Item) -> bool:
-    """Whether a test asks for this plugin's fixture, or for one of pyfrc's that nobody else provides."""
-    names = getattr(item, "fixturenames", ())
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Say under plain pytest which command runs a robot test."""
     info = getattr(item, "_fixtureinfo", None)
-    if info is None or not set(_ROBOT_FIXTURES) & set(names):
-        return False
-    definitions = info.name2fixturedefs
-    ours = definitions.get("sim")
-    if ours and getattr(ours[-1].func, "__module__", "") == __name__:
-        return True
-    return any(name in names and name not in definitions for name in ("robot", "control"))
+    ours = () if info is None else info.name2fixturedefs.get("sim", ())
+    if ours and getattr(ours[-1].func, "__module__", "") == __name__ and _pyfrc(item.config) is None:
+        pytest.fail(_PLAIN % item.name, pytrace=False)
 
 
 def _pyfrc(config: pytest.Config) -> Any:
-    """The plugin of pyfrc, if it runs this session: `robotpy test`, or our own child process."""
+    """Return RobotPy's plugin, if it runs this session: of `robotpy test`, or of one run of a sweep."""
     plugins = config.pluginmanager.get_plugins()
     return next((p for p in plugins if type(p).__name__ in _PLUGINS), None)
-
-
-def _robot_file(item: pytest.Item) -> Path:
-    from simcore.robotpy.robot_program import find_robot_file
-
-    return find_robot_file(item.path, named=item.config.getini("simcore_robot"), base=item.config.rootpath)
-
-
-def _child_arguments(config: pytest.Config) -> list[str]:
-    options = config.option
-    arguments = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov", "-q", "--no-header"]
-    for plugin in options.plugins or ():
-        arguments += ["-p", plugin]
-    arguments += [f"--rootdir={config.rootpath}", f"--phoenix={_mode(config)}", f"--tb={options.tbstyle}"]
-    if config.inipath is not None:
-        arguments += ["-c", str(config.inipath)]
-    for setting in options.override_ini or ():
-        arguments += ["-o", setting]
-    if options.sim_seed is not None:
-        arguments.append(f"--sim-seed={options.sim_seed}")
-    if options.sim_scatter is not None:
-        arguments.append(f"--sim-scatter={options.sim_scatter}")
-    if options.showlocals:
-        arguments.append("--showlocals")
-    if options.sim_output:
-        arguments.append(f"--sim-output={Path(options.sim_output).absolute()}")
-    arguments.append(f"--import-mode={options.importmode}")
-    return arguments
 
 
 def _mode(config: pytest.Config) -> str:
@@ -296,7 +203,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
-            from simcore.robotpy.program_watch import begin_robot
+            from simcore.robotpy.attach import begin_robot
 
             begin_robot()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
@@ -344,33 +251,58 @@ def _vary(config: pytest.Config) -> None:
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:
-    """As `robotpy sim --simcore` does, for a test that wants the field or a project that describes its robot.
+    """Attach as `robotpy sim --simcore` does, for a test that wants the field or a project that describes its robot.
+
+    A physics.py of the team's alone is left alone where nobody asks for the field.
 
     Args:
-        plugin: pyfrc's.
+        plugin: RobotPy's.
         wants_field: Whether the test uses `sim`.
 
     Raises:
         ConfigError: It wants the field, and nothing could put the robot there.
     """
     from simcore.robot_file.template import FILE_NAME
-    from simcore.robotpy.physics_hook import hook_of
+    from simcore.robotpy.attach import PhysicsHook, attach, is_ours, load_physics
 
-    physics, folder = hook_of(plugin), plugin._robot_file.parent
-    if wants_field or physics is not None or (folder / FILE_NAME).exists():
-        from simcore.robotpy.isolation import wait_longer
-        from simcore.robotpy.robot_attachment import attach_physics
-
-        # A physics.py of the team's alone is left alone where nobody asked for the field.
-        hook, plugin._robot_class = attach_physics(
-            *(physics, plugin._robot_class, folder),
-            joins=wants_field or (folder / FILE_NAME).exists(),
+    before, folder = getattr(plugin, "_physics", None), plugin._robot_file.parent
+    if isinstance(before, PhysicsHook):
+        return  # an earlier test of this process
+    physics = load_physics(folder) if before is None else before.module
+    is_described = (folder / FILE_NAME).exists()
+    if wants_field or is_described or (physics is not None and is_ours(physics)):
+        for cls in plugin._robot_class.__mro__ if before is not None else ():
+            for name in ("_simulationInit", "_simulationPeriodic"):
+                if getattr(vars(cls).get(name), "__module__", "") == type(before).__module__:
+                    delattr(cls, name)  # pyfrc's own hooks, which call its physics.py
+        plugin._physics, plugin._robot_class = attach(
+            *(plugin._robot_class, folder),
+            physics=physics,
+            joins=wants_field or is_described,
             needs_field=wants_field,
+            guard=partial(_start_errors, folder),
         )
-        plugin._physics = hook
-        hook.log_init_errors = False  # as pyfrc has it in tests
-        hook._simulationInit = _start_errors(folder)(hook._simulationInit)
-        wait_longer(plugin)
+        _wait_longer(plugin)
+
+
+def _wait_longer(plugin: Any) -> None:
+    """Let a plugin of RobotPy's wait `INIT_TIMEOUT` for the start of a program: building a field takes 1 s of it.
+
+    pyfrc's waits 2 s; that of wpilib.testing asks a thousand times, 1 ms apart.
+    """
+    if hasattr(plugin, "_init_timeout"):
+        plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
+        return
+    from simcore import season
+
+    has_started = season.wpilib_simulation.get_program_started
+
+    def has_started_by_then() -> bool:
+        if not has_started():
+            time.sleep(1e-3 * INIT_TIMEOUT)
+        return bool(has_started())
+
+    season.test_controller().get_program_started = has_started_by_then
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------
@@ -383,14 +315,11 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
-    is_one_of_many = request.config.getoption("sim_run") == _ONE_OF_MANY
     folder = _output_folder(request.node, request.getfixturevalue("robot_path"))
-    if is_one_of_many:
-        folder /= f"seed_{request.config.getoption('sim_seed')}"
-    else:
-        _remove(folder)
+    _remove(folder)
     request.node.stash[_OUTPUT] = folder
-    with RobotTest(control, robot, hang=hang, complaints=_complaints, is_one_of_many=is_one_of_many) as test:
+    hook = _pyfrc(request.config)._physics
+    with RobotTest(control, robot, hook, hang=hang, complaints=_complaints) as test:
         # as often as NetworkTables wants a snapshot here
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
@@ -437,18 +366,12 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if item.config.getoption("sim_run") == _ONE_OF_MANY:
-        from simcore.robotpy.robot_test import run_report
-
-        refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
-        started = call.excinfo is None or call.excinfo.value is not _start_failure
-        report.user_properties.append(run_report(test, is_refuted=refuted and started))
-    is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
-    if is_lost and recording is not None and test is not None and test.has_run:
+    if report.failed and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 
-        test.record.failure = "no success" if call.excinfo is None else call.excinfo.exconly()[:_LONGEST_FAILURE]
+        assert call.excinfo is not None
+        test.record.failure = call.excinfo.exconly()[:_LONGEST_FAILURE]
         test.record.conclude()
         recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"

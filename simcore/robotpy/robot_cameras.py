@@ -14,7 +14,7 @@ from simcore.errors import ConfigError
 from simcore.install_text import install_command
 from simcore.match.match import Match
 from simcore.photonvision.photon_program import FoundMount, lens_of, mounts, photon_program, pipeline_of
-from simcore.robotpy.program_watch import table_watch
+from simcore.robotpy.table_watch import table_watch
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 from simcore.vision.questnav_table import TABLE, QuestNavTable
@@ -238,7 +238,7 @@ class RobotCameras:
 
 
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
-    """Fields of a `FoundCamera` of each; `watch_program` must have been called before the program was loaded.
+    """Maker, name, place and source of each; `watch_program` must have been called before the program was loaded.
 
     A Limelight is known by the name of its table. What a program asks for in its loops only is not seen.
 

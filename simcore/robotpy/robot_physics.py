@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import functools
 import gc
 import logging
 import sys
@@ -19,19 +18,16 @@ import numpy as np
 from simcore import season
 from simcore.devices import program_odometry
 from simcore.devices.makers import require_distinct_devices
+from simcore.devices.motor_ports import MotorDevices
 from simcore.errors import ConfigError
-from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
-from simcore.robot.motor_controllers import MotorDevices
 from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.belief_watch import BeliefWatch
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
-from simcore.robotpy.console_noise import LatenessReport
-from simcore.robotpy.loop_waits import LoopWaits
-from simcore.robotpy.own_loops import attach_to_loop
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
+from simcore.telemetry.control_topics import ControlTopics
 from simcore.units import TICK
 
 if TYPE_CHECKING:
@@ -42,7 +38,7 @@ IterativeRobotBase = season.wpilib.IterativeRobotBase
 Timer = season.wpilib.Timer
 ntcore = season.ntcore
 
-__all__ = ["PhysicsTimes", "RobotPhysics", "field_control", "latest_physics"]
+__all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +48,9 @@ _MOST_OWED = 0.1  # [s]; what is more is skipped, not caught up with
 _ANSWER = 0.0015  # [s]
 _HISTORY = 6000  # ticks; two minutes
 _ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
+_LATE_EVERY = 10.0  # [s]
+_MOST_MS = 15.0  # [ms]; robot code needs some of a tick's 20 ms, too
+_AT_START = 2.0  # [s]; while a program starts every computer is late, and nothing moves yet
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,13 +77,10 @@ class RobotPhysics:
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
     sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a robot whose loop is its own,
-    such as a MagicRobot, while it waits for its next loop.
-
-    pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
-    `simulationPeriodic` of subsystems goes on to work.
+    such as a MagicRobot, once a loop in `_simulationPeriodic`, all that are due.
 
     Args:
-        physics_controller: From pyfrc.
+        physics_controller: Has the `field` of the simulation's window.
         robot: The robot object.
         match: With the robot on its field; it is closed when the program ends.
         number: Which robot of the match this program drives.
@@ -131,8 +127,6 @@ class RobotPhysics:
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
         self._devices = ConnectedDevices(self.robot_sim, drivetrain, motors, clock=self._phoenix)
         self.robot_sim.connect(self._devices)
-        if self.replaces_hooks:
-            _warn_of_replaced_hooks(robot)
         self._parts = parts or (1 if can_wait else 4)
         self._h = TICK / self._parts
         self._part = 0
@@ -160,44 +154,18 @@ class RobotPhysics:
         self._power = RoboRioPower(self.robot_sim.battery)
         self._panels = PowerDistributionView(self.robot_sim)
         self._start: float | None = None
-        self._first_due: float | None = None
         self._done = 0
         self._last_wall = 0.0
         self._work = 0.0
         self._work_ms: deque[float] = deque(maxlen=_HISTORY)
         self._ticks = self._late_parts = self._late_loops = 0
         self._skipped = 0.0
-        self._waits: LoopWaits | None = None
+        self._has_periodic = _has_wpilib_loop(type(robot))
         atexit.register(match.close)
-        if type(self) is RobotPhysics:
-            self._begin()
-
-    def __init_subclass__(cls, **settings: Any) -> None:
-        """Begin with physics when the whole object is built: a loop may ask for its first part at once."""
-        super().__init_subclass__(**settings)
-        build = cls.__init__
-
-        @functools.wraps(build)
-        def init(self: RobotPhysics, *args: Any, **kwargs: Any) -> None:
-            build(self, *args, **kwargs)
-            if type(self) is cls:
-                if not hasattr(self, "_waits"):
-                    raise ConfigError(
-                        f"{cls.__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
-                    )
-                self._begin()
-
-        cls.__init__ = init  # type: ignore[method-assign]
-
-    def _begin(self) -> None:
         global _latest
         _latest = weakref.ref(self)
-        self._waits = attach_to_loop(self.robot, self)
-        if isinstance(self.robot, season.loop_classes()):
-            season.add_between_loops(self.robot, self.do_due, self._h)
-
-    replaces_hooks = True
-    """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
+        if self._has_periodic:
+            season.add_between_loops(robot, self.do_due, self._h)
 
     @property
     def control(self) -> FieldControl:
@@ -208,11 +176,15 @@ class RobotPhysics:
         """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
+        """Go on once a robot loop, but never within 10 ms: the parts of a robot without `addPeriodic` come here."""
+        if not hasattr(self, "_has_periodic"):
+            raise ConfigError(
+                f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
+            )
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if self._waits is not None:
-            self._waits.do_due()  # a loop of its own that is late may not wait at all
+        if not self._has_periodic:
+            self.do_due()
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
@@ -236,18 +208,6 @@ class RobotPhysics:
             late_loops=self._late_loops,
             lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
         )
-
-    @property
-    def next_due(self) -> float:
-        """When the next part is due, FPGA time [s]; the first comes half a part after it is first asked for.
-
-        So a loop and a part, whose periods are multiples, never meet at one instant.
-        """
-        if self._start is None:
-            if self._first_due is None:
-                self._first_due = float(Timer.get_monotonic_timestamp()) + 0.5 * self._h
-            return self._first_due
-        return self._start + (self._done + 1) * self._h
 
     def do_due(self) -> None:
         """Do all parts that are due by now."""
@@ -328,6 +288,48 @@ class RobotPhysics:
         self._last_wall = max(self._last_wall + self._h, time.perf_counter() - self._h)
 
 
+class LatenessReport:
+    """Adds up the time that physics gives up, and says so at most every ten seconds of wall time.
+
+    Args:
+        every: Wall time between two sentences [s].
+        start: Wall time in which nothing is said [s].
+    """
+
+    def __init__(self, *, every: float = _LATE_EVERY, start: float = _AT_START) -> None:
+        self._every = every
+        self._start = start
+        self.given_up = 0.0
+        """Since the last sentence [s]."""
+        self._since = time.monotonic()
+        self._is_first = True
+
+    def note(self, seconds: float, *, tick_ms: float) -> None:
+        """Physics has just skipped a time.
+
+        Args:
+            seconds: How much [s].
+            tick_ms: What a tick of physics alone takes, of the 20 ms that it has [ms].
+        """
+        now = time.monotonic()
+        if self._is_first and now - self._since < self._start:
+            return
+        self.given_up += seconds
+        if not self._is_first and now - self._since < self._every:
+            return
+        why = "the computer is busy with other programs or robot code blocks"
+        if tick_ms > _MOST_MS:
+            why = f"the computer is too slow: physics alone takes {tick_ms:.0f} ms for a tick of 20 ms"
+        _log.warning(
+            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not judge times "
+            "by it (robot tests do not mind)",
+            *(self.given_up, max(1.0, now - self._since), why),
+        )
+        self._is_first = False
+        self.given_up = 0.0
+        self._since = now
+
+
 _latest: weakref.ref[RobotPhysics] | None = None
 
 
@@ -354,20 +356,14 @@ def _period_of(robot: Any) -> float:
     return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
 
 
+def _has_wpilib_loop(robot_class: type) -> bool:
+    """Return whether a robot class leaves its loop to WPILib's, which has `addPeriodic`."""
+    start = season.own_name(season.wpilib.RobotBase, "start_competition")
+    loop = next((cls for cls in robot_class.__mro__ if start in vars(cls)), object)
+    return issubclass(robot_class, season.loop_classes()) and loop.__module__.split(".")[0] == "wpilib"
+
+
 def _phoenix_time() -> PhoenixTime | None:
     """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
     module = sys.modules.get("simcore.robotpy.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]
-
-
-def _warn_of_replaced_hooks(robot: Any) -> None:
-    for owner in type(robot).__mro__:
-        for name in ("_simulationInit", "_simulationPeriodic"):
-            # pyfrc's own are in a class that it gives the robot's name, which in tests is derived from once more
-            maker = getattr(vars(owner).get(name), "__module__", None) or ""
-            if maker.split(".")[0] not in ("", "wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
-                _log.warning(
-                    "%s.%s is not called while there is a physics.py; do it in the PhysicsEngine's after_tick",
-                    owner.__name__,
-                    name,
-                )

@@ -1,4 +1,4 @@
-"""A robot program from outside: where its robot.py is, its robot class, and the parts of its robot object."""
+"""A robot program from outside: its robot class, and the parts of its robot object."""
 
 from __future__ import annotations
 
@@ -10,34 +10,7 @@ from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
 
-__all__ = ["find_robot_file", "load_robot_class", "part_of"]
-
-
-def find_robot_file(start: Path, *, named: str | Path | None = None, base: Path | None = None) -> Path:
-    """The robot.py of the project that a test belongs to.
-
-    Args:
-        start: The test file, or a folder; the nearest robot.py above it counts.
-        named: A file, or the folder of one, that counts instead.
-        base: What a relative `named` is relative to.
-
-    Raises:
-        ConfigError: There is none.
-    """
-    if named:
-        path = Path(named) if base is None else base / named
-        path = path / "robot.py" if path.is_dir() else path
-        if not path.is_file():
-            raise ConfigError(f"simcore_robot names {str(path)!r}, and there is no such file")
-        return path.resolve()
-    folder = start if start.is_dir() else start.parent
-    for place in (folder, *folder.parents):
-        if (place / "robot.py").is_file():
-            return (place / "robot.py").resolve()
-    raise ConfigError(
-        f"no robot.py in {folder} or any folder above; put tests/ beside robot.py, or name it in pytest.ini: "
-        "simcore_robot = path/to/robot.py"
-    )
+__all__ = ["load_robot_class", "part_of"]
 
 
 def load_robot_class(robot_file: Path) -> Any:

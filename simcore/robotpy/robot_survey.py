@@ -21,18 +21,18 @@ from typing import Any
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
+from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
+from simcore.robotpy.attach import watch_program
 from simcore.robotpy.built_ports import built_ports
-from simcore.robotpy.program_watch import watch_program
 from simcore.robotpy.robot_cameras import surveyed_cameras
 from simcore.robotpy.robot_program import load_robot_class
 

@@ -7,28 +7,31 @@ import gc
 import logging
 import math
 import operator
+import sys
 import time
+import traceback
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict
+from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
+from unittest.mock import patch
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
-from simcore.quantities import EFFICIENCY, POSE, Quantity, require, require_row
+from simcore.loop.step import prepare
+from simcore.quantities import POSE, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
+from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
-from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
-from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
+from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
-from simcore.robotpy.seed_runs import RUN, RunClaim
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
@@ -38,15 +41,16 @@ step_timing = season.wpilib_simulation.step_timing
 Pose2d = season.wpimath.Pose2d
 hal = season.hal
 
-__all__ = ["ConditionError", "RobotTest", "run_report"]
+__all__ = ["ConditionError", "RobotTest"]
 
 __tracebackhide__ = operator.methodcaller("errisinstance", SimcoreError)
 """pytest shows a call that is refused at the test's own line."""
 
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
-_ENDS = 2.0  # wall time in which a program whose start has failed ends [s]
+_PATIENCE = 10.0  # wall time in which a MagicBot must come to its next loop [s]
+_FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
+_ENDS = 2.0  # wall time in which a program that has failed ends [s]
 _SPAN = Quantity("s", 0.0, 1e6)
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
@@ -85,9 +89,9 @@ class RobotTest:
     Args:
         control: Test controller, of pyfrc or of wpilib.testing, of the robot.
         robot: Proxy of the robot object.
+        hook: Physics in its loop.
         hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
         complaints: Where those stacks go.
-        is_one_of_many: Whether this run is one of those of `@pytest.mark.seeds`, which are judged together.
 
     Example:
         def test_the_auto_scores(sim):
@@ -100,22 +104,21 @@ class RobotTest:
         self,
         control: Any,
         robot: Any,
+        hook: PhysicsHook,
         *,
         hang: float = 30.0,
         complaints: TextIO | None = None,
-        is_one_of_many: bool = False,
     ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self.own_threads: list[str] = []
         """Names of the program's own threads: while there are any, two runs may differ."""
-        self.claims: list[RunClaim] = []
-        """What `success` was asked so far."""
         self.warnings: list[str] = []
         """What simcore has warned of so far, each once."""
         self._control = control
+        self._hook = hook
+        self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
         self._hang = hang
-        self._is_one_of_many = is_one_of_many
         self._complaints = complaints
         self._stack = ExitStack()
         self._physics: RobotPhysics | None = None
@@ -139,10 +142,13 @@ class RobotTest:
         faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.set_enabled(False)
-        waits = loop_waits()
-        if waits is not None:
-            waits.stop()
-        self._stack.close()
+        with ExitStack() as quiet:
+            if self.has_run and not self._control.robot_is_alive:
+                # RobotPy steps one more second, in which WPILib's watchdog would complain that nobody feeds it
+                controller = sys.modules[type(self._control).__module__]
+                for name in {"stepTimingAsync", "step_timing_async"} & vars(controller).keys():
+                    quiet.enter_context(patch.object(controller, name, lambda seconds: None))
+            self._stack.close()
 
     # --- driver station -------------------------------------------------------------------------------------------
 
@@ -181,18 +187,19 @@ class RobotTest:
         """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
         if self._physics is not None:
             return
+        prepare()  # the first time on a computer it takes longer than a program may hang
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
         self._run_robot()
         self._step()  # waits until the program has built its physics
-        physics = latest_physics()
-        if physics is None:
+        if self._hook.engine is None:
             self._control._thread.join(_ENDS)  # where its physics could not be built the program is about to end
             self._raise_error_of_robot()
             raise SimcoreError(
-                f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
-                "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"
+                f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
+                f"_simulationPeriodic; it is at {self._where()}"
             )
+        physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
@@ -207,8 +214,8 @@ class RobotTest:
             )
         if physics.times.ticks == 0:
             raise SimcoreError(
-                f"no tick of physics has run in {_SETTLE:g} s: {self._robot_name} never waited for its next loop where "
-                "physics could come by"
+                f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
+                f"_simulationPeriodic; it is at {self._where()}"
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
@@ -318,30 +325,6 @@ class RobotTest:
         raise ConditionError(
             f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
         )
-
-    # --- how often ------------------------------------------------------------------------------------------------
-
-    def success(self, condition: object, *, at_least: float, sure: bool = False, what: str = "") -> None:
-        """Say whether this run was a success; in a test with `@pytest.mark.seeds` enough of the runs have to be.
-
-        Without the mark, or with one seed alone, it is an assertion.
-
-        Args:
-            condition: What should hold in the end, e.g. `sim.score.blue >= 8`.
-            at_least: In which share of the runs, above 0 and up to 1.
-            sure: Ask more: that the lower bound of the share (Wilson's 95 % interval) is as high. Then 50 runs prove
-                0.92 at most.
-            what: The same in words, for the report.
-
-        Raises:
-            ConditionError: It does not hold, in the only run.
-            ConfigError: `at_least` is no share.
-        """
-        require("success", "at_least", at_least, EFFICIENCY)
-        held = bool(condition)
-        self.claims.append(RunClaim(what=what, held=held, at_least=float(at_least), sure=bool(sure)))
-        if not (held or self._is_one_of_many):
-            raise ConditionError(f"no success{f': {what}' if what else ''}; {self.summary()}")
 
     # --- truth ----------------------------------------------------------------------------------------------------
 
@@ -464,11 +447,11 @@ class RobotTest:
             self._stack.enter_context(self._control.run_robot())
         except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
             self._raise_error_of_robot()
-            waits = loop_waits()
-            where = "" if waits is None else f"; it is at {waits.where()}"
             raise SimcoreError(
-                f"the robot program has not started: it has not come through robotInit{where}"
+                f"the robot program has not started: it has not come through robotInit; it is at {self._where()}"
             ) from error
+        if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
+            self._wait(lambda: self._hook.last_loop is not None, _FIRST_LOOP)
 
     @property
     def _robot_name(self) -> str:
@@ -477,6 +460,7 @@ class RobotTest:
     def _raise_error_of_robot(self) -> None:
         error = self._control._reraise.exception
         if error is not None:
+            self._control._thread.join(_ENDS)
             self._control._reraise.reset()
             raise error
 
@@ -506,16 +490,57 @@ class RobotTest:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notify_new_data()
         self._is_played = True
-        waits = loop_waits()
-        if waits is not None:
-            waits.require_waits(min(_PATIENCE, 0.5 * self._hang))
-        step_timing(TICK)
+        self._advance(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+    def _advance(self, seconds: float) -> None:
+        """Step time from loop to loop.
+
+        Whoever steps WPILib's clock waits until all notifiers are waited for. A MagicBot frees its own between two
+        modes: time must not go on before it has come to the first loop of the next mode.
+        """
+        left = round(1e6 * seconds)
+        while left > 0:
+            until_loop = left if self._loop is None else round(1e6 * (self._next_loop - self._now()))
+            step = min(left, until_loop) if until_loop > 0 else left
+            step_timing(1e-6 * (step + 0.5))  # which cuts to whole microseconds
+            left -= step
+            patience = min(_PATIENCE, 0.5 * self._hang)
+            if self._loop is not None and not self._wait(lambda: self._now() < self._next_loop - 1e-6, patience):
+                raise SimcoreError(
+                    f"{self._robot_name} has not come to its next loop in {patience:g} s of wall time; it is at "
+                    f"{self._where()}"
+                )
+
+    @property
+    def _next_loop(self) -> float:
+        assert self._loop is not None
+        return (self._hook.last_loop or 0.0) + self._loop
+
+    def _now(self) -> float:
+        return float(Timer.get_monotonic_timestamp())
+
+    def _wait(self, condition: Callable[[], bool], patience: float) -> bool:
+        """Wait for the program's thread; return whether the condition holds within this wall time, or it has ended."""
+        end = time.monotonic() + patience
+        while not condition() and self._control.robot_is_alive:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.0002)
+        return True
+
+    def _where(self) -> str:
+        """Return the line of the program that its thread is at."""
+        frame = sys._current_frames().get(self._control._thread.ident)
+        folder = str(Path(sys.modules[type(self.robot).__module__].__file__ or "").parent)
+        stack = [] if frame is None else traceback.extract_stack(frame)
+        own = [at for at in stack if at.filename.startswith(folder)] or stack
+        return f"{Path(own[-1].filename).name}:{own[-1].lineno} in {own[-1].name}" if own else "no line"
 
 
 def _require_name(mode: str, name: object) -> None:
@@ -524,21 +549,3 @@ def _require_name(mode: str, name: object) -> None:
         raise ConfigError(
             f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"
         )
-
-
-def run_report(test: RobotTest | None, *, is_refuted: bool) -> tuple[str, dict[str, Any]]:
-    """The property of a run's report that `SeededRun` reads.
-
-    Args:
-        test: The fixture; None: the test has done without.
-        is_refuted: Whether an assertion of it has failed.
-    """
-    said: dict[str, Any] = {"is_refuted": is_refuted}
-    if test is not None and test.has_run:
-        said |= {
-            "claims": [asdict(claim) for claim in test.claims],
-            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
-            "summary": test.summary(),
-            "digest": test.digest,
-        }
-    return RUN, said

@@ -1,22 +1,27 @@
-"""WPILib's own devices as ports of a drivetrain or a mechanism: motor controllers on PWM and relays, encoders, gyros.
+"""WPILib's own devices: motor controllers on PWM and relays, encoders on DIO and analog inputs, gyros.
 
-Nothing here lives on the wall clock, so a robot of these devices can be stepped as fast as the machine can, and does
-exactly the same every time.
+Each as a port of a drivetrain or a mechanism, and all as a maker's. Nothing here lives on the wall clock, so a robot of
+these devices can be stepped as fast as the machine can, and does exactly the same every time.
 """
 
 from __future__ import annotations
 
 import math
-import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.devices.answers import Answers
-from simcore.devices.recorder import after_call
-from simcore.errors import ConfigError, UnknownNameError
-from simcore.quantities import GEARING, POSITIVE, require
+from simcore.devices.makers import Maker, MotorFacts
+from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
+from simcore.devices.recorder import Answers, after_call
+from simcore.errors import ConfigError
+from simcore.quantities import GEARING, DeviceAddress, require
+from simcore.robot_file.drivetrain_table import ON_PORTS
+from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range
+from simcore.typing import FloatSupplier
 
+wpilib = season.wpilib
 ADIS16448_IMU = season.class_before_2027("wpilib", "ADIS16448_IMU")
 ADIS16470_IMU = season.class_before_2027("wpilib", "ADIS16470_IMU")
 ADXRS450_Gyro = season.class_before_2027("wpilib", "ADXRS450_Gyro")
@@ -30,55 +35,49 @@ AnalogInputSim = season.wpilib_simulation.AnalogInputSim
 DutyCycleSim = season.wpilib_simulation.DutyCycleSim
 EncoderSim = season.wpilib_simulation.EncoderSim
 PWMSim = season.wpilib_simulation.PWMSim
-RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
 SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 
 __all__ = [
-    "ADISGyroPort",
-    "AbsoluteEncoderPort",
-    "EncoderPort",
-    "PWMMotorPort",
-    "RelayPort",
-    "SimDeviceGyroPort",
-    "WPILibGyroPort",
-    "answer_for_adis",
-]
+    "MAKER", "ADISGyroPort", "AbsoluteEncoderPort", "ChannelMotor", "EncoderPort", "PWMMotorPort", "WPILibGyroPort",
+]  # fmt: skip
 
 _RAIL = 5.0  # [V] at the roboRIO's analog inputs
 
 
-class _ChannelPort:
-    """What ports without a sensor or a configuration have in common.
+class ChannelMotor(MotorPort):
+    """Motor controller on a port of the roboRIO, which has no sensor and no configuration; disabled it is off.
 
     Args:
+        share: Returns the share of its supply that it puts on the motor [-].
         coasts: Whether zero opens the circuit instead of braking.
     """
 
-    def __init__(self, *, coasts: bool) -> None:
+    def __init__(self, share: FloatSupplier, *, coasts: bool = False) -> None:
+        self._share = share
         self._coasts = coasts
         self._supply = 12.0
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
+        """Take the voltage at its terminals [V]."""
         self._supply = volts
 
     def is_open(self) -> bool:
-        """Whether the circuit is open at zero."""
+        """Return whether the circuit is open at zero."""
         return self._coasts
 
+    def volts(self) -> float:
+        """Return what it puts on the motor [V]."""
+        return self._share() * self._supply if RobotState.is_enabled() else 0.0
+
     def duty_cycle(self) -> float:
-        """A share of its supply is all that it knows [-]."""
+        """Return the share of its supply, which is all that it knows [-]."""
         return self.volts() / self._supply
 
-    def volts(self) -> float:
-        """What it puts on the motor [V]."""
-        raise NotImplementedError
-
     def write(self, rotations: float, rps: float) -> None:
-        """Nobody reads it."""
+        """See `MotorPort`; nobody reads it."""
 
 
-class PWMMotorPort(_ChannelPort):
+class PWMMotorPort(ChannelMotor):
     """A PWM motor controller without an encoder of its own: `PWMSparkMax`, `Talon`, `VictorSP`.
 
     Positive is what robot code calls positive, whatever `setInverted` says; the roboRIO resolves the output to 0.4 %.
@@ -92,36 +91,15 @@ class PWMMotorPort(_ChannelPort):
     """
 
     def __init__(self, controller: Any, *, leader: Any = None, coasts: bool = False) -> None:
-        super().__init__(coasts=coasts)
         is_channel = isinstance(controller, int)
-        self._sim = PWMSim(controller if is_channel else controller.get_channel())
-        self._leader = controller if leader is None and not is_channel else leader
+        sim = PWMSim(controller if is_channel else controller.get_channel())
+        inverting = controller if leader is None and not is_channel else leader
 
-    def volts(self) -> float:
-        """Its duty cycle of the supply [V]; the roboRIO holds PWM neutral while disabled, its simulation does not."""
-        if not RobotState.is_enabled():
-            return 0.0
-        volts = season.pwm_speed(self._sim) * self._supply
-        return -volts if self._leader is not None and self._leader.get_inverted() else volts
+        def share() -> float:
+            speed = season.pwm_speed(sim)
+            return -speed if inverting is not None and inverting.get_inverted() else speed
 
-
-class RelayPort(_ChannelPort):
-    """A Spike on a relay channel: the whole battery one way or the other, or nothing.
-
-    Args:
-        channel: Of the roboRIO.
-        coasts: Whether nothing opens the circuit instead of braking.
-    """
-
-    def __init__(self, channel: int, *, coasts: bool = False) -> None:
-        super().__init__(coasts=coasts)
-        self._sim = RelaySim(channel)
-
-    def volts(self) -> float:
-        """What it puts on the motor [V]."""
-        if not RobotState.is_enabled():
-            return 0.0
-        return self._supply * (float(self._sim.getForward()) - float(self._sim.getReverse()))
+        super().__init__(share, coasts=coasts)
 
 
 class EncoderPort:
@@ -175,24 +153,14 @@ class AbsoluteEncoderPort:
     Args:
         encoder: Of the robot code; or its port, `("DIO", 4)` or `("Analog", 0)`, whatever class reads it.
         zero: What `get()` shows while the module points ahead, in the encoder's own unit.
-        full_range: What a whole turn is, in the same unit; 1 unless robot code has said otherwise.
         gearing: Turns of the encoder per turn of the shaft [-].
         reversed: Whether it counts down while the module turns counter-clockwise.
 
     Raises:
-        ConfigError: It is neither of the two, or the range is not above zero.
+        ConfigError: It is neither of the two.
     """
 
-    def __init__(
-        self,
-        encoder: Any,
-        *,
-        zero: float = 0.0,
-        full_range: float = 1.0,
-        gearing: float = 1.0,
-        reversed: bool = False,
-    ) -> None:
-        require("AbsoluteEncoderPort", "full_range", full_range, POSITIVE)
+    def __init__(self, encoder: Any, *, zero: float = 0.0, gearing: float = 1.0, reversed: bool = False) -> None:
         model, channel = _port_of(encoder)
         device = f"DutyCycle:DutyCycleEncoder[{channel}]" if model == "DIO" else f"AnalogEncoder[{channel}]"
         self._position = None
@@ -204,8 +172,8 @@ class AbsoluteEncoderPort:
         else:
             self._show, self._per_turn = AnalogInputSim(channel).set_voltage, _RAIL
         self._turns_per_rad = (-gearing if reversed else gearing) / math.tau
-        self._zero = zero / full_range
-        self._range = full_range
+        self._range = encoder_range(model, channel)
+        self._zero = zero / self._range
 
     def write(self, angle: float, rate: float) -> None:
         """See `AnglePort`; within one turn."""
@@ -216,7 +184,7 @@ class AbsoluteEncoderPort:
 
 
 def _port_of(encoder: Any) -> tuple[str, int]:
-    """Model and channel of an absolute encoder."""
+    """Return model and channel of an absolute encoder."""
     if isinstance(encoder, tuple):
         return encoder
     if isinstance(encoder, DutyCycleEncoder):
@@ -246,28 +214,22 @@ class WPILibGyroPort:
         else:
             raise ConfigError(f"WPILibGyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
         self._turned = self._zero = 0.0  # clockwise [deg]
-        _gyros[gyro] = self
+        _analog.attach(gyro, self)
         for cls in (ADXRS450_Gyro, AnalogGyro):
-            after_call(cls, "reset", _note_reset)
+            _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
+        """See `simcore.devices.motor_ports.GyroPort`; only yaw is measured."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Robot code has made its angle zero."""
+        """Make its angle zero, as robot code has."""
         self._zero = self._turned
 
 
-_gyros: weakref.WeakKeyDictionary[Any, WPILibGyroPort] = weakref.WeakKeyDictionary()
-
-
-def _note_reset(gyro: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    if gyro in _gyros:
-        _gyros[gyro].reset()
-
+_analog = Answers[WPILibGyroPort]()
 
 _AXES = ("x", "y", "z")
 
@@ -297,7 +259,7 @@ class ADISGyroPort:
         _adis.attach(imu, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`."""
+        """See `simcore.devices.motor_ports.GyroPort`."""
         for place, angle, rate in zip(self._places, (roll, pitch, yaw), rates, strict=True):
             turned = math.degrees(angle)
             self.set_angle(place, self._shown[place] + turned - self._turned[place])
@@ -315,16 +277,16 @@ class ADISGyroPort:
             self.set_angle(place, 0.0)
 
     def tilt(self, number: int) -> float:
-        """By gravity, about the robot's x (0) or y (1) [deg]."""
+        """Return the tilt by gravity about the robot's x (0) or y (1) [deg]."""
         return self._turned[self._places[number]]
 
     def place_of(self, axis: Any) -> int:
-        """Number of an axis that robot code names: of the sensor, or yaw, pitch or roll."""
+        """Return the number of an axis that robot code names: of the sensor, or yaw, pitch or roll."""
         return {3: self._places[2], 4: self._places[1], 5: self._places[0]}.get(int(axis), int(axis))
 
 
 def _others(yaw: int) -> tuple[int, int]:
-    """Axes for pitch and roll of an ADIS16448, which knows its yaw axis alone."""
+    """Return axes for pitch and roll of an ADIS16448, which knows its yaw axis alone."""
     roll, pitch = (axis for axis in range(3) if axis != yaw)
     return pitch, roll
 
@@ -332,7 +294,7 @@ def _others(yaw: int) -> tuple[int, int]:
 _adis = Answers[ADISGyroPort]()
 
 
-def answer_for_adis() -> None:
+def _answer_for_adis() -> None:
     """Answer what WPILib's simulation of both does not; again is harmless."""
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
@@ -355,39 +317,83 @@ def answer_for_adis() -> None:
     _adis.wrap(ADIS16470_IMU, common | settable)
 
 
-class SimDeviceGyroPort:
-    """A gyro of any maker that shows a WPILib `SimDevice`, such as a navX (`navX-Sensor[4]`, value `Yaw`).
+# --- the maker ------------------------------------------------------------------------------------------------------
 
-    Args:
-        device: Name of the SimDevice.
-        yaw: Name of its yaw value, in degrees.
-        rate: Name of its yaw rate value, in degrees a second; None: it has none.
-        clockwise: Whether it counts clockwise positive, as a navX does.
-
-    Raises:
-        ConfigError: The device has no such value.
-        UnknownNameError: There is no such device; it names those that there are.
-    """
-
-    def __init__(self, device: str, *, yaw: str = "Yaw", rate: str | None = None, clockwise: bool = True) -> None:
-        known = SimDeviceSim.enumerate_devices()
-        if device not in known:
-            raise UnknownNameError("SimDevice", device, known)
-        sim = SimDeviceSim(device)
-        self._yaw = _value(sim, device, yaw)
-        self._rate = None if rate is None else _value(sim, device, rate)
-        self._sign = -1.0 if clockwise else 1.0
-
-    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
-        self._yaw.set(self._sign * math.degrees(yaw))
-        if self._rate is not None:
-            self._rate.set(self._sign * math.degrees(rates[2]))
+_MOTORS = {"PWMSparkMax": "NEO", "PWMSparkFlex": "NEO Vortex", "PWMTalonFX": "Falcon 500"}
+"""What mostly turns behind a PWM controller; behind others it is a CIM."""
+_PULSES = 2048.0
+"""Of an `Encoder` per turn of its shaft; any number does, as robot code knows distances per pulse."""
+_GYROS = ("ADIS16448_IMU", "ADIS16470_IMU", "ADXRS450_Gyro", "AnalogGyro")
+_followers: list[tuple[Any, Any]] = []
+"""Leader and follower on PWM, as `addFollower` had them."""
 
 
-def _value(sim: Any, device: str, name: str) -> Any:
-    value = sim.get_double(name)
-    if not value:
-        known = [v[0] for v in sim.enumerate_values()]
-        raise ConfigError(f"SimDevice {device!r} has no value {name!r}; it has {known}")
-    return value
+class _WPILib(Maker):
+    name = "WPILib (ports of the roboRIO)"
+    motors = ("PWM",)
+    pulse_encoders = ("Encoder",)
+    encoders = ("Encoder", *ON_PORTS)
+    gyros = _GYROS
+    gyro_errors = "generic"
+    unserved = ("ADXL345_I2C", "ADXL345_SPI", "ADXL362", "I2C", "SPI", "SerialPort")
+    sim_devices = ("DutyCycle:", "AnalogEncoder[", "Ultrasonic[", "Gyro:")
+
+    on_ports = True
+
+    def watch(self) -> None:
+        _answer_for_adis()
+        for name in _GYROS:
+            self.devices.record(season.class_before_2027("wpilib", name), name, _port_of_gyro)
+        after_call(
+            wpilib.PWMMotorController, season.own_name(wpilib.PWMMotorController, "add_follower"), _note_follower
+        )
+
+    def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
+        leaders = {id(follower): leader for leader, follower in _followers}
+        return group_by_leader(motors, lambda d: (leaders.get(id(d.hardware)), False))
+
+    def built(self) -> list[BuiltDevice]:
+        ports = (port for port in built_ports() if port.device is not None and _model(port))
+        return [
+            *(BuiltDevice(_model(p), DeviceAddress(p.channels[0]), p.device) for p in ports),
+            *self.devices.devices(),
+        ]
+
+    def device_of(self, made: Any) -> BuiltDevice | None:
+        if not type(made).__module__.startswith("wpilib") and not isinstance(made, wpilib.PWMMotorController):
+            return None
+        return next((d for d in self.built() if d.hardware is made), None)
+
+    def facts(self, motor: BuiltDevice) -> MotorFacts:
+        made_by = next((c.__name__ for c in type(motor.hardware).__mro__ if c.__name__ in _MOTORS), "")
+        return MotorFacts(motor=_MOTORS.get(made_by, "CIM"))
+
+    def motor_port(self, motor: BuiltDevice) -> MotorPort:
+        return PWMMotorPort(motor.hardware)
+
+    def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
+        if encoder.model == "Encoder":
+            return EncoderPort(encoder.hardware, pulses_per_turn=_PULSES)
+        model = "DIO" if encoder.model.startswith("DutyCycle") else "Analog"
+        return AbsoluteEncoderPort((model, encoder.address.number))
+
+    def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
+        return (ADISGyroPort if gyro.model.startswith("ADIS") else WPILibGyroPort)(gyro.hardware)
+
+
+def _model(port: BuiltPort) -> str:
+    if port.made_by in _WPILib.encoders:
+        return port.made_by
+    return "PWM" if isinstance(port.device, wpilib.PWMMotorController) else ""
+
+
+def _note_follower(leader: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _followers.append((leader, next(iter((*args, *settings.values())))))
+
+
+def _port_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> DeviceAddress:
+    return DeviceAddress(next((int(value) for value in (*args, *settings.values()) if isinstance(value, int)), 0))
+
+
+MAKER = _WPILib()
+"""See `simcore.devices.makers`."""

@@ -1,55 +1,44 @@
-"""A shooter table as files: CSV, JSON, Python that pastes into robot code, and a picture of what goes in."""
+"""A shooter table as files: CSV, Python that pastes into robot code, and a page with charts."""
 
 from __future__ import annotations
 
 import csv
 import io
-import json
 import math
-import textwrap
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
-from simcore.shooting.shot_table import Check, ShotBand, ShotTable, ShotTableRow, stretches
-from simcore.show.palette import color
-from simcore.show.raster import save_drawing, writable_picture
-from simcore.show.svg import Axes, document, element, line, nested, words
+from simcore.match.scatter import Scatter
+from simcore.shooting.shot_table import ShotTable, ShotTableRow
+from simcore.show.report import chart, headline, heat, paragraph, report_page, series, table
 
-__all__ = ["draw_bands", "table_csv", "table_json", "table_python"]
+__all__ = ["table_cells", "table_csv", "table_page", "table_python"]
 
 _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "lead_deg", "time_of_flight_s")
-"""What robot code needs of a row."""
-_Checks = Mapping[int, Check]
-_WIDTH, _ABREAST = 1400.0, 4  # [px]
-_PANEL = (320.0, 250.0)
-_PLOT = (46.0, 26.0, 262.0, 176.0)  # left, top, width, height of the axes in a panel
-_MOST = 16  # panels
+"""Columns of a row that robot code needs."""
+_MOST_BANDS = 16  # on the page
+_EDGE = 3  # cells around what goes in
 
 
-def _values(row: ShotTableRow, check: Check | None = None) -> dict[str, Any]:
-    """A row by the names of its columns, unit and all; None for what there is not."""
+def _values(row: ShotTableRow) -> dict[str, Any]:
+    """Return a row by the names of its columns, unit and all; None for what there is not."""
     distance, _, radial, tangential = row.stand
     values: dict[str, Any] = {
         "distance_m": distance, "radial_mps": radial, "tangential_mps": tangential, "feasible": not row.problem,
-        "problem": row.problem,
+        "problem": row.problem, **row.shot, "share": row.share, "between": row.between,
     }  # fmt: skip
-    for name, number in row.shot.items():
-        is_number = isinstance(number, float)
-        values[name] = None if is_number and not math.isfinite(number) else round(number, 4) if is_number else number
-    for name, share in {"share": row.share, "between": row.between, "check": check and check.found}.items():
-        for end, part in (("", "value"), ("_lower", "lower"), ("_upper", "upper"), ("_shots", "n")):
-            number = None if share is None else getattr(share, part)
-            values[f"{name}{end}"] = round(number, 4) if isinstance(number, float) else number
-    values["check_holds"] = check and check.holds
+    for name, value in values.items():
+        if isinstance(value, float):
+            values[name] = round(value, 4) if math.isfinite(value) else None
     return values
 
 
-def table_csv(table: ShotTable, checks: _Checks) -> str:
-    """A line a row; what there is not is left empty. Checks are by the number of their row."""
-    rows = [_values(row, checks.get(number)) for number, row in enumerate(table.rows)]
+def table_csv(shots: ShotTable) -> str:
+    """Return a line a row; what there is not is left empty."""
+    rows = [_values(row) for row in shots.rows]
     stream = io.StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -57,40 +46,51 @@ def table_csv(table: ShotTable, checks: _Checks) -> str:
     return stream.getvalue()
 
 
-def table_json(table: ShotTable, checks: _Checks) -> str:
-    """All rows, and what they are of."""
-    task = table.task
-    head = {
-        "game": task.game.name,
-        "target": task.zone.name,
-        "piece": task.kind.name,
-        "wheels": list(task.shooter.wheels),
-        "hood": task.shooter.hood,
-        "exit_efficiency": task.shooter.exit_efficiency,
-        "scatter": table.scatter.text,
-    }
-    rows = [_values(row, checks.get(number)) for number, row in enumerate(table.rows)]
-    return json.dumps({**head, "rows": rows}, indent=1, allow_nan=False) + "\n"
+def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
+    """Return heads and cells of the table as people read it, on the console and on the page."""
+    is_moving = any(row.stand.radial or row.stand.tangential for row in shots.rows)
+    heads = ["distance", *(["radial", "tangential"] if is_moving else []), "elevation", "hood", "speed", "wheels"]
+    heads += [*(["lead"] if is_moving else []), "flight", "speed may be", "elevation may be", "goes in", "between"]
+    lines = []
+    for row in shots.rows:
+        (distance, _, radial, tangential), shot = row.stand, row.shot
+        line = [f"{distance:g} m", *([f"{radial:g} m/s", f"{tangential:g} m/s"] if is_moving else [])]
+        if row.share is None:
+            line += [row.problem]
+        else:
+            speed, elevation = shot["speed_mps"], shot["elevation_deg"]
+            line += [
+                f"{elevation:.1f} deg",
+                "" if shot["hood_turns"] is None else f"{360.0 * shot['hood_turns']:.1f} deg",
+                f"{speed:.2f} m/s",
+                f"{shot['wheel_rps']:.1f} turns/s",
+                *([f"{shot['lead_deg']:.1f} deg"] if is_moving else []),
+                f"{shot['time_of_flight_s']:.2f} s",
+                " ".join(f"{shot[end] / speed - 1.0:+.0%}" for end in ("slowest_mps", "fastest_mps")),
+                " ".join(f"{shot[end] - elevation:+.0f}" for end in ("flattest_deg", "steepest_deg")) + " deg",
+                f"{row.share:.1%}",
+                "" if row.between is None else f"{row.between:.1%}",
+            ]
+        lines.append(line + [""] * (len(heads) - len(line)))
+    return heads, lines
 
 
-def table_python(table: ShotTable) -> str:
-    """A module without imports but `bisect`, whose `shot_at` interpolates between the rows."""
-    task, shots, gaps = table.task, "", set()
-    for row in table.rows:
+def table_python(shots: ShotTable) -> str:
+    """Return a module without imports but `bisect`, whose `shot_at` interpolates between the rows."""
+    task, lines, gaps = shots.task, "", set()
+    for row in shots.rows:
         key, shot, note = (row.stand.distance, *row.stand[2:]), None, row.problem
         if row.share is not None:
             values = _values(row)
             shot = tuple(values[name] for name in _COLUMNS)
-            bearing = f", off the board: at a bearing of {values['bearing_deg']:.0f} deg alone"
-            where = bearing if row.shot["by_board"] else ""
-            note = f"{row.share.value:.1%} go in{where}"
-        shots += f"    {key!r}: {shot!r},  # {note}\n"
+            note = f"{row.share:.1%} go in"
+        lines += f"    {key!r}: {shot!r},  # {note}\n"
         gaps |= {key} if row.is_gap else set()
-    axes = zip(*((row.stand.distance, *row.stand[2:]) for row in table.rows), strict=True)
+    axes = zip(*((row.stand.distance, *row.stand[2:]) for row in shots.rows), strict=True)
     distances, radial, tangential = (tuple(sorted(set(axis))) for axis in axes)
     return _MODULE.format(
         target=task.zone.name, game=task.game.name, efficiency=task.shooter.exit_efficiency, columns=_COLUMNS,
-        distances=distances, radial=radial, tangential=tangential, shots=shots, gaps=gaps,
+        distances=distances, radial=radial, tangential=tangential, shots=lines, gaps=gaps,
     ) + _LOOKUP  # fmt: skip
 
 
@@ -135,75 +135,72 @@ _LOOKUP = '''def shot_at(distance, radial=0.0, tangential=0.0):
 '''
 
 
-# --- picture ----------------------------------------------------------------------------------------------------------
+# --- page -------------------------------------------------------------------------------------------------------------
 
 
-def draw_bands(path: str | Path, table: ShotTable) -> None:
-    """Draw a panel for each row, the first sixteen; missing folders are made.
-
-    Args:
-        path: A `.png`, `.svg` or `.pdf` file.
-        table: What is drawn.
-
-    Raises:
-        OutputError: The picture cannot be written there, or as that kind of file.
-    """
-    path, task, rows = writable_picture(path), table.task, table.rows[:_MOST]
-    low, high = map(math.degrees, task.elevations)
-    bands = [row.band for row in rows if row.band is not None]
-    drawn = [s for band in bands for s in band.speeds[band.inside.any(axis=0)].tolist()]
-    drawn = drawn or [task.min_speed, task.max_speed]
-    box = (0.95 * min(drawn), 1.05 * max(drawn), low - 4.0, high + 4.0)
-    parts = [
-        words(40.0, 44.0, f"Shots that go into {task.zone.name}", 27, ink=color("ink"), bold=True),
-        words(40.0, 72.0, "elevation over speed, by distance, from all barrels; cross: the shot of the table; its "
-              "arms: how far speed and elevation alone may be off", 15),
-    ]  # fmt: skip
-    width, height = _PANEL
-    for number, row in enumerate(rows):
-        y, x = divmod(number, _ABREAST)
-        parts.append(nested(_panel(row, box), 40.0 + x * (width + 10.0), 90.0 + y * (height + 14.0), width, height))
-    bottom = 100.0 + math.ceil(len(rows) / _ABREAST) * (height + 14.0)
-    save_drawing(document((0.0, 0.0, _WIDTH, bottom), *parts), path, round(_WIDTH))
+def table_page(shots: ShotTable) -> str:
+    """Return the page: the row with the best margin, the table, curves over distance, and what goes in of each row."""
+    task, good = shots.task, shots.feasible
+    blocks: list[Mapping[str, object]] = []
+    if good:
+        best = max(good, key=lambda row: row.shot["margin_sd"])
+        text = f"{best.shot['wheel_rps']:.0f} turns/s from {best.stand.distance:g} m{_motion(best)}"
+        tilt = f"{best.shot['elevation_deg']:.1f} deg, {best.shot['speed_mps']:.2f} m/s"
+        detail = f"the shot with the best margin, {best.shot['margin_sd']:.1f} standard deviations: {tilt}"
+        blocks.append(headline(text, f"{detail}; {best.share:.1%} of scattered shots go in"))
+    else:
+        blocks.append(headline("No shot goes in", "the table says why"))
+    heads, lines = table_cells(shots)
+    blocks.append(table(heads, lines, f"Shots at {task.zone.name} with all {len(task.barrels)} barrels"))
+    blocks += _curves(good)
+    bands = [row for row in shots.rows if row.band is not None and row.band.inside.any()][:_MOST_BANDS]
+    if bands:
+        blocks.append(paragraph("What goes in from each distance, by elevation and speed; the cross is the shot."))
+    blocks += [_band(row) for row in bands]
+    spreads = "the default scatter" if shots.scatter == Scatter() else f"scatter {shots.scatter.text}"
+    subtitle = f"{task.game.heading}, {task.kind.name.lower()}, {spreads}"
+    return report_page(f"Shots at {task.zone.name}", blocks, subtitle=subtitle)
 
 
-def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
-    """One row: axes, band and shot."""
-    left, top, width, _ = _PLOT
-    slow, fast, flat, steep = box
-    axes = Axes(_PLOT, (slow, flat), (fast, steep))
-
-    def across(speed: float) -> float:
-        return axes.x(min(max(speed, slow), fast))
-
-    def down(elevation_deg: float) -> float:
-        return axes.y(min(max(elevation_deg, flat), steep))
-
-    distance, _, radial, tangential = row.stand
-    moving = f", moving {radial:g} / {tangential:g} m/s" if radial or tangential else ""
-    parts = [words(left, top - 9.0, f"{distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
-    parts.append(axes.grid("speed [m/s]", "[deg]", most=(6, 6), is_ruled=True))
-    if row.band is not None:
-        parts.append(element("g", *_runs(row.band, across, down), fill=color("hit"), opacity=0.45))
-    if row.share is not None:
-        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
-        shot, look = row.shot, {"stroke": color("ink"), "stroke_width": 1.8}
-        x, y = across(shot["speed_mps"]), down(shot["elevation_deg"])
-        parts.append(line(across(shot["slowest_mps"]), y, across(shot["fastest_mps"]), y, **look))
-        parts.append(line(x, down(shot["flattest_deg"]), x, down(shot["steepest_deg"]), **look))
-        parts.append(element("circle", cx=x, cy=y, r=4.0, fill=color("ink")))
-    for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
-        parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
-    return document((0.0, 0.0, *_PANEL), *parts)
+def _motion(row: ShotTableRow) -> str:
+    _, _, radial, tangential = row.stand
+    return f", moving {radial:g} / {tangential:g} m/s" if radial or tangential else ""
 
 
-def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[float], float]) -> list[str]:
-    """A bar for each unbroken stretch of speeds of each elevation that is drawn."""
-    bars = []
-    half = 0.5 * math.degrees(float(band.elevations[1] - band.elevations[0]))
-    for elevation, inside in zip(np.degrees(band.elevations).tolist(), band.inside, strict=True):
-        y, bottom = down(elevation + half), down(elevation - half)
-        for first, last in stretches(inside) if bottom > y else ():
-            start, end = across(float(band.speeds[first])), across(float(band.speeds[last]))
-            bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=bottom - y))
-    return bars
+def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
+    """Make charts over distance with a curve for each velocity of the robot."""
+    rows = sorted(good, key=lambda row: (row.stand[2:], row.stand.distance))
+    moving = [list(some) for _, some in groupby(rows, key=lambda row: row.stand[2:])]
+    for title, unit, name, low, high in (
+        ("Speed of the shot", "m/s", "speed_mps", "slowest_mps", "fastest_mps"),
+        ("Elevation", "deg", "elevation_deg", "flattest_deg", "steepest_deg"),
+        ("Wheels", "turns/s", "wheel_rps", "", ""),
+    ):
+        curves = []
+        for some in moving if len(good) > 1 else ():
+            x, y = [row.stand.distance for row in some], [row.shot[name] for row in some]
+            least, most = ([row.shot[end] for row in some] if end else None for end in (low, high))
+            curves.append(series(_motion(some[0]).removeprefix(", "), x, y, low=least, high=most))
+        if curves:
+            yield chart(
+                f"{title}{' and what still goes in' if low else ''}", curves, x_label="distance [m]", y_label=unit
+            )
+    names = [f"{row.stand.distance:g} m{_motion(row)}" for row in rows]
+    if rows:
+        share = series("", range(len(rows)), [100.0 * (row.share or 0.0) for row in rows], kind="bars")
+        yield chart("Scattered shots that go in", [share], x_names=names, y_label="%")
+
+
+def _band(row: ShotTableRow) -> Mapping[str, object]:
+    """Make the map of what goes in, cut to it and its surroundings."""
+    band = row.band
+    assert band is not None
+    up, across = (np.nonzero(band.inside.any(axis=axis))[0] for axis in (1, 0))
+    tall, wide = (slice(max(0, some[0] - _EDGE), some[-1] + _EDGE + 1) for some in (up, across))
+    cells = np.where(band.inside[tall, wide], 1.0, math.nan)
+    shot = [] if row.problem else [(row.speed, math.degrees(row.elevation), "")]
+    return heat(
+        f"{row.stand.distance:g} m{_motion(row)}", band.speeds[wide].round(4).tolist(),
+        np.degrees(band.elevations[tall]).round(3).tolist(), list(cells), x_label="speed [m/s]",
+        y_label="elevation [deg]", marks=shot, has_scale=False,
+    )  # fmt: skip

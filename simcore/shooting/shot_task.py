@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.loop.state import Balls
@@ -26,11 +25,10 @@ from simcore.pieces.flight import ShotOutcomes, fly_shots, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Aim, muzzle_offset, to_field
 from simcore.robot.robot_config import RobotConfig, build_mechanism
-from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import degrees
 
-__all__ = ["SPREADS", "ShotDraws", "ShotTask", "Stand"]
+__all__ = ["ShotDraws", "ShotTask", "Stand"]
 
 _VOLTS = 12.0  # of a battery in good order
 _SPEED_RESERVE = 0.9  # of the wheels' free speed: what is left regulates, and serves when the battery sags; estimate
@@ -76,28 +74,23 @@ class ShotDraws(NamedTuple):
     """Of the drag coefficient."""
 
     @staticmethod
-    def of(scatter: Scatter, shares: FloatArray) -> ShotDraws:
-        """Of a scatter, by quantiles evenly spread above 0 and below 1, shape (n, 7)."""
-        shares = np.clip(shares, 1e-9, 1.0 - 1e-9)
-        normal, even = ndtri(shares), 2.0 * shares - 1.0
+    def of(scatter: Scatter, rng: np.random.Generator, n: int) -> ShotDraws:
+        """Draw n shots of a scatter."""
+        normal, even = rng.standard_normal((5, n)), rng.uniform(-1.0, 1.0, (2, n))
         return ShotDraws(
-            exit_speed=np.exp(scatter.exit_speed * normal[:, 0]),
-            elevation=scatter.elevation * normal[:, 1],
-            azimuth=scatter.azimuth * normal[:, 2],
-            spin=np.exp(scatter.spin * normal[:, 3]),
-            mass=1.0 + scatter.piece_mass * even[:, 4],
-            diameter=1.0 + scatter.piece_diameter * even[:, 5],
-            drag=np.exp(scatter.drag * normal[:, 6]),
+            exit_speed=np.exp(scatter.exit_speed * normal[0]),
+            elevation=scatter.elevation * normal[1],
+            azimuth=scatter.azimuth * normal[2],
+            spin=np.exp(scatter.spin * normal[3]),
+            mass=1.0 + scatter.piece_mass * even[0],
+            diameter=1.0 + scatter.piece_diameter * even[1],
+            drag=np.exp(scatter.drag * normal[4]),
         )
 
     @staticmethod
     def none(n: int) -> ShotDraws:
-        """Of n shots that are as meant."""
-        return ShotDraws.of(Scatter.none(), np.full((n, SPREADS), 0.5))
-
-
-SPREADS = len(ShotDraws._fields)
-"""Spreads of a shot."""
+        """Return n shots that are as meant."""
+        return ShotDraws.of(Scatter.none(), np.random.default_rng(0), n)
 
 
 class ShotTask:
@@ -112,8 +105,6 @@ class ShotTask:
         target: Name of a zone; None: the first of the alliance.
         alliance: Whose zones.
         shooter: Number of the shooter, from 0.
-        boards: Whether shots off a board may be meant; they go in from the direction alone for which they were worked
-            out.
 
     Raises:
         ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
@@ -122,7 +113,7 @@ class ShotTask:
 
     def __init__(
         self, game: Game, robot: RobotConfig | None = None, *, target: str | None = None, alliance: Alliance = "blue",
-        shooter: int = 0, boards: bool = False,
+        shooter: int = 0,
     ) -> None:  # fmt: skip
         self.game = game
         self.robot = robot or game.robot()
@@ -140,7 +131,6 @@ class ShotTask:
         opening = self.zone.opening
         assert opening is not None
         self.opening = opening
-        self.boards = boards
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -268,11 +258,11 @@ class ShotTask:
             elevation: [rad], shape (m,).
             speed: Relative to the muzzle [m/s], shape (m,).
             draws: How n shots of each differ from what was meant, whatever they touch on their way; None: one from
-                every barrel, as meant, which must stay clear of all but the inside, and boards if these are meant.
+                every barrel, as meant, which must stay clear of all but the inside.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
-        barrel = np.arange(n) * len(self.barrels) // n  # the first ones from the first: no sequence of draws beats it
+        barrel = np.arange(n) * len(self.barrels) // n
         good = np.nonzero(np.isfinite(yaw))[0]
         up, fast, aside = (np.repeat(one[good], n) for one in (elevation, speed, yaw))
         each = ShotDraws(*(np.tile(part, len(good)) for part in d))
@@ -281,11 +271,10 @@ class ShotTask:
         found = self.fly(shots, clean=draws is None)
         goes_in = found.goes_in
         if draws is None:
-            goes_in &= ~found.by_rim & (self.boards | ~found.by_board)
+            goes_in &= ~(found.by_rim | found.by_board)
         result[good] = goes_in.reshape(len(good), n)
         return result
 
-    def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws, confidence: float = 0.95) -> Share:
-        """Share of scattered shots of one that is meant that go in."""
-        hits = self.hits(stand, np.array([elevation]), np.array([speed]), draws)
-        return wilson_share(int(hits.sum()), hits.size, confidence)
+    def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
+        """Return the share of scattered shots of one that is meant that go in."""
+        return float(self.hits(stand, np.array([elevation]), np.array([speed]), draws).mean())

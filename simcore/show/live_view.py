@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import queue
 import struct
 import time
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from simcore.match.human_actions import ALLIANCES
+from simcore.errors import SimcoreError
 from simcore.match.match import Match
 from simcore.show.charts import value_at
 from simcore.show.frames import FrameLayout, PieceKind
@@ -34,7 +33,6 @@ __all__ = ["LiveView"]
 _FRAMES, _STATES = 60.0, 10.0  # a second of the wall clock at most
 _PREVIEW_TIME = 0.004  # [s] of a tick's spare time that previews of shots may take
 _PREVIEW_TICKS = 5  # a run that is late spares a little time each so many ticks
-_AHEAD = 1.2  # [m] from the middle of the robot to a new piece
 _MARK = 0.15 * np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))])
 
 
@@ -262,27 +260,10 @@ class LiveView:
                 has_acted = self._act_on_field(match, what, message) or has_acted
         return has_acted
 
-    def _act_on_field(self, match: Match, what: object, message: dict[str, Any]) -> bool:
-        control, number = match.control, message.get("robot")
-        robot = match.robots[number] if type(number) is int and 0 <= number < len(match.robots) else None
-        name, alliance = message.get("name"), message.get("alliance")
-        if what == "reset":
-            control.reset_field()
-        elif what == "start" and robot is not None:
-            control.place_at_start(robot.number)
-        elif what == "spawn" and robot is not None:
-            x, y, yaw = robot.chassis.pose
-            length, width = match.game.field.size
-            place = (
-                min(max(x + _AHEAD * math.cos(yaw), 0.0), length),
-                min(max(y + _AHEAD * math.sin(yaw), 0.0), width),
-            )
-            control.spawn(str(message.get("kind")), [place])
-        elif what == "human" and alliance in ALLIANCES and isinstance(name, str):
-            control.human_action(alliance, name)
-        elif what == "leave" and alliance in ALLIANCES:
-            control.take_over(alliance, by_person=False)
-        else:
+    def _act_on_field(self, match: Match, what: Any, message: dict[str, Any]) -> bool:
+        try:
+            match.control.do(what, {name: value for name, value in message.items() if name != "do"})
+        except SimcoreError:
             return False
         return True
 

@@ -10,6 +10,7 @@ import functools
 import gzip
 import json
 import re
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from string import Template
@@ -21,10 +22,23 @@ from simcore.show.scene import Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import write_text
 
-__all__ = ["packed", "page_html", "page_style", "write_page"]
+__all__ = ["packed", "page_frame", "page_html", "page_style", "write_page"]
 
 _PLAYER = Path(__file__).with_name("player")
-_MODULES = ("data", "top", "solid", "panels", "sound", "player", "live", "main")
+_MODULES = (
+    "dom",
+    "charts",
+    "data",
+    "top",
+    "solid",
+    "panels",
+    "sound",
+    "player",
+    "live",
+    "robot_views",
+    "report",
+    "main",
+)
 """In the order in which each finds what it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)
@@ -49,16 +63,28 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
 
 def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"") -> str:
     """The page of a run, or of one that is to come over a socket."""
-    run = ""
+    blocks = {}
     if meta is not None:
         text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode()
-        run = "\n".join(
-            f'<script type="text/plain" id="{name}">{packed(content)}</script>'
-            for name, content in (("run", text), ("data", data))
-        )
-    return Template(_PLAYER.joinpath("player.html").read_text(encoding="utf-8")).substitute(
-        TITLE=escape(title), STYLE=page_style(), DATA=run, SCRIPT=_script(), CONNECT="'none'" if run else "'self'"
+        blocks = {"run": text, "data": data}
+    return page_frame(title, _PLAYER.joinpath("player.html").read_text(encoding="utf-8"), blocks)
+
+
+def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
+    """Return a page around a body, with the player's script; without blocks it may connect to who serves it.
+
+    Args:
+        title: Heading, and the title of the browser's tab.
+        body: HTML below the heading.
+        blocks: Data for the script by the id under which it finds them.
+    """
+    data = "\n".join(
+        f'<script type="text/plain" id="{name}">{packed(content)}</script>' for name, content in blocks.items()
     )
+    return Template(_PLAYER.joinpath("frame.html").read_text(encoding="utf-8")).substitute(
+        TITLE=escape(title), STYLE=page_style(), BODY=body, DATA=data, SCRIPT=_script(),
+        CONNECT="'none'" if blocks else "'self'",
+    )  # fmt: skip
 
 
 def packed(content: bytes) -> str:

@@ -14,14 +14,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.game import Auto, Game
+from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
-from simcore.match.scripted import DriverControls
 from simcore.physics.engine_choice import add_engine_option
-from simcore.players.driven_robot import HandedOver
+from simcore.players.driven_robot import DriverControls, HandedOver
 from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
 from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
@@ -190,7 +189,7 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
         at_once = me or options.auto == _DRIVE
         driving = ViewDriving(actions, robots=len(seats) or 1, at_once=at_once)
 
-    def hand_over(match: Match, number: int, own: Controller) -> Controller:
+    def hand_over(match: PlayedMatch, number: int, own: Controller) -> Controller:
         if driving is None or not isinstance(match.robots[number].config.drivetrain, SwerveConfig):
             return own
         person = partial(driving.input, number)
@@ -239,7 +238,8 @@ def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:
 
 
 def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -> None:
-    report = replace(played.report, outputs=outputs.write(played))
+    report = played.report
+    report.outputs = outputs.write(played)
     if options.json:
         print(report.to_json())
     else:

@@ -250,7 +250,7 @@ def bare_scene(game: Game) -> Scene:
 
 def scene_of(match: Match) -> Scene:
     """The scene of a match, also after it was closed."""
-    from simcore.show.robot_sketch import intake_outlines  # brings all of a robot: a page of a log needs none
+    from simcore.show.robot_outlines import intake_outlines  # brings all of a robot: a page of a log needs none
 
     robots, parts = [], [component.name for component in match.game.robot().components]
     for robot in match.robots:

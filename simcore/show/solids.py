@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
 from simcore.geometry.footprints import box_corners
@@ -24,19 +25,26 @@ from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
 from simcore.show.palette import COLORS, screen_color
-from simcore.show.robot_sketch import SHOT, Posed, zone_corners
+from simcore.show.robot_outlines import Posed, deployed, zone_corners
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BUMPER", "RobotSolids", "Solid", "extents", "model_solids", "robot_solids"]
+__all__ = ["BUMPER", "RobotSolids", "Solid", "described_solids", "extents", "model_solids", "robot_solids"]
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
+_SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
 _PLAIN = "#ffce14"
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
+
+_NAMES = {
+    "hit": "intake, out", "miss": "shot", "path": "claw", "ghost": "hook", "ink": "part", "muted": "link",
+    "control": "way of a slide",
+}  # fmt: skip
+"""Names of what mechanisms carry, by its color."""
 
 PartPose = Callable[[Snapshot], "FloatArray | None"]
 """Pose of a part in the robot frame at a snapshot, `x, y, z, qw, qx, qy, qz`, shape (7,); None: it is not there."""
@@ -112,8 +120,36 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
     if abs(2.0 * reach - look.bumpers[0]) > 0.02:
         body = _sketched_body(look)
     if look.config is not None:
-        moving += _carried(look.config, f"{look.prefix}/Debug/", has_models=bool(moving))
+        posed = _posed(look.config, f"{look.prefix}/Debug/")
+        moving += _carried(look.config, posed, has_models=bool(moving))
     return RobotSolids(body, moving)
+
+
+def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
+    """Return names and solids of a robot by its config, robot frame: intakes out, all else as it starts."""
+    mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
+    stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
+    for intake in config.intakes:
+        stands |= deployed(intake, mechanisms)
+    look = RobotLook(bumpers=(config.body.bumper_length, config.body.bumper_width), config=config)
+    found = [("", solid) for solid in _sketched_body(look)]
+    names = {_ink(ink): name for ink, name in _NAMES.items()}
+    for solids, pose in _carried(config, lambda _: stands, has_models=False):
+        at = pose(Snapshot(time=0.0, tick=0))
+        if at is not None:
+            turn = Rotation.from_quat(np.roll(at[3:], -1))
+            found += [(names[one.color], replace(one, vertices=at[:3] + turn.apply(one.vertices))) for one in solids]
+    for storage in (config.storage, *config.more_storages) if config.intakes or config.shooters else ():
+        found.append(("storage", _hull("", "#8a6a00", 0.12, box_corners(storage.low, storage.high))))
+    for camera in config.cameras:
+        fovs = camera.type.horizontal_fov_deg, camera.type.vertical_fov_deg
+        across, up = (math.tan(math.radians(0.5 * fov)) for fov in fovs)
+        rays = np.array([(1.0, a * across, b * up) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+        rays *= _CONE_LENGTH / math.hypot(1.0, across, up)
+        ends = Rotation.from_quat(camera.mount.rotation).apply(rays)
+        apex = np.array(camera.mount.position)
+        found.append(("camera", _hull("", "#0b6675", 0.25, np.vstack((apex, apex + ends)))))
+    return found
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -211,9 +247,10 @@ def _sketched_body(look: RobotLook) -> list[Solid]:
     return [replace(solid, vertices=stretch * solid.vertices) for solid in _joined(solids)]
 
 
-def _carried(config: RobotConfig, prefix: str, *, has_models: bool) -> Iterator[tuple[list[Solid], PartPose]]:
+def _carried(
+    config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
+) -> Iterator[tuple[list[Solid], PartPose]]:
     """What mechanisms carry, as far as there is no model of it: links, claws, hooks, intakes, and where shots leave."""
-    posed = _posed(config, prefix)
     modelled = {component.joints for component in config.components} if has_models else set()
     hooks = [one for one in config.climbers if one.joints not in modelled]
     start = posed(Snapshot(time=0.0, tick=0))
@@ -308,4 +345,4 @@ def _rod(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray)
     return np.concatenate((_cube(start, _ROD), _cube(end, _ROD)))
 
 
-_SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(SHOT, 0.0, 0.0)]))
+_SHOT = np.concatenate((_cube((0.0, 0.0, 0.0), _ROD), [(_SHOT_LENGTH, 0.0, 0.0)]))

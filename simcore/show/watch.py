@@ -137,7 +137,7 @@ class Watch:
 
     def _listen(self, match: Match) -> None:
         """Let dashboards act on the field of this run."""
-        from simcore.match.control_topics import ControlTopics
+        from simcore.telemetry.control_topics import ControlTopics
 
         if self._control is not None:
             self._control.close()

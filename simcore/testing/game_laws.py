@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from simcore.match.game import Game, Rules
+from simcore.match.game import Game, PlayedMatch, Rules
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.scoring import Alliance
@@ -125,7 +125,7 @@ def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None
     """What is placed lies in its place, in no more than its number, and what came and went adds up to it."""
     events: Counter[str] = Counter()
 
-    def counted(match: Match) -> Rules:
+    def counted(match: PlayedMatch) -> Rules:
         rules = game.rules(match)
         placed, removed = rules.placed, rules.removed
 

@@ -27,6 +27,9 @@ LIBRARIES = ("measures.py", "questnav.py", "logged_robot.py")
 PYPROJECT = ROOT / "pyproject.toml"
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
+ROBOTPY_TEST = ("-m", "robotpy", "test", "--", "-q")
+"""What runs the tests of a robot project; options of pytest may follow."""
+
 Scenario = Callable[..., dict[str, Any]]
 
 # --- what PathPlanner's window writes --------------------------------------------------------------------------------
@@ -192,7 +195,7 @@ def distribution(tmp_path_factory, install) -> Path:
 
 @pytest.fixture
 def project_of(tmp_path, distribution):
-    """Copies a robot project; returns what writes its tests and runs pytest, or another command, in the copy."""
+    """Copies a robot project; returns what writes its tests and runs them, or another command, in the copy."""
     require_vendors()
 
     def copy(source: Path) -> Callable[..., tuple[int, str]]:
@@ -205,7 +208,7 @@ def project_of(tmp_path, distribution):
             for library in LIBRARIES:
                 shutil.copy(ROBOTS / "shared" / library, folder)
 
-        def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
+        def run(text: str, *arguments: str, command: tuple[str, ...] = ROBOTPY_TEST, **environment: str):
             (folder / "tests" / "test_robot.py").write_text(text)
             path = os.pathsep.join(map(str, (distribution, PACKAGES)))
             done = subprocess.run(
@@ -217,7 +220,7 @@ def project_of(tmp_path, distribution):
                 timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
                 check=False,
             )
-            return done.returncode, done.stdout + done.stderr
+            return done.returncode, done.stderr + done.stdout
 
         run.folder = folder
         return run

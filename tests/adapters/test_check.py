@@ -1,4 +1,4 @@
-"""`simcore check` on whole robot programs: what it draws, prints, and finds wrong."""
+"""`simcore check` on whole robot programs: what it prints, finds wrong, and writes on its page."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from page_reader import report_blocks
 
 import simcore
 from simcore.cli import main
@@ -66,13 +67,14 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tm
     assert notes[0] == "swerve drive: SwerveDrivetrain with 4 modules, Pigeon2 9, loops on the controller"
     assert notes[1] == "nobody describes TalonFX 33: they turn what is guessed of them"
     assert notes[2].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
-    assert said.rstrip().endswith("4 wrong; the picture is out/robot.png") and len(said.splitlines()) < 25
+    assert said.rstrip().endswith("4 wrong; the page is out/robot.html") and len(said.splitlines()) < 25
     assert said.startswith("robot: 48.5 kg, bumpers 0.88 x 0.76 m, 4 swerve modules, 5.1 m/s free speed")
     assert "as the program builds it and simcore.toml says" in said
     assert re.search(r"wheels +forward, .*: throws \(shooter 1\) +0\.00 to \d+\.\d\d turns, inverted", said)
     assert re.search(r"roller +backward, .*: pushes out \(intake 1\)", said)
     assert re.search(r"pivot +up: at its stop, 90 deg; - output: down, .* +0\.25 to -?0\.00 turns, inverted", said)
-    assert (folder / "out" / "robot.png").read_bytes().startswith(b"\x89PNG")
+    blocks = report_blocks((folder / "out" / "robot.html").read_text(encoding="utf-8"))
+    assert blocks[0]["text"] == "4 wrong" and [row[0] for row in blocks[1]["rows"]].count("wrong") == 4
 
 
 def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path, monkeypatch, capsys):
@@ -82,7 +84,7 @@ def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path
     assert main(["check", "--game", "rebuilt"]) == 0
     said = capsys.readouterr().out
     assert "robot program not looked at (there is no robot.py); as simcore.toml says" in said
-    assert "note: the drivetrain is a guess: four modules" in said and Path("out/robot.png").exists()
+    assert "note: the drivetrain is a guess: four modules" in said and Path("out/robot.html").exists()
     Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
     assert main(["check"]) == 1
     assert capsys.readouterr().err == (
@@ -95,6 +97,6 @@ def test_a_game_s_own_robot_and_a_folder_without_any(tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     assert main(["check"]) == 1
     assert "no robot.py and no simcore.toml in" in capsys.readouterr().err
-    assert main(["check", "--game", "rebuilt", "--out", "here.png"]) == 0
+    assert main(["check", "--game", "rebuilt", "--out", "here.html"]) == 0
     assert "REBUILT: the game's own robot: 55 kg" in capsys.readouterr().out
-    assert (tmp_path / "here.png").exists()
+    assert (tmp_path / "here.html").exists()

@@ -85,14 +85,19 @@ def test_what_a_deploy_copies_of_a_described_robot_starts_too(scenario):
 def test_a_described_robot_scores_two_coral(project, distribution, whole):
     """As red; in full also everything else that its tests ask, and five processes with one digest."""
     chosen = () if whole else ("-k", "red")
-    done = run("-m", "pytest", "-q", *chosen, cwd=project, path=(distribution,), timeout=600.0)
+    done = run("-m", "robotpy", "test", "--", "-q", *chosen, cwd=project, path=(distribution,), timeout=600.0)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
     assert f"{6 if whole else 1} passed" in done.stdout
     if not whole:
         return
     (project / "tests" / "digest_test.py").write_text(DIGEST)
     for _ in range(5):
-        done = run("-m", "pytest", "-q", "tests/digest_test.py", cwd=project, path=(distribution,), timeout=300.0)
+        done = run(
+            *("-m", "robotpy", "test", "--", "-q", "tests/digest_test.py"),
+            cwd=project,
+            path=(distribution,),
+            timeout=300.0,
+        )
         assert done.returncode == 0, done.stdout[-4000:]
     first, *others = (project / "digests").read_text().splitlines()
     assert others == [first] * 4

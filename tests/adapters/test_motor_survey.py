@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from simcore.cli import main
-from simcore.robot_file.init_command import find_devices
-from simcore.robot_file.template import FoundMotor
+from simcore.robot_file.init_command import survey
 
 pytestmark = pytest.mark.skipif(
     any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
@@ -27,29 +25,36 @@ def project(tmp_path):
     return tmp_path
 
 
+def row(controller, leader, gearing, name, followers=(), opposed=()):
+    """A motor of the survey without its guess."""
+    return {"name": name, "controller": controller, "leader": leader, "followers": [*followers],
+            "opposed": [*opposed], "gearing": gearing}  # fmt: skip
+
+
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
-    motors, ports, cameras, _, why_not = find_devices(project)
-    assert (ports, cameras, why_not) == ([], [], "")
-    assert [m.remark for m in motors] == ["", *["it holds a weight"] * 2, "it reads CANcoder 36", ""]
-    assert [m.turns_freely for m in motors] == [True, False, False, False, True]
-    assert motors[0].motor == "Kraken X60 FOC" and motors[0].inertia == pytest.approx(0.0013, rel=0.01)
-    motors = [replace(m, inertia=0.0, friction_volts=0.0, motor="", remark="", turns_freely=True) for m in motors]
-    assert motors == [
-        FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75, name="shooter"),
-        FoundMotor(controller="TalonFX", leader=34, gearing=9.0, name="elevator"),
-        FoundMotor(controller="TalonFX", leader=35, gearing=45.0, name="arm"),
-        FoundMotor(controller="TalonFX", leader=36, gearing=25.0, name="turret"),
-        FoundMotor(controller="TalonFXS", leader=37, gearing=3.0, name="roller"),
+    found = survey(project / "robot.py")
+    motors = found["motors"]
+    assert (found["ports"], found["cameras"]) == ([], []) and "error" not in found
+    assert [m["remark"] for m in motors] == ["", *["it holds a weight"] * 2, "it reads CANcoder 36", ""]
+    assert [m["turns_freely"] for m in motors] == [True, False, False, False, True]
+    assert motors[0]["motor"] == "Kraken X60 FOC" and motors[0]["inertia"] == pytest.approx(0.0013, rel=0.01)
+    assert [{key: m[key] for key in row("", 0, 1.0, "")} for m in motors] == [
+        row("TalonFX", 31, 0.75, "shooter", (32, 33), (33,)),
+        row("TalonFX", 34, 9.0, "elevator"),
+        row("TalonFX", 35, 45.0, "arm"),
+        row("TalonFX", 36, 25.0, "turret"),
+        row("TalonFXS", 37, 3.0, "roller"),
     ]
     assert sorted(p.name for p in project.iterdir() if p.name != "__pycache__") == ["measures.py", "robot.py"]
 
 
 def test_what_is_on_ports_is_found_with_its_class(project):
     shutil.copy(ROBOTS / "ports" / "robot.py", project)
-    motors, ports, _, _, why_not = find_devices(project)
-    assert why_not == "" and [(m.controller, m.leader, m.name) for m in motors] == [("TalonFX", 31, "wheels")]
-    found = {(port.model, port.channels, port.made_by) for port in ports}
-    assert len(ports) == len(found) == 21
+    answer = survey(project / "robot.py")
+    motors, ports = answer["motors"], answer["ports"]
+    assert [(m["controller"], m["leader"], m["name"]) for m in motors] == [("TalonFX", 31, "wheels")]
+    found = {(port["model"], tuple(port["channels"]), port["made_by"]) for port in ports}
+    assert len(ports) == len(found) == 21 and "error" not in answer
     assert {
         ("PWM", (0,), "Spark"),
         ("PWM", (3,), "Servo"),
@@ -79,19 +84,17 @@ def test_cameras_are_found_with_the_place_that_the_program_tells(project, capsys
     if find_spec("photonlibpy") is None:
         return
     shutil.copy(ROBOTS / "photon" / "robot.py", project)
-    found = {camera.name: camera for camera in find_devices(project)[2]}
-    assert found["front"].source == "VisionSystemSim.addCamera" and not found["unknown"].source
-    assert found["rear"].place == pytest.approx((-0.25, -0.1, 0.5, 0.0, -10.0, 180.0))
+    found = {camera["name"]: camera for camera in survey(project / "robot.py")["cameras"] if "name" in camera}
+    assert found["front"]["source"] == "VisionSystemSim.addCamera" and "source" not in found["unknown"]
+    assert found["rear"]["place"] == pytest.approx((-0.25, -0.1, 0.5, 0.0, -10.0, 180.0))
 
 
 def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
-    assert find_devices(project)[::4] == (None, "OSError: no gamepad")
+    assert survey(project / "robot.py")["error"] == "OSError: no gamepad"
     (project / "robot.py").write_text("import wpilib\n")
-    assert find_devices(project)[::4] == (
-        None,
-        f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
-    )
+    said = f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []"
+    assert survey(project / "robot.py")["error"] == said
 
 
 def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project):
@@ -101,9 +104,9 @@ def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project)
             "        self.mechanisms = Mechanisms()\n", "        self.mechanisms = Mechanisms()\n        1 / 0\n"
         )
     )
-    motors, _, _, _, why_not = find_devices(project)
-    assert why_not == "ZeroDivisionError: division by zero"
-    assert [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
+    found = survey(project / "robot.py")
+    assert found["error"] == "ZeroDivisionError: division by zero"
+    assert [motor["leader"] for motor in found["motors"]] == [31, 34, 35, 36, 37]
 
 
 def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
@@ -115,7 +118,8 @@ def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
             "signals.StatusCode", "phoenix6.StatusCode"
         )
     )
-    motors, _, _, _, why_not = find_devices(project)
-    assert why_not == "" and [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
-    assert "could not read its configuration (RX_TIMEOUT" in motors[-1].remark
-    assert not any("could not" in motor.remark for motor in motors[:-1]) and not motors[-1].turns_freely
+    found = survey(project / "robot.py")
+    assert "error" not in found and [motor["leader"] for motor in found["motors"]] == [31, 34, 35, 36, 37]
+    *others, last = found["motors"]
+    assert "could not read its configuration (RX_TIMEOUT" in last["remark"] and not last["turns_freely"]
+    assert not any("could not" in motor["remark"] for motor in others)

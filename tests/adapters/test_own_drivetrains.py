@@ -31,12 +31,9 @@ FOUND = {
     "tank_sparks": ("tank", "SPARK MAX", None),
     "tank_pwm": ("tank", "PWM", None),
     "tank_groups": ("tank", "PWM", None),
-    "tank_phoenix5": ("tank", "Talon SRX", None),
     "mecanum": ("mecanum", "TalonFX", None),
 }
 """Kind, controller of the drive motors and encoder of the azimuths, as simcore finds them."""
-MORE_NEEDS = {"tank_phoenix5": ("phoenix5", "navx")}
-"""By robot: packages beside those that all of them need."""
 SAMPLE = ("maxswerve", "tank_groups", "mecanum")
 """Those that are run without --whole."""
 
@@ -44,7 +41,7 @@ SAMPLE = ("maxswerve", "tank_groups", "mecanum")
 @pytest.fixture(scope="module")
 def project(tmp_path_factory, distribution) -> Callable[[str], Path]:
     def copy(name: str) -> Path:
-        for module in (*NEEDS, *MORE_NEEDS.get(name, ())):
+        for module in NEEDS:
             if find_spec(module) is None:
                 pytest.skip(f"needs {module}, which is not installed")
         folder = tmp_path_factory.mktemp(name) / name
@@ -83,7 +80,7 @@ def driven(project, python) -> Callable[[Path], dict[str, Any]]:
     """Runs the course in a process of its own."""
 
     def drive(folder: Path) -> dict[str, Any]:
-        python(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/course_test.py")
+        python(folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py")
         facts: dict[str, Any] = json.loads((folder / "facts.json").read_text())
         return facts
 
@@ -184,7 +181,7 @@ def test_a_spark_swerve_with_a_camera_drives_its_drawn_auto_and_scores(tmp_path,
         assert proposed in text
         text = text.replace(proposed, true, 1)
     file.write_text(text, encoding="utf-8")
-    print(python(folder, "-m", "pytest", "-q", "-rP", "-p", "no:cacheprovider", "tests/auto_test.py"))
+    print(python(folder, "-m", "robotpy", "test", "--", "-q", "-rP", "-p", "no:cacheprovider", "tests/auto_test.py"))
 
 
 def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_what_to_write(project, python):
@@ -194,7 +191,9 @@ def test_a_program_without_a_drivetrain_runs_without_a_field_and_its_tests_say_w
         "        print('loop', wpilib.Timer.getFPGATimestamp() > 1.0, flush=True)\n"
         "        if wpilib.Timer.getFPGATimestamp() > 2.0:\n            raise SystemExit\n"
     )
-    said = python(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/course_test.py", fails=True)
+    said = python(
+        folder, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider", "tests/course_test.py", fails=True
+    )
     sentence = "no drivetrain found: the program builds none of"
     assert sentence in said and "[drivetrain] table in simcore.toml describes it" in said
     path = os.pathsep.join(map(str, (PACKAGES, *sys.path)))
@@ -270,7 +269,7 @@ def test_modules_of_an_installed_library_are_found(project, python):
 
 def test_the_page_of_robots_names_the_models_of_every_maker(tmp_path):
     """`scripts/write_which_robots.py` brings it up to date."""
-    for module in (*NEEDS, "phoenix5", "navx"):
+    for module in (*NEEDS, "navx"):
         if find_spec(module) is None:
             pytest.skip(f"needs {module}, which is not installed")
     made = tmp_path / "page.md"

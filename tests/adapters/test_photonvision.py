@@ -28,7 +28,7 @@ from wpimath.geometry import (  # noqa: E402
 from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition  # noqa: E402
 
 from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision import PhotonCameraPort, pipeline_result  # noqa: E402
+from simcore.photonvision.photon_port import PhotonCameraPort, pipeline_result  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraBias,
     CameraConfig,

@@ -352,11 +352,12 @@ def drive(tmp_path) -> Callable[..., dict[str, Any]]:
 
     def run(source: str, legs: list[Any], toml: str = "", *, fails: bool = False) -> dict[str, Any]:
         (tmp_path / "robot.py").write_text(source)
-        (tmp_path / "course_test.py").write_text(COURSE.replace("LEGS", repr(legs)))
+        (tmp_path / "tests").mkdir(exist_ok=True)
+        (tmp_path / "tests" / "course_test.py").write_text(COURSE.replace("LEGS", repr(legs)))
         (tmp_path / "simcore.toml").write_text(toml)
         path = os.pathsep.join([str(PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])])
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "course_test.py"],
+            [sys.executable, "-m", "robotpy", "test", "--", "-q", "-p", "no:cacheprovider"],
             cwd=tmp_path,
             env={**os.environ, "PYTHONPATH": path},
             capture_output=True,
@@ -367,7 +368,7 @@ def drive(tmp_path) -> Callable[..., dict[str, Any]]:
         assert (done.returncode != 0) is fails, done.stdout + done.stderr
         if fails:
             return {"said": done.stdout}
-        facts: dict[str, Any] = json.loads((tmp_path / "facts.json").read_text())
+        facts: dict[str, Any] = json.loads((tmp_path / "tests" / "facts.json").read_text())
         return facts
 
     return run

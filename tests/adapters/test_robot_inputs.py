@@ -13,7 +13,7 @@ from wpilib import PowerDistribution, RobotController
 from simcore import Match
 from simcore.loop.battery import draw
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.console_noise import LatenessReport
+from simcore.robotpy.robot_physics import LatenessReport
 from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
 
 

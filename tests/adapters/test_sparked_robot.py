@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import simcore
-from simcore.robot_file.init_command import find_devices
-from simcore.robot_file.template import FoundMotor
+from simcore.robot_file.init_command import find_robot_py, survey
 
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
@@ -91,12 +89,13 @@ def test_init_finds_motors_of_a_program_in_a_src_folder_that_reads_its_deploy_fo
     (tmp_path / "pyproject.toml").write_text("[tool.robotpy]\nrobotpy_version = '2026.2.2'\n")
     shutil.copytree(ROBOTS / "sparked", tmp_path / "src", ignore=shutil.ignore_patterns("simcore.toml", "__pycache__"))
     shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path / "src")
-    motors, _, _, _, why_not = find_devices(tmp_path)
-    assert why_not == ""
-    assert [replace(m, inertia=0.0, friction_volts=0.0, motor="", remark="", turns_freely=True) for m in motors] == [
-        FoundMotor(controller="TalonFX", leader=45, gearing=2.0, name="feeder"),
-        FoundMotor(controller="SPARK MAX", leader=41, followers=(42,), opposed=(42,), gearing=1.0, name="intake"),
-        FoundMotor(controller="SPARK Flex", leader=43, gearing=1.0, name="shooter"),
-        FoundMotor(controller="SPARK MAX", leader=44, gearing=40.0, name="hood"),
-        FoundMotor(controller="SPARK MAX", leader=46, gearing=1.0, name="winch"),
+    found = survey(find_robot_py(tmp_path))
+    assert "error" not in found
+    keys = ("controller", "leader", "followers", "opposed", "gearing", "name")
+    assert [tuple(m[key] for key in keys) for m in found["motors"]] == [
+        ("TalonFX", 45, [], [], 2.0, "feeder"),
+        ("SPARK MAX", 41, [42], [42], 1.0, "intake"),
+        ("SPARK Flex", 43, [], [], 1.0, "shooter"),
+        ("SPARK MAX", 44, [], [], 40.0, "hood"),
+        ("SPARK MAX", 46, [], [], 1.0, "winch"),
     ]

@@ -95,7 +95,7 @@ TEAMS = {
     "turret": Team(sticks="field", stops=("feeder",), pressed={"aim": 0.0}, says=("TalonFX 39 + 40", "CANrange 42")),
 }
 IN_REAL_TIME = ("generated", "sparks")
-IN_SIMULATED_TIME = ("generated",)  # own loops: test_own_loops; own physics: test_shapes
+IN_SIMULATED_TIME = ("generated",)  # own loops: test_attach; own physics: test_shapes
 DESCRIBED = ("timed", "paths", "turret")
 SCORED = ("turret",)
 
@@ -221,13 +221,13 @@ def test_course(sim):
 
 @pytest.fixture(scope="module", params=TEAMS)
 def simulated_runs(request, project, python):
-    """Under `robotpy test` with the team's own tests, and under `pytest`: two processes."""
+    """With the team's own tests, and alone: two processes."""
     name = in_sample(request, IN_SIMULATED_TIME)
     folder = project(name)
     (folder / "tests" / "course_test.py").write_text(COURSE.replace("FIELD", str(TEAMS[name].sticks == "field")))
     chosen = () if request.config.getoption("--whole") else ("-k", "course or autonomous")
     whole = python(folder, "-m", "robotpy", "test", "--", "-rA", *chosen)
-    alone = python(folder, "-m", "pytest", "-rA", "tests/course_test.py")
+    alone = python(folder, "-m", "robotpy", "test", "--", "-rA", "tests/course_test.py")
     results = []
     for _, said in (whole, alone):
         line = next((line for line in said.splitlines() if line.startswith("COURSE")), None)

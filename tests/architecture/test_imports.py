@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Collection, Iterator
@@ -15,22 +16,23 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
 ADAPTERS = {
-    *("devices", "navx", "phoenix5", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
+    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
+    "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
-    "simcore/new_game/new_game_command.py",  # the year of a new game
     "simcore/sweep/one_run.py",  # measures what a run cost
     "simcore/sweep/api.py",  # stops after some time
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
-"""Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
+"""No part of a simulation: may read a clock to say how long they took."""
 INNER = BASE | {"geometry", "loop", "physics"}
 DOMAIN = {"robot", "pieces", "vision"}
 CORE = INNER | DOMAIN | {"telemetry", "match"}
+PLAYING = CORE | {"players"}
 
 ALLOWED = {
     # who: whom it may import, beside itself
@@ -49,23 +51,22 @@ ALLOWED = {
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
     "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
-    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
+    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; the page is a report
     "testing": CORE,
-    "new_game": BASE,
-    "upgrade_2027": BASE,
+    "new_game": CORE,  # asks which games are installed
     "show": CORE | {"players"},
-    "photonvision": CORE,
+    "photonvision": CORE | {"devices"},
     "devices": CORE | {"robot_file"},  # makers are loaded by name
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},
     "revlib": CORE | {"robot_file", "devices"},
-    **dict.fromkeys(("navx", "phoenix5"), CORE | {"robot_file", "devices"}),
+    "navx": CORE | {"robot_file", "devices"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
     "robotpy": CORE
-    | {"devices", "robot_file", "phoenix5", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
+    | {"devices", "robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }
 
 WPILIB = ("wpilib", "hal", "wpimath", "ntcore", "wpiutil", "robotpy_apriltag")
-VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix5", "phoenix6", "rev", "navx")
+VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev", "navx")
 
 
 def module_name(path: Path) -> str:
@@ -170,6 +171,18 @@ def test_no_import_cycles():
     assert " -> ".join(find_cycle(graph)) == ""
 
 
+def test_no_import_cycles_for_types_alone_either():
+    """A game does not know the match that plays it, also where an import is for annotations or inside a function."""
+    files = {module_name(path): path for path in SOURCES}
+    files = {name: path for name, path in files.items() if name.split(".")[1:2] and name.split(".")[1] in PLAYING}
+    assert len(files) > 80
+    graph = {}
+    for name, path in files.items():
+        named = {part for module, _ in imports(path) for part in (module, module.rpartition(".")[0])}
+        graph[name] = named & set(files) - {name}
+    assert " -> ".join(find_cycle(graph)) == ""
+
+
 def test_the_search_finds_a_cycle():
     assert find_cycle({"a": {"b"}, "b": {"c", "d"}, "c": set(), "d": {"b"}}) == ["b", "d", "b"]
     assert find_cycle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
@@ -215,6 +228,24 @@ def test_only_adapters_import_vendors_and_all_else_asks_one_module_for_wpilib():
         for name, line in imports(path)
         if name.split(".")[0] in (*WPILIB, "phoenix6", "commands2", "pyfrc")
     ]
+
+
+MAKERS_WORDS = re.compile(r"ctre|talon|spark|phoenix|pigeon|cancoder|candle|canrange|navx", re.IGNORECASE)
+DELIVERED = "simcore/robot/dc_motor.py"
+"""Current limits with which controllers are delivered: a motor without limits of its own has those of its maker's."""
+
+
+def test_inner_packages_name_no_maker_of_devices():
+    """Names in code; a docstring may say whose idea something is."""
+    found = set()
+    for path in SOURCES:
+        parts, place = path.relative_to(ROOT).parts, path.relative_to(ROOT).as_posix()
+        if parts[0] != "simcore" or parts[1] not in CORE | {"players"} or place == DELIVERED:
+            continue
+        for node in ast.walk(tree_of(path)):
+            names = (getattr(node, kind, None) for kind in ("id", "attr", "name", "arg"))
+            found |= {f"{place}: {name}" for name in names if isinstance(name, str) and MAKERS_WORDS.search(name)}
+    assert found == set()
 
 
 def test_only_the_view_imports_its_web_server():

@@ -12,7 +12,7 @@ from simcore import season
 
 ROOT = Path(__file__).resolve().parents[2]
 WHO_MAY = {"simcore/season.py", "simcore/phoenix6_emulator/emulated_native.py"}
-KNOWN = {"simcore/robotpy/extension.py": {"pyfrc"}}
+KNOWN = {"simcore/robotpy/attach.py": {"pyfrc"}}
 """Modules that wrap pyfrc's own calls where it is installed."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}
 """Packages of one season alone."""
@@ -27,7 +27,7 @@ def test_no_other_module_asks_for_the_season(package):
     found = []
     for path in sorted((ROOT / package).rglob("*.py")):
         name = str(path.relative_to(ROOT))
-        if name in WHO_MAY or name.startswith("simcore/upgrade_2027/"):
+        if name in WHO_MAY:
             continue
         for node in _code(path):
             if isinstance(node, ast.Compare):
@@ -69,15 +69,15 @@ def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, senten
     assert sentence in said and bool(said) == bool(sentence) and said.count("\n") == 0
 
 
-BEFORE_2027 = {"navx", "phoenix5", "photonvision", "upgrade_2027"}
-"""Packages of makers whose libraries keep their names or have no release of 2027, and the tool that knows both."""
+BEFORE_2027 = {"navx", "photonvision"}
+"""Packages of makers whose libraries keep their names or have no release of 2027."""
 GONE_IN_2027 = {
     "simcore/robotpy/built_ports.py": {"getInitializedForward", "getInitializedReverse"},
     "simcore/robotpy/wpilib_ports.py": {
         *("getAngle", "setAngle", "setRate"),
         *("getYawAxis", "getPitchAxis", "getRollAxis", "getPort"),
-        *("getForward", "getReverse"),
     },
+    "simcore/robotpy/port_assignment.py": {"getForward", "getReverse"},
 }
 """Of relays and gyros that the robot of 2027 has no more."""
 

@@ -19,7 +19,6 @@ from simcore.loop import balls
 from simcore.match import starts
 from simcore.physics.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
 from simcore.pieces import kinds, piece_manager
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.players.player import SKILLS
 from simcore.robot.battery import BatteryConfig
@@ -73,7 +72,6 @@ def test_pieces():
         f"bounce of fuel {FUEL.restitution:g}",
         f"drag coefficient {FUEL.aerodynamics.drag_coefficient:g}",
     )
-    says("docs/robot.md", f"deeper than {1e3 * give(PlacerConfig):g} mm is knocked out")
     says("docs/robot.md", "wheels turn five times a second")
     assert default(ShooterConfig, "min_wheel_speed") == pytest.approx(5 * math.tau)
     for surface in (CARPET, WALL, RUBBER, POLYCARBONATE):
@@ -90,17 +88,13 @@ def default(config: type, name: str) -> float:
     return value
 
 
-def give(config: type) -> float:
-    return default(config, "give")
-
-
 def test_robot_tests_and_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
-    from simcore.robotpy import auto_start, isolation
+    from simcore.robotpy import auto_start, pytest_plugin
     from simcore.robotpy.robot_test import RobotTest
 
-    says("docs/troubleshooting.md", f"With simcore's field it has {isolation.INIT_TIMEOUT:g} s")
+    says("docs/troubleshooting.md", f"With simcore's field it has {pytest_plugin.INIT_TIMEOUT:g} s")
     assert auto_start._WINDOW == 0.5
     near, turned = auto_start._SEEN
     says("docs/autos.md", "the first half second", f"within {near} m and {math.degrees(turned):g} degrees of the truth")
@@ -166,6 +160,13 @@ def test_reefscape():
     says(page, f"swing: {cage.mass:g} kg (an estimate)")
     narrower = official_layout("2025-welded").field_size[1] - official_layout("2025-andymark").field_size[1]
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
+
+
+def test_the_line_for_2027_is_the_one_that_is_tested():
+    """The packages of the page are those of the script that makes the environment."""
+    section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
+    script = (ROOT / "scripts/season_2027.sh").read_text(encoding="utf-8").partition("of_2027=(")[2].partition(")")[0]
+    assert set(re.findall(r'"([\w-]+>=[^"]+)"', section)) == set(re.findall(r'"([^"]+)"', script))
 
 
 def test_engines():

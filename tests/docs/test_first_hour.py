@@ -20,7 +20,7 @@ def test_the_first_run_prints_what_the_page_shows_and_leaves_its_files(engine, w
     if engine:
         if not whole:
             pytest.skip("the same on the other engine: with --whole")
-        pytest.importorskip("mujoco", reason='needs the extra: pip install -e ".[mujoco]"')
+        pytest.importorskip("mujoco", reason='needs MuJoCo: pip install -e ".[test]"')
     monkeypatch.chdir(tmp_path)
     assert main(["play", *(["--engine", engine] if engine else [])]) == 0
     shown = re.search(r"^    (╭.*\n)    (│.*\n)    (╰.*\n)", PAGE, re.MULTILINE)

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from simcore import play_auto
+from simcore.cli import main
 from simcore.geometry.zones import BoxZone
+from simcore.match.registry import installed_games
 from simcore.match.scoring import ScoreEvent
 from simcore.new_game.new_game_command import write_game
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
@@ -43,6 +45,15 @@ def test_the_game_that_was_written_plays_and_scores(folder):
     run.match.close()
     assert run.report.score.blue > 0
     check_conserved(game, "collect", seconds=1.0)
+
+
+def test_a_new_game_does_not_make_itself_the_default(folder, capsys):
+    """The newest installed game is played where none is named: that stays simcore's own."""
+    newest = max(game.year for game in installed_games().values())
+    assert main(["new-game", "discs", "--folder", str(folder)]) == 0
+    importlib.invalidate_caches()
+    game = importlib.import_module("discs").DISCS
+    assert game.year < newest and f"Its year is {game.year}" in capsys.readouterr().out
 
 
 def test_the_table_of_events_names_what_they_have():

@@ -9,12 +9,10 @@ from scipy.spatial import ConvexHull
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
-from games.reefscape.handling import _before_face, _reach
 from games.reefscape.places import branch_ends
 from simcore.geometry.rotation import from_rpy, matrix, multiply
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.pieces.pool import PieceStatus
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
@@ -137,49 +135,6 @@ def bumped(speed: float) -> tuple[list[int], list[int], float]:
             deepest = max([deepest, *(match.world.engine.depth(match.pieces.row(slot)) for slot in awake.tolist())])
         match.play(1.0)
         return before, counts(), deepest
-
-
-def swept(level: int, speed: float) -> tuple[int, float, list[str]]:
-    """A robot with a coral in its claw, in line with the branches of a level, drives along a face of blue's reef.
-
-    Args:
-        level: 2 to 4.
-        speed: [m/s]
-
-    Returns:
-        How often the coral came out of the claw; how deep it was in a pipe at the end of a tick, held or not, at most
-        [m]; and what is wrong with it when it lies still.
-    """
-    out, drum, arm = _reach(level)
-    out -= 0.12 if level == 4 else 0.0  # a level 4 coral ends over its branch: into the upright part
-
-    def sweep(robot: ScriptedRobot) -> Steps:
-        robot.set_position("elevator", drum - (2.0 if level == 4 else 0.0))
-        robot.set_position("arm", arm)
-        yield from robot.wait(2.0)
-        yield from robot.drive_to(*_before_face(0, out, 0.7), speed=speed, tolerance=0.02, timeout=5.0)
-        robot.set_position("arm", math.radians(85.0))
-        yield from robot.wait(2.0)
-
-    x, y, yaw = _before_face(0, out, -0.7)
-    settings = ScriptSettings(acceleration=7.0)
-    entries = (RobotEntry(start=(x, y, yaw), preload=1), *FAR[1:])
-    with Match(REEFSCAPE, robots=entries) as match:
-        robot = match.robots[0]
-        slot = robot.storage.take()
-        robot.placers[0].take(slot)
-        match.set_controller(0, ScriptedRobot(sweep, match, "blue", settings))
-        deepest = 0.0
-        for _ in range(450):
-            match.tick()
-            if robot.held:
-                part = robot.part_in_field(robot.placers[0].held_state())
-                depth = match.pieces.depth(slot, part.pos, part.quat)
-            else:
-                depth = match.world.engine.depth(match.pieces.row(slot))
-            deepest = max(deepest, depth)
-        wrong = [] if robot.held else faults(match, np.array([slot]))
-        return match.record.knocked_out, deepest, wrong
 
 
 def faults(match: Match, slots: np.ndarray) -> list[str]:

@@ -23,7 +23,6 @@ def test_the_tracker_the_pieces_and_the_shots_tell_one_story(run):
     assert report.hits <= report.shots == len(match.record.shots)
     preload = run.auto.preload if run.auto.preload is not None else match.game.preload
     assert report.pieces.held == preload + len(match.record.taken_in) - report.shots - match.record.put_down
-    assert match.record.knocked_out == 0, "no held piece is driven into the field"
     room = match.robots[0].config.storage.capacity + len(match.robots[0].placers)
     assert max(run.held) <= room
     assert report.ticks == round(report.sim_seconds / 0.02) == len(run.poses)

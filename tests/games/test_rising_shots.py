@@ -1,4 +1,4 @@
-"""A slot above the field that takes pieces on their way up: scripts, the shooter table and its checks shoot at it."""
+"""A slot above the field that takes pieces on their way up: scripts and the shooter table shoot at it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.match.match import Match
 from simcore.match.scoring import ScoringZone
 from simcore.match.scripted import ScriptSettings
 from simcore.pieces.shot_opening import ShotOpening
-from simcore.shooting.shot_table import check_by_flights, check_in_match, make_table
+from simcore.shooting.shot_table import make_table
 from simcore.shooting.shot_task import ShotTask
 
 FACE, LOW, HIGH = 0.5, 1.3, 2.1
@@ -49,7 +49,5 @@ def test_the_table_of_a_shooter_has_shots_on_their_way_up():
     table = make_table(task, (1.1, 1.3))
     assert [row.problem for row in table.rows] == ["", ""]
     assert all(row.shot["entry_angle_deg"] < 0.0 for row in table.rows)
-    checks = [*check_by_flights(table, 200, seed=2).values(), *check_in_match(table, 3, seed=1)]
-    assert len(checks) == 4 and all(check.holds for check in checks), [check.text for check in checks]
     falling = make_table(ShotTask(game(downward=True)), (1.1,))
     assert falling.rows[0].problem == "no elevation and speed of this shooter go in"

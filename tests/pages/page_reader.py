@@ -1,4 +1,4 @@
-"""Reads a page of a run as its script does: what is told, and where everything was."""
+"""Reads pages of runs and of reports as their script does: what is told, and where everything was."""
 
 from __future__ import annotations
 
@@ -13,21 +13,29 @@ from typing import Any
 import numpy as np
 
 
+def packed_block(text: str, name: str) -> bytes:
+    """Return the data of a page that stands under a name."""
+    found = re.search(rf'<script type="text/plain" id="{name}">([^<]*)</script>', text)
+    assert found, f"no {name} in the page"
+    return gzip.decompress(base64.b64decode(found[1]))
+
+
+def report_blocks(text: str) -> list[dict[str, Any]]:
+    """Return the blocks of a report."""
+    blocks: list[dict[str, Any]] = json.loads(packed_block(text, "report"))
+    return blocks
+
+
 class PageReader:
     """A page as a file."""
 
     def __init__(self, path: Path) -> None:
         self.text = path.read_text(encoding="utf-8")
-        self.meta: dict[str, Any] = json.loads(self._packed("run"))
-        self._block = self._packed("data")
+        self.meta: dict[str, Any] = json.loads(packed_block(self.text, "run"))
+        self._block = packed_block(self.text, "data")
         self.facts: dict[str, str] = dict(self.meta["facts"])
         self.words = json.dumps(self.meta, ensure_ascii=False)
         """All that is told, to look for words in it."""
-
-    def _packed(self, name: str) -> bytes:
-        found = re.search(rf'<script type="text/plain" id="{name}">([^<]*)</script>', self.text)
-        assert found, f"no {name} in the page"
-        return gzip.decompress(base64.b64decode(found[1]))
 
     def array(self, place: list[int]) -> np.ndarray:
         """16-bit numbers, shape (n, m)."""

@@ -272,50 +272,6 @@ def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
     return replace(game, field=replace(game.field, elements=(*game.field.elements, post))), at
 
 
-@pytest.mark.parametrize("speed", [0.3, 1.0, 2.0, 4.0])
-def test_a_held_piece_that_is_driven_into_something_comes_loose_before_it(speed, caplog):
-    """Sideways against a post: its side is 0.15 m from its middle, the post's 0.05 m; the claw gives 10 mm."""
-    game, at = crate_before_post(1.2)
-    with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
-        one, state = match.robots[0], match.pieces.state
-        slot = int(match.pieces.spawn("Crate", at[None])[0])
-        one.mechanisms["claw"].velocity = 20.0
-        match.tick()
-        assert one.held == [slot]
-        one.drive.set_chassis_speeds(0.0, 0.01, 0.0)  # wheels that still turn would carry it past the post's middle
-        match.play(0.4)
-        one.drive.set_chassis_speeds(0.0, speed, 0.0)
-        deepest, loose = 0.0, 0.0
-        while one.chassis.pos[1] < 5.5 and match.time < 10.0:
-            match.tick()
-            if one.held:
-                deepest = max(deepest, one.part_in_field(one.placers[0].held_state()).pos[1] - (at[1] + 1.0))
-            elif state.pos[slot, 2] > 0.5:  # beside the post still
-                loose = max(loose, match.world.engine.depth(match.pieces.row(slot)))
-        assert one.held == [] and one.chassis.pos[1] > 5.5, "the robot goes on"
-        assert match.record.knocked_out == 1 and match.record.put_down == 0
-        assert "Crate in a placer was driven into the field" in caplog.text
-        assert deepest < 0.015 and loose < 0.03
-        match.play(1.5)
-        assert state.pos[slot, 1] < at[1] + 1.1 and match.count.is_conserved
-        assert one.placers[0].takes is False
-
-
-def test_a_piece_that_was_in_something_when_it_was_taken_stays_until_it_has_been_free():
-    """As algae between the pipes of a reef: pulled out 150 mm it is free, pushed in again it comes loose."""
-    game, _ = crate_before_post(0.1)
-    with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
-        one = match.robots[0]
-        match.pieces.hold(slots := match.pieces.stage("Crate", 1), 0)
-        one.placers[0].take(int(slots[0]))
-        match.play(0.1)
-        for vy, seconds, knocked in ((0.2, 0.1, 0), (-0.5, 0.8, 0), (0.5, 0.8, 1)):
-            one.drive.set_chassis_speeds(0.0, vy, 0.0)
-            match.play(seconds)
-            assert match.record.knocked_out == knocked, vy
-            assert bool(one.held) is not bool(knocked)
-
-
 def test_a_placer_keeps_a_piece_that_is_in_a_wall_and_lets_it_go_once_it_is_out():
     game, at = crate_before_post(0.15)
     with Match(game, robots=(RobotEntry(start=(4.0, 3.7, 0.0)),)) as match:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from simcore import Match
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy
 from simcore.geometry.zones import CylinderZone
-from simcore.match.game import Game, PieceSupply
+from simcore.match.game import PieceSupply
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.field import FieldElement, box_element
 from simcore.physics.shapes import Cylinder, Sphere, tube
@@ -175,39 +174,3 @@ def test_places_that_cannot_be_are_refused():
     ):
         with pytest.raises(ConfigError, match=words):
             Match.bare(pieces=[PieceSupply(TUBE, 1)], places=places)
-
-
-@pytest.mark.parametrize(("speed", "is_jolted"), [(2.0, True), (0.3, False)])
-def test_a_robot_that_hits_a_structure_jolts_what_rests_on_it(speed, is_jolted, engine_name):
-    """It gives the piece its lost momentum over the structure's mass; leaning on it does nothing."""
-    game = Game.bare(pieces=(PieceSupply(BALL, 2), PieceSupply(TUBE, 1)), elements=(TABLE,), robot=robot_config)
-    game = replace(game, field=replace(game.field, structures={"table": 100.0}), starts=((7.6, 4.0, 0.0),))
-    with Match(game, engine=engine_name) as match:
-        robot, pushes = match.robots[0], []
-        on_it = match.pieces.spawn("Tube", np.array([[9.5, 4.0, 0.552]]))
-        beside = match.pieces.spawn("Ball", np.array([[9.5, 5.25, 0.2]]))
-        match.play(1.0)
-        assert match.pieces.state.status[[int(on_it[0]), int(beside[0])]].tolist() == [PieceStatus.ASLEEP] * 2
-        push = match.pieces.push
-
-        def noted(slots, velocities):
-            pushes.append((slots.tolist(), velocities))
-            push(slots, velocities)
-
-        match.pieces.push = noted
-        robot.drive.set_chassis_speeds(speed, 0.0, 0.0)
-        match.play(1.6 if is_jolted else 4.0)
-        assert robot.chassis.pos[0] > 8.4
-        if not is_jolted:
-            assert pushes == []
-            return
-        slots, velocities = pushes[0]
-        assert slots == on_it.tolist()
-        lost = velocities[0, 0] * 100.0 / robot.chassis.config.mass
-        assert 0.8 * speed < lost < 1.4 * speed
-        assert match.count.is_conserved
-
-
-def test_a_structure_has_a_mass():
-    with pytest.raises(ConfigError, match=r"structures\['table'\]"):
-        replace(Game.bare(pieces=(), elements=(TABLE,), robot=robot_config).field, structures={"table": 0.0})

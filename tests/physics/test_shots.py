@@ -244,27 +244,6 @@ def test_no_shot_leaves_into_the_one_before_it(exit_speed, caplog):
         assert "another Ball is in front of a muzzle" in caplog.text
 
 
-@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.03, 0.04, 0.02), (-0.02, 0.0, 0.06)])
-def test_a_ball_that_lies_on_the_muzzle_is_struck_away_and_shots_go_on(offset, caplog):
-    """(1 + e) / 2 of a shot's speed along the line of centers, as equal balls do; then the next one leaves."""
-    with match_with(robot(forward=0.0, height=0.62, elevation=1.2), (8.0, 4.0, 0.0), count=8) as match:
-        (slot,) = match.robots[0].storage.in_turn[:1]
-        match.robots[0].storage.discard(slot)
-        place = np.array([8.0, 4.0, 0.62]) + offset
-        match.pieces.launch(0, place, (0.0, 0.0, 0.0), slot=slot, flying=False)
-        spin_wheels(match, 9.0)
-        match.tick()
-        assert match.record.shots == [] and caplog.text.count("another Ball is in front of a muzzle") == 1
-        line, velocity = np.array([math.cos(1.2), 0.0, math.sin(1.2)]), match.pieces.state.vel[slot]
-        offset = np.array(offset)
-        beside = np.linalg.norm(offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
-        gained = 0.5 * (1.0 + BALL.restitution**2) * 9.0 * math.sqrt(1.0 - beside**2)
-        normal = math.sqrt(1.0 - beside**2) * line + (offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
-        assert velocity @ normal == pytest.approx(gained, abs=2.0 * GRAVITY * TICK)
-        play_shooting(match, 0.2, 9.0)
-        assert len(match.record.shots) >= 1, "its way is free within some ticks"
-
-
 @pytest.mark.parametrize("blocked", [0, 1])
 def test_a_piece_at_the_muzzle_of_one_barrel_holds_up_that_barrel_alone(blocked, caplog):
     """Muzzles 0.4 m apart, a ball at rest on one of them: in that tick the other one shoots, and this one does not."""
@@ -278,26 +257,11 @@ def test_a_piece_at_the_muzzle_of_one_barrel_holds_up_that_barrel_alone(blocked,
         spin_wheels(match, 9.0)
         match.tick()
         assert [shot.points[0][1] for shot in match.record.shots] == pytest.approx([4.0 + sides[1 - blocked]], abs=0.01)
-        assert match.pieces.state.vel[slot][2] > 4.0, "struck away by the next piece of its barrel"
         match.record.shots.clear()
+        match.pieces.release(np.array([slot]), np.array([[3.0, 4.0, RADIUS]]))
         play_shooting(match, 0.3, 9.0)
         places = {round(shot.points[0][1] - 4.0, 1) for shot in match.record.shots}
         assert places == set(sides), "both, once the ball has gone"
-
-
-def test_the_wheels_and_the_robot_lose_what_a_struck_ball_gains():
-    light = robot(forward=0.0, height=0.62, elevation=0.0)
-    wheels = FlywheelConfig(gearbox=GEARBOX, inertia=0.002)
-    with match_with(replace(light, mechanisms={**light.mechanisms, "wheels": wheels}), (8.0, 4.0, 0.0)) as match:
-        (slot,) = match.robots[0].storage.in_turn[:1]
-        match.robots[0].storage.discard(slot)
-        match.pieces.launch(0, (8.0, 4.0, 0.62), (0.0, 0.0, 0.0), slot=slot, flying=False)
-        spin_wheels(match, 9.0)
-        match.flow.let_go(0.0)
-        gained = match.pieces.state.vel[slot, 0]
-        lost = 2.0 * 9.0 / WHEEL_RADIUS - match.robots[0].mechanisms["wheels"].velocity
-        assert gained == pytest.approx(0.5 * (1.0 + BALL.restitution**2) * 9.0, rel=1e-4)
-        assert lost == pytest.approx(0.7 * BALL.mass * gained * WHEEL_RADIUS / 0.002)
 
 
 @pytest.mark.parametrize(("height", "hits"), [(0.4, 1), (0.0, 0)])

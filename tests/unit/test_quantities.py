@@ -97,3 +97,26 @@ def test_none_is_fine_where_it_is_the_default_only():
 def test_a_number_too_long_to_print_is_refused_all_the_same():
     with pytest.raises(ConfigError, match=r"must be a whole number from 0 to 10000, got int too large to show"):
         require("Robot", "it", 10**5000, COUNT)
+
+
+@dataclass(frozen=True, slots=True)
+class Plate:
+    """A config with one number of each shape."""
+
+    mass: float
+    place: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        require_fields(self, mass=MASS, place=POSE)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble, np.int8, int])
+def test_numbers_of_other_types_become_plain_ones(kind):
+    plate = Plate(kind(5), (kind(1), 2.0, kind(0)))
+    assert {type(plate.mass), *map(type, plate.place)} <= {int, float}
+    assert Plate(1.0, np.zeros(3, dtype=np.float16)).place.dtype == float
+
+
+def test_what_is_next_to_nothing_is_refused_where_zero_is():
+    with pytest.raises(ConfigError, match="mass must be a number above 0 and up to 1000 kg, got 5e-324"):
+        Plate(5e-324, (0.0, 0.0, 0.0))

@@ -258,6 +258,34 @@ def test_what_a_page_may_not_ask_is_passed_over() -> None:
         view.close()
 
 
+def test_what_a_page_asks_of_the_field_wrongly_never_ends_the_match() -> None:
+    """Arguments of another type are passed over; names that there are not are refused in the next tick."""
+    view = LiveView()
+    try:
+        with Match(REBUILT, robots=(RobotEntry(),)) as match:
+            match.tick()
+            view.after_tick(match)
+            for message in (
+                {"do": "human", "alliance": [], "name": "x"},
+                {"do": "leave", "alliance": {}},
+                {"do": "start", "robot": None},
+                {"do": "reset", "self": 1},
+                {"do": ["reset"]},
+            ):
+                view._take(1, message)
+            view.after_tick(match)
+            match.tick()
+            assert match.control.count == 0
+            view._take(1, {"do": "human", "alliance": "green", "name": "x"})
+            view._take(1, {"do": "start", "robot": 7})
+            view._take(1, {"do": "spawn", "robot": 0, "kind": "Fuel"})
+            view.after_tick(match)
+            match.tick()
+            assert [result.is_done for result in match.control.results] == [False, False, True]
+    finally:
+        view.close()
+
+
 def first(noted, wanted):
     """Of what another thread notes, as soon as it is there."""
     wait_until(lambda: any(map(wanted, list(noted))))

@@ -1,4 +1,4 @@
-"""What a team tests before it drives to an event, in simulated time: `robotpy test`, or `pytest`."""
+"""What a team tests before it drives to an event, in simulated time: `python -m robotpy test`."""
 
 import pytest
 

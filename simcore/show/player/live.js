@@ -1,6 +1,7 @@
 // A run as it happens: frames and the state of the run over one socket, what a person drives with, and buttons for the field.
 import { inflate } from "./data.js";
-import { Charts, drawEvents, drawTables, make, tableOf } from "./panels.js";
+import { make } from "./dom.js";
+import { Charts, drawEvents, drawTables, tableOf } from "./panels.js";
 import { Player } from "./player.js";
 
 const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two

@@ -1,10 +1,16 @@
-// Starts the page: a run that is written in it, or one that comes over a socket.
+// Starts the page: a report or a run that is written in it, or a run that comes over a socket.
 import { inflate } from "./data.js";
 import { Live } from "./live.js";
 import { Player } from "./player.js";
+import { showReport } from "./report.js";
 
 async function start() {
   const text = (id) => document.getElementById(id).textContent;
+  if (document.getElementById("report")) {
+    showReport(document.querySelector("main"), JSON.parse(new TextDecoder().decode(await inflate(text("report")))));
+    document.body.dataset.shown = "report";
+    return;
+  }
   if (!document.getElementById("run")) { window.simcore = new Live(); return; }
   const meta = JSON.parse(new TextDecoder().decode(await inflate(text("run"))));
   const player = window.simcore = new Player(meta, await inflate(text("data")));

@@ -1,22 +1,12 @@
 // Everything around the drawings: score board, marks over the time, tables, boards of places and charts.
+import { ticks } from "./charts.js";
 import { rowAt, unpack } from "./data.js";
-import { svg } from "./top.js";
+import { make, svg } from "./dom.js";
 
 const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
   bump: "\u25b2", "brown-out": "\u25bc", foul: "\u25c6", placed: "\u25a3" };
 const ROWS = [["mode", "put"], ["hit", "miss", "pass", "flying"], ["placed", "score", "foul"], ["slip", "bump", "brown-out"]];
 const PLOT = { total: 360, bottom: 178, left: 44, width: 306, top: 8, height: 132 };
-
-/** An element with attributes and children; texts stay texts. */
-export function make(name, attributes = {}, ...children) {
-  const node = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined && value !== false) node.setAttribute(key, value === true ? "" : value);
-  }
-  node.append(...children);
-  return node;
-}
 
 /** Score board: labels with a text each, and squares for strips of lights. */
 export class Board {
@@ -105,14 +95,6 @@ export class Places {
       if (number) number.textContent = String(count);
     }
   }
-}
-
-/** Round numbers in a range, at most so many. @param {number} low @param {number} high @param {number} most */
-export function ticks(low, high, most) {
-  const power = 10 ** Math.floor(Math.log10((high - low) / most));
-  const step = [1, 2, 2.5, 5, 10, 20].map((factor) => factor * power).find((size) => (high - low) / size <= most), found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(10)));
-  return found;
 }
 
 /** Curves over time, a cursor where the run is, and the values there; a click goes to its time. */

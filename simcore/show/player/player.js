@@ -1,6 +1,7 @@
 // The player: one time, drawn from above and in three dimensions, with everything around it; keys, play, speeds, views.
 import { Run, rowAt } from "./data.js";
-import { Board, Charts, Places, drawEvents, drawTables, make } from "./panels.js";
+import { make } from "./dom.js";
+import { Board, Charts, Places, drawEvents, drawTables } from "./panels.js";
 import { CAMERAS, Solid } from "./solid.js";
 import { Sounds } from "./sound.js";
 import { Top } from "./top.js";

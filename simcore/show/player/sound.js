@@ -1,5 +1,5 @@
 // Sounds as a match goes on, off until somebody presses the button. The browser makes them; nothing is loaded.
-import { make } from "./panels.js";
+import { make } from "./dom.js";
 
 const CUES = {  // notes: frequency [Hz], when [s], how long [s]
   start: [[523, 0, 0.15], [659, 0.15, 0.15], [784, 0.3, 0.45]],

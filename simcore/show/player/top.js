@@ -1,15 +1,9 @@
 // The field from above, as SVG in centimeters, y down: the ground comes drawn, what moves is moved here.
 import { turned, yawOf } from "./data.js";
+import { svg } from "./dom.js";
 
-const SVG = "http://www.w3.org/2000/svg";
 const HIGH = 0.35;  // [m]; a flying piece whose center is higher is drawn darker and larger
 const LATELY = 5;  // [s] for which trails stay
-
-export const svg = (name, attributes = {}) => {
-  const node = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  return node;
-};
 
 /** Outline of a turned box from above: length, width and heading of the rectangle along its longest edge.
  * @param {Point} size @param {Quaternion} quat */

@@ -33,7 +33,7 @@ class Device:
 
 
 def group_of(device):
-    from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+    from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 
     return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 

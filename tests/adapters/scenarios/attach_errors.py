@@ -19,8 +19,8 @@ from simcore.devices.ownership import Ownership
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
 from simcore.phoenix6.built_devices import require_distinct
+from simcore.robotpy.attach import is_port_taken
 from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.robot_attachment import is_port_taken
 
 PORTS = {
     "PWM": '[[mechanism]]\nname = "hood"\nkind = "servo"\npwm = 7\nmin_deg = 0\nmax_deg = 90\ndeg_per_second = 400\n',

@@ -13,10 +13,10 @@ import wpilib
 from wpilib.simulation import pauseTiming
 
 from simcore.devices.makers import device_of, maker_of, watch_makers
+from simcore.devices.motor_ports import ShaftPorts, SuppliedMotor
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.gyro import Gyro, gyro_config
-from simcore.robot.motor_ports import ShaftPorts, SuppliedMotor
 
 DT, HEADING, PITCH, ROLL = 0.005, 2.5, 0.1, -0.05
 
@@ -40,10 +40,6 @@ def built(name: str) -> Any:
                 super().__init__(kind)
 
         return Heading()
-    if name == "PigeonIMU":
-        import phoenix5.sensors
-
-        return phoenix5.sensors.WPI_PigeonIMU(5)
     return getattr(wpilib, name)(0) if name == "AnalogGyro" else getattr(wpilib, name)()
 
 

@@ -12,11 +12,11 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.ownership import Ownership
 from simcore.phoenix6.ctre_maker import MAKER
 from simcore.phoenix6.sensor_ports import own_writer
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 

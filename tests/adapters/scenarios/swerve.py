@@ -14,9 +14,10 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
+from simcore.devices.motor_ports import SwervePorts
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
-from simcore.phoenix6.swerve import SwerveDevicesSim, SwerveModuleDevices
+from simcore.phoenix6.sensor_ports import CANcoderSim, Pigeon2Sim
+from simcore.phoenix6.talon_motor import TalonPort
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
@@ -25,6 +26,7 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import Gyro, gyro_config
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
 
 INCH = 0.0254
@@ -94,11 +96,13 @@ def main() -> None:
     gyro = Gyro(gyro_config("ideal"), np.random.default_rng(0))
     gyro.reset(yaw=place[2], true_yaw=place[2])
     if "bare" in sys.argv:  # by devices alone: inversions and offsets are asked of them
-        devices = [
-            SwerveModuleDevices(drive_motor=m.drive_motor, steer_motor=m.steer_motor, encoder=m.encoder)
-            for m in robot.modules
-        ]
-        sim = SwerveDevicesSim(devices, robot.pigeon2, drive)
+        sim = SwervePorts(
+            drive,
+            [TalonPort(m.drive_motor) for m in robot.modules],
+            [TalonPort(m.steer_motor) for m in robot.modules],
+            steer_encoders=[CANcoderSim(m.encoder) for m in robot.modules],
+            gyro=Pigeon2Sim(robot.pigeon2),
+        )
     else:
         sim = adapter.SwerveDrivetrainSim(robot, drive)
     amps = [0.0]

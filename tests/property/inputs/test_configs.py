@@ -52,7 +52,7 @@ PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "AutoRun BodyDefinition BuiltDevice BuiltRobot BumperPart CommandResult CompiledModel DriveShaft FollowerGroup "
     "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
-    "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
+    "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "
     "Placement RecordColumns Spread TagLayout TakenIn TickPlan TickTimes TippingLimit".split()
 )

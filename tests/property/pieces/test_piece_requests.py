@@ -32,7 +32,15 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
         for request in (lambda: pieces.release(slots, bad), lambda: pieces.push(slots, bad)):
             with pytest.raises(NonFiniteError, match="finite numbers"):
                 request()
-        assert pieces.count(PieceStatus.ASLEEP) == 2
+        pieces.hold(slots[1:], 0)
+        fast = (0.0, 800.0, 800.0)  # a tick would take as many steps as a piece is fast
+        for request in (
+            lambda: pieces.push(slots[:1], np.array([fast])),
+            lambda: pieces.launch(0, (1.0, 1.0, 1.0), fast),
+        ):
+            with pytest.raises(ConfigError, match="speed must be a number from 0 to 1000 m/s, got 1131"):
+                request()
+        assert pieces.count(PieceStatus.ASLEEP) == 1 and len(pieces.held(0)) == 1
 
 
 def test_a_pushed_piece_flies_the_same_in_whole_ticks_and_in_parts_of_them():

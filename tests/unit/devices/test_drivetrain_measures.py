@@ -11,9 +11,9 @@ import pytest
 from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
 from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.project_settings import project_measures
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
 

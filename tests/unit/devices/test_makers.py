@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import gc
+import subprocess
+import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
 from simcore.devices.makers import MAKER_MODULES, installed_makers
+from simcore.devices.motor_controllers import BuiltDevice, group_by_leader
 from simcore.devices.recorder import BuiltDevices
 from simcore.devices.unserved import unknown_sim_devices
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice, group_by_leader
+from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import CONTROLLERS, PORT_CONTROLLERS
 
+ROOT = Path(__file__).resolve().parents[3]
 needs_all = pytest.mark.skipif(
     any(find_spec(package) is None for package, _ in MAKER_MODULES), reason="needs the packages of all makers"
 )
@@ -32,17 +37,19 @@ def test_the_file_names_the_motor_controllers_that_makers_make():
 @needs_all
 def test_devices_of_other_makers_are_named_once():
     names = [
-        *(
-            "Talon FX (v6)[1]",
-            "Talon FX (v6)[1]/Rotor Sensor",
-            "SPARK Flex [6] EXTERNAL ENCODER",
-            "CANMotor:Talon SRX[3]",
-        ),
+        *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
         *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
     ]
     installed_makers()  # loads them
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
+
+
+def test_a_program_of_phoenix_5_is_refused_with_what_works():
+    code = "from simcore.devices.makers import watch_makers; watch_makers(); import phoenix5.sensors"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    last = done.stderr.rstrip().splitlines()[-1]
+    assert done.returncode == 1 and last == f"simcore.errors.VendorError: {NO_PHOENIX_5}"
 
 
 class Motor:

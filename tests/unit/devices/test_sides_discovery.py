@@ -6,9 +6,9 @@ import pytest
 
 from simcore.devices import sides_discovery
 from simcore.devices.makers import Maker
+from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.sides_discovery import says_place
 from simcore.quantities import DeviceAddress
-from simcore.robot.motor_controllers import BuiltDevice
 
 SIDES = ("left", "right")
 CORNERS = ("front left", "front right", "rear left", "rear right")

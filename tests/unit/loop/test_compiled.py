@@ -65,16 +65,90 @@ def test_folders_that_cannot_be_written_are_no_error(monkeypatch, tmp_path):
     blocked.write_text("not a folder")
     monkeypatch.setattr(compiled, "_HERE", blocked)
     monkeypatch.setattr(compiled, "_user_caches", lambda: blocked)
+    monkeypatch.setattr(compiled.tempfile, "gettempdir", lambda: str(blocked))
     assert compiled._choose_folder() is None
+    monkeypatch.setattr(compiled.tempfile, "gettempdir", lambda: str(tmp_path))
+    assert compiled._choose_folder().parent.parent == tmp_path
     monkeypatch.setattr(compiled, "_user_caches", lambda: tmp_path)
     assert compiled._choose_folder().parent == tmp_path / "simcore"
 
 
-def test_it_is_said_once_before_something_is_compiled(monkeypatch, capsys):
-    monkeypatch.setattr(compiled, "_told", False)
-    compiled.announce("a.function_of_nobody")
-    compiled.announce("a.function_of_nobody")
-    assert capsys.readouterr().err == "Preparing the physics for this computer, once, half a minute ...\n"
+def test_a_folder_that_is_prepared_is_used_where_it_can_only_be_read(monkeypatch, tmp_path):
+    monkeypatch.setattr(compiled, "_HERE", tmp_path)
+    folder = compiled._choose_folder()
+    for name in compiled._PREPARED:
+        (folder / f"{name}-1.py{sys.version_info[0]}{sys.version_info[1]}.nbi").touch()
+    monkeypatch.setattr(compiled, "_is_writable", lambda folder: False)
+    assert compiled._choose_folder() == folder
+
+
+def test_it_is_said_what_takes_a_while_and_how_long_it_took(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(compiled, "_said", set())
+    monkeypatch.setattr(compiled, "cache_folder", tmp_path)
+    with compiled.preparing("a.function_of_nobody"):
+        pass
+    assert capsys.readouterr().err == (
+        f"Preparing the physics for this computer ...\n... a in 0 s, kept in {tmp_path}\n"
+    )
+
+
+_SMALL = """
+from simcore.loop import compiled
+def twice(x):
+    return 2.0 * x
+print(compiled.compiled(twice)(3.0), compiled.not_kept)
+"""
+
+
+def small(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Compile a small function in a new process with the caches of a user in a folder."""
+    script = folder / "small.py"
+    if not script.exists():
+        script.write_text(
+            _SMALL.replace("import compiled\n", f"import compiled\ncompiled.cache_folder = {str(folder)!r}\n")
+        )
+    return subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("content", [b"", b"half", b"\x80\x05garbage."])
+def test_a_damaged_file_is_compiled_again_with_one_sentence(kind, content, tmp_path):
+    assert small(tmp_path).stdout == "6.0 \n"
+    (file,) = tmp_path.rglob(f"*.{kind}")
+    file.write_bytes(content)
+    done = small(tmp_path)
+    assert done.stdout == "6.0 \n"
+    assert done.stderr.count("is damaged") == 1 and len(done.stderr.splitlines()) == 1
+    assert small(tmp_path).stderr == ""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a device that is full")
+def test_a_full_disk_costs_the_keeping_and_not_the_run(monkeypatch, tmp_path):
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(compiled, "cache_folder", tmp_path)
+    monkeypatch.setattr(compiled, "not_kept", "")
+    twice = compiled.compiled(lambda x: 2.0 * x)
+    monkeypatch.setattr(twice._cache._cache_file, "save", full)
+    assert twice(3.0) == 6.0
+    assert compiled.not_kept == f"{twice._cache.cache_path} cannot be written: No space left on device"
+
+
+def test_one_process_compiles_while_others_wait(tmp_path):
+    script = f"""
+import sys, time
+from pathlib import Path
+from simcore.loop import compiled
+compiled.cache_folder = Path({str(tmp_path)!r})
+with compiled.preparing("a.slow"):
+    if not compiled.is_prepared(["a.slow"]):
+        time.sleep(0.5)
+        (compiled.cache_folder / f"a.slow-1.py{{sys.version_info[0]}}{{sys.version_info[1]}}.nbi").touch()
+        print("compiled")
+"""
+    started = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    assert sorted(one.communicate(timeout=60)[0] for one in started) == ["", "", "compiled\n"]
 
 
 @pytest.mark.parametrize("system", ["win32", "darwin", "linux"])

@@ -12,8 +12,7 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.match.scripted import DriverControls
-from simcore.players.driven_robot import DrivenRobot, DriverInput, HandedOver
+from simcore.players.driven_robot import DrivenRobot, DriverControls, DriverInput, HandedOver
 
 AHEAD = DriverInput(ahead=0.5)
 

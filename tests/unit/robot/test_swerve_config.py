@@ -5,13 +5,12 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import MotorModel, motor
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig, swerve_config_from_ctre
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.wheel_config import plate_inertia
 
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
@@ -59,36 +58,3 @@ def test_model_is_frozen():
     with pytest.raises(AttributeError):
         SQUARE.mass = 3.0  # type: ignore[misc]
     assert isinstance(motor("NEO"), MotorModel)
-
-
-# --- cTRE's generated swerve constants ------------------------------------------------------------------------------
-
-
-def test_from_ctre_by_attribute_names():
-    limits = SimpleNamespace(
-        stator_current_limit=120.0,
-        stator_current_limit_enable=True,
-        supply_current_limit=70.0,
-        supply_current_limit_enable=True,
-    )
-    constants = SimpleNamespace(
-        location_x=0.25,
-        location_y=-0.25,
-        drive_motor_gear_ratio=6.746,
-        steer_motor_gear_ratio=21.43,
-        coupling_gear_ratio=3.57,
-        wheel_radius=0.0508,
-        slip_current=90.0,
-        drive_motor_initial_configs=SimpleNamespace(current_limits=limits),
-        steer_motor_initial_configs=None,
-        steer_inertia=0.01,
-    )
-    config = swerve_config_from_ctre([constants] * 4, mass=50.0)
-    m = config.modules[0]
-    assert (m.x, m.y, m.drive_gearing, m.coupling_ratio) == (0.25, -0.25, 6.746, 3.57)
-    assert (m.drive_stator_limit, m.drive_supply_limit, m.steer_stator_limit) == (90.0, 70.0, None)
-    assert m.drive_motor is motor("Kraken X60 FOC")
-    assert m.steer_inertia == 0.004
-    del constants.wheel_radius
-    with pytest.raises(ConfigError, match=r"module 0.*wheel_radius"):
-        swerve_config_from_ctre([constants])

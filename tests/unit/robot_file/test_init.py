@@ -12,22 +12,27 @@ from pathlib import Path
 import pytest
 
 from simcore.cli import COMMANDS, main
+from simcore.match.registry import installed_games
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robot_file.template import FoundCamera, FoundMotor, FoundPort, template
+from simcore.robot_file.template import template
+
+
+def motor_row(controller, leader, name="", **more):
+    """A row of the survey."""
+    row = {"controller": controller, "leader": leader, "name": name, "followers": [], "opposed": [], "motor": ""}
+    row |= {"gearing": 1.0, "inertia": 0.0, "friction_volts": 0.0, "turns_freely": True, "remark": ""}
+    return {**row, **more}
+
 
 MOTORS = [
-    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75, inertia=0.0015),
-    FoundMotor(controller="TalonFXS", leader=20, turns_freely=False, remark="it holds a weight"),
+    motor_row("TalonFX", 20, followers=[21, 22], opposed=[22], gearing=0.75, inertia=0.0015),
+    motor_row("TalonFXS", 20, turns_freely=False, remark="it holds a weight"),
 ]
-
-
 CAMERAS = [
-    FoundCamera(maker="limelight", name="limelight-front"),
-    FoundCamera(
-        maker="photonvision", name="rear", place=(-0.25, 0.1, 0.5, 180.0, -10.0, 175.5), source="its estimator"
-    ),
-    FoundCamera(maker="questnav"),
+    {"maker": "limelight", "name": "limelight-front"},
+    {"maker": "photonvision", "name": "rear", "source": "its estimator"},
+    {"maker": "questnav"},
 ]
 
 
@@ -39,24 +44,24 @@ def project(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("every", [False, True])
-@pytest.mark.parametrize("motors", [None, MOTORS])
+@pytest.mark.parametrize("motors", [[], MOTORS])
 def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
-    path.write_text(template(motors, cameras=CAMERAS, every=every))
+    path.write_text(template({"motors": motors, "cameras": CAMERAS}, every=every))
     settings = read_settings(path)
-    assert [m.name for m in settings.mechanisms] == ([] if motors is None else ["motor20_20"])
+    assert [m.name for m in settings.mechanisms] == (["motor20_20"] if motors else [])
     assert replace(settings, mechanisms=(), given=frozenset()) == RobotSettings()
 
 
 def test_the_file_is_short_and_has_live_keys_alone():
     rows = [("kind", "swerve", ""), *((f"drive{k}", k, "") for k in range(19))]
-    text = template(NAMED, cameras=CAMERAS, drivetrain={"rows": rows})
+    text = template({"motors": NAMED, "cameras": CAMERAS, "drivetrain": {"rows": rows}})
     assert len(text.splitlines()) < 110 and not re.search(r"^# ?(\[|\w+ = )", text, re.MULTILINE)
-    assert len(template(NAMED, cameras=CAMERAS, every=True).splitlines()) > 250
+    assert len(template({"motors": NAMED, "cameras": CAMERAS}, every=True).splitlines()) > 250
 
 
 def test_cameras_and_ports_that_were_found_are_named():
-    text = template(cameras=CAMERAS, ports=[FoundPort(model="DIO", channels=(0, 1), made_by="Encoder")])
+    text = template({"cameras": CAMERAS, "ports": [{"model": "DIO", "channels": [0, 1], "made_by": "Encoder"}]})
     for line in ("camera limelight-front\n", "camera rear: placed by its estimator\n", "DIO 0 1: Encoder\n"):
         assert f"# {line}" in text
 
@@ -72,7 +77,7 @@ def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
 
 def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
     path = tmp_path / "simcore.toml"
-    text = template(MOTORS)
+    text = template({"motors": MOTORS})
     path.write_text(text)
     motor = read_settings(path).mechanism("motor20_20")
     assert (
@@ -83,7 +88,7 @@ def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
 
 
 NAMED = [
-    FoundMotor(controller=controller, leader=leader, name=name, gearing=2.0, inertia=0.002, friction_volts=0.2)
+    motor_row(controller, leader, name, gearing=2.0, inertia=0.002, friction_volts=0.2)
     for controller, leader, name in (
         ("TalonFX", 3, "intake_roller"), ("TalonFX", 4, "intake_pivot"), ("SPARK MAX", 5, "feeder1"),
         ("TalonFX", 6, "shooter_top"), ("TalonFX", 7, "shooter_bottom"), ("TalonFX", 8, "hood"),
@@ -93,7 +98,7 @@ NAMED = [
 
 
 def test_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
-    text = template(NAMED)
+    text = template({"motors": NAMED})
     path = tmp_path / "simcore.toml"
     path.write_text(text)
     robot = read_settings(path)
@@ -110,6 +115,7 @@ def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
     assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
     lines = ignored.read_text().splitlines()
     assert lines[:3] == ["*.pyc", "/out", "ctre_sim"] and {"test_output/", "networktables.json", "*.wpilog"} < {*lines}
+    assert "simgui.json" in lines and not {"simgui*.json", "simgui-ds.json"} & {*lines}  # the keyboard is kept
     assert not {"out/", "ctre_sim/"} & {*lines}
     assert main(["init", "--no-look", "--force"]) == 0 and ignored.read_text().splitlines() == lines
     assert ".gitignore" not in capsys.readouterr().out
@@ -118,8 +124,9 @@ def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
 @pytest.mark.parametrize(("code", "is_own"), [("", False), ("self.motor.sim_state.x()", True), ("rev.SparkSim", True)])
 def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, monkeypatch, code, is_own):
     (project / "robot.py").write_text(code)
-    found = (NAMED[:1], [], [], {"rows": [["kind", "tank", ""], ["left", [1], ""]]}, "")
-    monkeypatch.setattr("simcore.robot_file.init_command.find_devices", lambda _: found)
+    rows = [["kind", "tank", ""], ["left", [1], ""]]
+    found = {"motors": [dict(NAMED[0])], "drivetrain": {"rows": rows}}
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda _: found)
     assert main(["init"]) == 0
     assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
     text = (project / "simcore.toml").read_text()
@@ -133,7 +140,7 @@ def test_init_writes_the_file(project, capsys):
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
     short = (project / "simcore.toml").read_text()
     assert main(["init", "--no-look", "--all", "--force"]) == 0
-    assert len(short.splitlines()) < 20 < 200 < len((project / "simcore.toml").read_text().splitlines())
+    assert len(short.splitlines()) < 22 < 200 < len((project / "simcore.toml").read_text().splitlines())
 
 
 def test_init_overwrites_only_when_told(project, capsys):
@@ -187,8 +194,16 @@ def test_a_program_that_fails_does_not_keep_init_from_writing(project, capsys):
     (project / "robot.py").write_text("raise RuntimeError('no such gamepad')")
     assert main(["init"]) == 0
     said = capsys.readouterr().out
-    assert "could not look at the robot program" in said
-    assert (project / "simcore.toml").exists()
+    assert "could not look at the robot program" in said and "no drivetrain found" not in said
+    assert "drivetrain" not in (project / "simcore.toml").read_text()
+
+
+def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):
+    assert main(["init", "--no-look"]) == 0
+    newest = next(iter(installed_games()))
+    assert read_settings(project / "simcore.toml").game == newest
+    monkeypatch.setattr("simcore.robot_file.init_command.installed_games", dict)  # none: the key is left out
+    assert main(["init", "--no-look", "--force"]) == 0 and read_settings(project / "simcore.toml").game is None
 
 
 def test_every_subcommand_of_the_table_explains_itself(capsys):
@@ -232,7 +247,7 @@ def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repositor
         *("python", "-m", "pip", "install", f"simcore[phoenix6,robotpy] @ {source}"),
         *("robotpy[commands2]==2026.2.2", "phoenix6>=26.1,<27"),
     ]
-    assert steps[1:] == ["python -m pytest"]
+    assert steps[1:] == ["python -m robotpy test"]
     assert job["steps"][-1]["with"]["path"] == "2026 robot/test_output"
     assert not (repository / "2026 robot" / "simcore.toml").exists()
     (repository / "2026 robot" / "requirements.txt").write_text("numpy\n")
@@ -241,7 +256,7 @@ def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repositor
 
 
 def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypatch):
-    monkeypatch.setattr("simcore.robot_file.ci_workflow.shared_requirement", lambda *extras, source: source)
+    monkeypatch.setattr("simcore.robot_file.init_command.shared_requirement", lambda *extras, source: source)
     assert main(["init", "--ci", "2026 robot"]) == 1
     assert (
         "which GitHub cannot reach: say where it gets it, as in `simcore init --ci --source git+"

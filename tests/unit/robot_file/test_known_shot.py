@@ -87,7 +87,7 @@ elevation_deg = 65
 
 def test_check_states_what_the_goal_needs_and_fits_a_known_shot(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
-    out = str(tmp_path / "robot.png")
+    out = str(tmp_path / "robot.html")
     assert main(["check", str(tmp_path), "--out", out, "--known-shot", "distance=2.8,rps=38"]) == 0
     said = capsys.readouterr().out
     assert "for BlueHub at exit_efficiency 0.49 its wheels need 41 turns/s from 2 m (at 65 deg), 47 from 3 m" in said
@@ -102,7 +102,7 @@ def test_check_states_what_the_goal_needs_and_fits_a_known_shot(tmp_path, capsys
 
 def test_check_refuses_a_known_shot_of_no_goal(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING.replace("rebuilt", REEFSCAPE.name))
-    out = str(tmp_path / "robot.png")
+    out = str(tmp_path / "robot.html")
     assert main(["check", str(tmp_path), "--out", out, "--known-shot", "distance=2.8,rps=38"]) == 1
     assert "the game has no goal that this shooter's pieces fall into" in capsys.readouterr().err
     assert main(["check", str(tmp_path), "--out", out, "--known-shot", "distance=2.8,rps=38,shooter=2"]) == 1
@@ -112,9 +112,9 @@ def test_check_refuses_a_known_shot_of_no_goal(tmp_path, capsys):
 def test_an_arm_in_radians_is_noted(tmp_path, capsys):
     arm = '[[mechanism]]\nname = "pivot"\nkind = "arm"\nleader = 3\ngearing = 50\ninertia = 0.2\n'
     (tmp_path / "simcore.toml").write_text(f"{arm}min_deg = -1.57\nmax_deg = 1.57\n")
-    assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.png")]) == 0
+    assert main(["check", str(tmp_path), "--out", str(tmp_path / "robot.html")]) == 0
     said = capsys.readouterr().out
     assert (
-        "note: pivot has only 3.1 deg of way; stops are in degrees: if they were meant in radians, min_deg = -90"
+        "note: pivot moves only 3.1 deg: min_deg and max_deg are degrees; from radians they would be min_deg = -90"
         in said
     )

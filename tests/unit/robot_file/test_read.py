@@ -255,13 +255,13 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + WHEELS, "[[mechanism]] 'wheels': name is used twice"),
         (WHEELS + ROLLER.replace("30", "21"), "'roller': TalonFX 21 already belongs to 'wheels'"),
         (WHEELS.replace("[21, 22]", "[20, 22]"), "'wheels': TalonFX 20 already belongs to 'wheels'"),
-        (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs a cancoder = <CAN id> beside it"),
+        (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs cancoder = <CAN id> beside it"),
         (ARM.replace("max_deg = 90", "max_deg = -5"), "[[mechanism]] 'pivot': ArmConfig: min_angle must be below"),
         (INTAKE, "[intake]: roller must name a mechanism, but there is no [[mechanism]] in the file"),
         (ROLLER + INTAKE.replace('"roller"', '"rollr"'), "roller must be one of roller, got 'rollr'. Did you mean"),
         (ROLLER + INTAKE.replace("-0.6", "0.6"), "[intake]: x_min must be below x_max, got 0.6 and -0.4 m"),
         (ROLLER + INTAKE + 'deploy = "roller"', "deploy must be an arm, elevator or rack, which has stops"),
-        (ROLLER + INTAKE + 'out_at = "upper"', "out_at needs a deploy = <mechanism> beside it"),
+        (ROLLER + INTAKE + 'out_at = "upper"', "out_at needs deploy = <mechanism> beside it"),
         (
             ROLLER + '[shooter]\nwheels = "roller"\nheight = 0.5\nelevation_deg = 60',
             "[shooter]: wheels must be a mechanism of kind flywheel, got 'roller'",
@@ -277,7 +277,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + SHOOTER + 'wheels = "wheels"\nturret = "turet"', "turret must be one of wheels, got 'turet'"),
         (
             WHEELS + SHOOTER + 'wheels = "wheels"\nturret_ratio = 2',
-            "turret_ratio needs a turret = <mechanism> beside it",
+            "turret_ratio needs turret = <mechanism> beside it",
         ),
         (ROLLER + INTAKE + "kinds = 1", "[intake]: kinds must be a text in quotes, or a list of such; got 1"),
         ("intake = 1", "simcore.toml: intake must be tables, each under a line [[intake]]; got 1"),
@@ -411,7 +411,7 @@ def test_an_outlet_makes_a_hopper_of_a_storage(read):
     assert read("[storage]\ncapacity = 9\n").storages[0].hopper is None
     for wrong, words in (
         ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet_width is missing"),
-        ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs an outlet = <side> beside it: front"),
+        ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs outlet = <side> beside it"),
         (ROLLER + text.replace("'roller'", "'rolls'"), "belt must be"),
         (ROLLER + text.replace("30", "90"), r"\[\[storage\]\] 1: funnel_deg must be a number from 0 to 68 deg, got 90"),
     ):
@@ -474,8 +474,12 @@ def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
     assert (roller.controller, roller.motor, roller.encoder_gearing) == ("SPARK Flex", "NEO Vortex", 2.5)
     for keys, problem in (
         ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is of a TalonFX; a SPARK MAX has encoder_gearing"),
-        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex, Talon SRX; the controller is a Tal"),
+        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex; the controller is a TalonFX"),
         ('controller = "SPARK"', "Did you mean 'SPARK MAX'"),
+        (
+            'controller = "Talon SRX"',
+            r"controller cannot be 'Talon SRX': Phoenix 5 .* is not simulated: .* TalonFX, SPARK",
+        ),
     ):
         path.write_text(ROLLER + keys)
         with pytest.raises(ConfigError, match=problem):

@@ -9,7 +9,7 @@ import pytest
 
 from games.rebuilt import REBUILT
 from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import IntakeConfig, IntakeZone
+from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
@@ -22,7 +22,6 @@ from simcore.robot_file.robot_findings import (
     run_findings,
     run_mechanism,
     shot_reach,
-    sign_findings,
     speed_text,
 )
 from simcore.units import GRAVITY
@@ -64,7 +63,7 @@ def test_nothing_is_wrong_with_the_robot_of_the_game():
     ("robot", "said"),
     [
         (with_intake(x_min=-0.38, x_max=-0.2), "intake 1 is inside of the bumpers, which no piece passes"),
-        (with_intake(x_min=0.3, x_max=0.45), "intake 1 ends 50 mm before the bumpers; the middle of a piece that"),
+        (with_intake(x_min=0.3, x_max=0.45), "intake 1 ends 50 mm outside of the bumpers; the middle of a piece that"),
         (with_intake(z_max=0.05), "intake 1 ends 0.05 m above the floor; the middle of a piece there is at 0.075 m"),
         (with_shooter(forward=0.55), "shooter 1: its muzzle is 150 mm outside of the robot, at (0.55, 0.08) m"),
         (with_shooter(forward=0.45, heading=math.pi), "at (-0.45, -0.08) m"),
@@ -101,7 +100,7 @@ def test_a_gearing_that_differs_and_a_spin_up_without_end():
 
     def said(config=rack, **code):
         run = run_mechanism("rack", config, code=CodeView(**{"reading": 0.0, "ratio": 10.0, **code}))
-        return [finding.text for finding in run_findings([run])]
+        return [finding.text for finding in run_findings([(run, None)])]
 
     assert said() == []
     (ratio,) = said(ratio=12.5)
@@ -184,26 +183,18 @@ def test_a_soft_limit_stops_it_before_its_stop():
 
 
 def test_a_sign_that_code_and_mechanism_do_not_share():
-    """An intake's arm that starts up, at its upper stop, and is out at its lower one."""
+    """An arm that starts at its upper stop, and whose code counts up as it goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
-    zone = IntakeZone(x_min=-0.5, x_max=-0.4, y_min=-0.2, y_max=0.2, z_max=0.2)
-    intake = IntakeConfig(zone=zone, deploy="pivot", deployed_at="lower")
 
     def said(turned=False, **code):
         view = CodeView(ratio=20.0, reading=0.0, **code)
         pair = [run_mechanism("pivot", arm, code=view, reversed=turned, output=output) for output in (1.0, -1.0)]
         runs = [tuple(pair) if not pair[0].travel else (pair[0], None)]
-        return [(finding.is_wrong, finding.text) for finding in sign_findings(runs, [intake])]
+        return [(finding.is_wrong, finding.text) for finding in run_findings(runs)]
 
-    (note,) = said()
-    assert note == (
-        False,
-        "intake 1: pivot is out at its lower stop, and on the way there robot code reads 0.00 to -0.25 turns: if your "
-        "code counts up as it goes out, write reversed = true",
-    )
-    assert said(turned=True) == []
+    assert said() == [] and said(turned=True) == []
     (wrong,) = said(lower_limit=0.0, upper_limit=0.25)
     assert wrong[0] and "pivot goes neither way" in wrong[1] and "(0 to 0.25 turns): does your code count" in wrong[1]
     assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []

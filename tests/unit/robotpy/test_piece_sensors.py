@@ -32,8 +32,8 @@ def kind_of(slot: int) -> str:
     return "Cube" if slot < 10 else "Cone"
 
 
-def eye(robot: Robot, place: str = "storage", show=lambda is_seen: None, **view) -> PieceSensor:
-    return PieceSensor(PieceView(place=place, **view), robot, kind_of, show)
+def eye(robot: Robot, place: str = "storage", **view) -> PieceSensor:
+    return PieceSensor(PieceView(place=place, **view), robot, kind_of)
 
 
 def ticks_seen(sensor: PieceSensor, ticks: int) -> list[bool]:
@@ -84,13 +84,3 @@ def test_a_claw_is_seen_and_what_moves_within_the_robot_passes_nothing():
     assert claw.look() and not shooter.look()
     robot.claw.piece = None
     assert not claw.look() and shooter.look()
-
-
-def test_what_it_sees_is_shown():
-    robot = Robot()
-    shown: list[bool] = []
-    sensor = eye(robot, show=shown.append)
-    sensor.update()
-    robot.storage.add([1])
-    sensor.update()
-    assert sensor.is_active and shown == [False, True]

@@ -2,9 +2,9 @@ from robot import PLACES, PULSES, WHEEL_RADIUS, ZEROS
 
 from games.rebuilt import REBUILT
 from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, SwerveConfig, SwerveModuleConfig
+from simcore.devices.motor_ports import SwervePorts
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.dc_motor import motor
-from simcore.robot.motor_ports import SwervePorts
 from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, WPILibGyroPort
 
 NEO = motor("NEO")

@@ -3,7 +3,7 @@ from wpilib import DriverStation
 
 from games.rebuilt import REBUILT
 from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, TankConfig
-from simcore.robot.motor_ports import ShaftPorts, SuppliedMotor
+from simcore.devices.motor_ports import ShaftPorts, SuppliedMotor
 from simcore.robotpy.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
 
 

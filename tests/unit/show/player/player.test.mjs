@@ -5,7 +5,8 @@ import { test } from "node:test";
 
 const player = new URL("../../../../simcore/show/player/", import.meta.url);
 const { AWAY, Run, inflate, rowAt, turned, unpack, yawOf } = await import(new URL("data.js", player).href);
-const { ticks } = await import(new URL("panels.js", player).href);
+const { edges, thinned, ticks, words } = await import(new URL("charts.js", player).href);
+const { shadow } = await import(new URL("robot_views.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
 const { rectangle } = await import(new URL("top.js", player).href);
 
@@ -69,6 +70,29 @@ test("rows by time", () => {
 test("scales have round numbers", () => {
   assert.deepEqual(ticks(0, 20, 5), [0, 5, 10, 15, 20]);
   assert.deepEqual(ticks(-0.13, 0.31, 5), [-0.1, 0, 0.1, 0.2, 0.3]);
+});
+
+test("cells lie around their middles, also of one", () => {
+  assert.deepEqual(edges([1, 2, 4]), [0.5, 1.5, 3, 5]);
+  assert.deepEqual(edges([7]), [6.5, 7.5]);
+  assert.deepEqual(edges([0, 1], ["a", "b"]), [-0.5, 0.5, 1.5]);
+});
+
+test("a thinned curve keeps its ends, its extremes and its gaps", () => {
+  const points = Array.from({ length: 1000 }, (_, k) => [k / 100, k === 777 ? 9 : k > 300 && k < 420 ? null : 0]), kept = thinned(points);
+  assert.ok(kept.length < 60);
+  for (const one of [points[0], points[777], points[999]]) assert.ok(kept.includes(one));
+  assert.ok(kept.some(([, y]) => y === null));
+});
+
+test("values are written shortly, and none for what there is not", () => {
+  assert.deepEqual([null, Infinity, 3, 0.00123, 2.345, 1234.5].map(words), ["", "", "3", "0.0012", "2.35", "1235"]);
+});
+
+test("triangles of a shadow turn one way, and those seen from their edge are left out", () => {
+  const places = [[0, 0], [1, 0], [0, 1], [2, 0]];
+  assert.equal(shadow(places, [[0, 1, 2], [0, 2, 1]]), "M0.0 0.0L1.0 0.0L0.0 1.0Z".repeat(2));
+  assert.equal(shadow(places, [[0, 1, 3]]), "");
 });
 
 test("a box from above is the rectangle along its longest edge", () => {

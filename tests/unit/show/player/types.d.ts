@@ -45,6 +45,29 @@ interface Meta {
   drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
 }
 
+// What a report lists (simcore/show/report.py), and what charts.js draws.
+interface SeriesSpec {
+  name: string; x: ArrayLike<number>; y: ArrayLike<number | null>; low?: ArrayLike<number | null>; high?: ArrayLike<number | null>;
+  kind?: "line" | "dots" | "bars" | "steps"; color?: string; dashes?: string;
+}
+interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }
+interface ChartSpec extends DrawingSpec {
+  series: SeriesSpec[]; marks?: { x: number; label?: string }[]; levels?: { y: number; label?: string }[]; xNames?: string[] | null;
+  xRange?: [number, number]; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
+}
+interface HeatSpec extends DrawingSpec {
+  x: number[]; y: number[]; xNames?: string[] | null; yNames?: string[] | null; values: (number | null)[][]; unit?: string;
+  range?: [number, number]; marks?: { x: number; y: number; label?: string }[]; scale?: boolean;
+}
+interface FieldMapSpec extends DrawingSpec {
+  size: [number, number]; outlines?: [color: string, corners: [number, number][]][]; unit?: string; range?: [number, number];
+  points: { x: number; y: number; value?: number | null; label?: string; color?: string }[]; pointSize?: number | null;
+}
+interface RobotSpec extends DrawingSpec {
+  solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
+}
+type ReportBlock = { kind: string } & Record<string, any>;
+
 /** A robot or a part between two frames. */
 interface Pose { place: Point; quat: Quaternion; belief?: Point | null; active?: boolean }
 

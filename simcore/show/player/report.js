@@ -1,0 +1,34 @@
+// Shows a report: blocks of text, tables and drawings that Python has listed (simcore/show/report.py).
+import { chart, fieldMap, heat } from "./charts.js";
+import { make } from "./dom.js";
+import { robotViews } from "./robot_views.js";
+
+const LONG = 40;  // letters of a cell that may be broken into lines
+const DRAWINGS = { chart, heat, field_map: fieldMap, robot: robotViews };
+
+/** A table whose numbers stand to the right. @param {{ columns: string[], rows: (string | number | boolean | null)[][], caption: string }} block */
+function table({ columns, rows, caption }) {
+  const isNumeric = columns.map((_, k) => rows.some((row) => typeof row[k] === "number") && rows.every((row) => row[k] === null || typeof row[k] === "number"));
+  const text = (value) => value === null ? "" : typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
+  const look = (k, value = "") => ({ class: isNumeric[k] ? "number" : text(value).length > LONG ? "long" : null });
+  const heads = columns.map((name, k) => make("th", { scope: "col", ...look(k) }, name));
+  const lines = rows.map((row) => make("tr", {}, ...row.map((value, k) => make(k ? "td" : "th", { ...k ? {} : { scope: "row" }, ...look(k, value) }, text(value)))));
+  return make("div", { class: "wide", tabindex: "0" }, make("table", {}, caption ? make("caption", {}, caption) : "", make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
+}
+
+/** @param {HTMLElement} home @param {ReportBlock[]} blocks */
+export function showReport(home, blocks) {
+  let charts = null;  // charts that follow one another stand next to one another
+  for (const block of blocks) {
+    if (block.kind === "chart" || block.kind === "heat") {
+      if (!charts) home.append(charts = make("div", { class: "charts" }));
+    } else charts = null;
+    if (block.kind in DRAWINGS) {
+      const figure = make("figure", { class: block.kind });
+      (charts ?? home).append(figure);
+      DRAWINGS[block.kind](figure, block);
+    } else if (block.kind === "headline") home.append(make("h2", {}, block.text), ...block.detail ? [make("p", { class: "note" }, block.detail)] : []);
+    else if (block.kind === "paragraph") home.append(make("p", {}, block.text));
+    else if (block.kind === "table") home.append(table(block));
+  }
+}

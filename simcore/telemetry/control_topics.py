@@ -1,0 +1,245 @@
+"""The actions of people on a match as NetworkTables topics, for any dashboard.
+
+Under `Sim/Control/` are buttons, booleans that somebody sets to true and that are set back here; numbers that say where
+a button acts; choosers that look like a `SendableChooser` of WPILib; and what programs write, a pose or places. Under
+`Sim/HumanPlayer/` is a button for each action of human players.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from simcore import season
+from simcore.errors import ConfigError, SimcoreError
+from simcore.quantities import shown
+
+__all__ = ["TABLE", "ControlTopics", "ShownControl", "ShownMatch"]
+
+TABLE = "/Sim/Control/"
+_HUMAN_TABLE = "/Sim/HumanPlayer/"
+_POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
+# Each write of a program counts, also of the same value as before.
+_OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True)
+
+
+class ShownControl(Protocol):
+    """Table of actions, as `simcore.match.field_control` has it."""
+
+    results: Any
+    """Of the last commands, the newest last."""
+    count: int
+    """Commands that were done or refused so far."""
+    sources: list[Callable[[], object]]
+    """Called before every tick; they may give commands for it."""
+
+    def do(self, name: str, arguments: Mapping[str, Any]) -> int:
+        """Ask for an action, before the next tick."""
+
+    def refuse(self, command: str, why: str) -> int:
+        """Note a command that cannot be read."""
+
+
+class ShownMatch(Protocol):
+    """Match as dashboards act on it."""
+
+    game: Any
+    robots: Any
+    rules: Any
+    persons: Any
+    """Alliances whose human player a person plays."""
+
+    @property
+    def control(self) -> ShownControl:
+        """What people do to the field."""
+
+    def start_pose(self, number: int) -> tuple[float, float, float]:
+        """Return where a robot should start [m, m, rad]."""
+
+
+class ControlTopics:
+    """Listens for commands to one robot and its field, and publishes what became of them.
+
+    Not for tests: values arrive with the wall clock, so that two runs would differ.
+
+    Args:
+        match: Its `control` gets the commands; it looks for them before every tick.
+        instance: On which dashboards are; stays the caller's.
+        robot: Which robot of the match is placed.
+    """
+
+    def __init__(self, match: ShownMatch, instance: season.NetworkTables, *, robot: int = 0) -> None:
+        self._match, self._control, self._instance = match, match.control, instance
+        self._publishers: dict[str, Any] = {}
+        self._values: dict[str, Any] = {}
+        """Last published, by topic."""
+        self._choices: dict[str, str] = {}
+        # Before anything is published: a topic that a dashboard has made of another type is known as that then.
+        self._everything = season.ntcore.MultiSubscriber(instance, [TABLE, _HUMAN_TABLE], _OPTIONS)
+        self._poller = season.ntcore.NetworkTableListenerPoller(instance)
+        flags = season.ntcore.EventFlags
+        self._poller.add_listener(self._everything, flags.VALUE_ALL | flags.IMMEDIATE)
+        kinds = [supply.kind.name for supply in match.game.pieces]
+        do = self._control.do
+        self._buttons: dict[str, Callable[[], object]] = {
+            "ResetField": lambda: do("reset", {}),
+            "PlaceRobot": lambda: do("place", {"pose": self._place(), "robot": robot}),
+            "PlaceAtStart": lambda: do("start", {"robot": robot}),
+        }
+        self._written: dict[str, Callable[[Any], object]] = {
+            "RobotPose": lambda value: do("place", {"pose": _pose_of(value), "robot": robot}),
+            **{f"Spawn/{kind}": partial(self._spawn, kind) for kind in kinds},
+        }
+        if kinds:
+            self._chooser("Piece", kinds)
+            self._buttons["SpawnPiece"] = lambda: do(
+                "put_down", {"kind": self._choices["Piece/selected"], "places": [self._place()[:2]]}
+            )
+        if match.game.autos and match.robots[robot].devices is None:
+            self._chooser("Auto", list(match.game.autos))
+            self._buttons["StartAuto"] = lambda: do("auto", {"name": self._choices["Auto/selected"], "robot": robot})
+        x, y, yaw = match.start_pose(robot)
+        self._numbers = {"X": x, "Y": y, "HeadingDeg": math.degrees(yaw)}
+        for name, value in self._numbers.items():
+            number = self._publishers[TABLE + name] = instance.get_double_topic(TABLE + name).get_entry(value, _OPTIONS)
+            number.set_default(value)  # gives way to what a dashboard has written
+        for button in self._buttons:
+            self._publish("boolean", TABLE + button, False)
+        if names := [action.name for action in match.rules.human_actions()]:
+            self._publish("string_array", f"{_HUMAN_TABLE}Actions", names)
+        for button in (f"{alliance}/{name}" for alliance in ("Blue", "Red") for name in names):
+            self._publish("boolean", _HUMAN_TABLE + button, False)
+        self._tell()
+        now = instance.get_integer_topic(f"{TABLE}Count").subscribe(0)
+        self._since = now.get_atomic().time  # what a dashboard has kept from a run before is no command
+        now.close()
+        self._control.sources.append(self.read)
+
+    def read(self) -> None:
+        """Give the commands that have arrived, in the order of their time stamps, and tell of those carried out."""
+        self._tell()
+        for event in sorted(self._poller.read_queue(), key=lambda event: event.data.value.time()):
+            topic, value = event.data.topic.get_name(), event.data.value
+            try:
+                if topic.startswith(TABLE):
+                    self._take(topic.removeprefix(TABLE), value)
+                elif value.time() > self._since:
+                    self._take_of_people(topic.removeprefix(_HUMAN_TABLE), value.value())
+            except SimcoreError as error:
+                self._control.refuse(f"do what {topic} asks for", str(error))
+
+    def close(self) -> None:
+        """Withdraw the topics and listen no more; may be called twice."""
+        if self.read in self._control.sources:
+            self._control.sources.remove(self.read)
+        for one in (self._poller, self._everything, *self._publishers.values()):
+            one.close()
+
+    # --- what arrives ---------------------------------------------------------------------------------------------
+
+    def _take(self, name: str, value: Any) -> None:
+        """Take a value of the table of commands; one of another type than the topic's is passed over."""
+        content = value.value()
+        if name in self._numbers:
+            if isinstance(content, float):
+                self._numbers[name] = content
+        elif name in self._choices:
+            if isinstance(content, str):
+                self._choices[name] = content
+                self._publish("string", TABLE + name.replace("selected", "active"), content)
+        elif value.time() <= self._since:
+            return
+        elif name in self._written:
+            self._written[name](value)
+        elif name in self._buttons and content is True:
+            self._release(TABLE + name)
+            self._buttons[name]()
+
+    def _take_of_people(self, name: str, value: object) -> None:
+        """Take a value of the human players' table, of which a misspelled topic is told, too."""
+        if name == "Actions" or "/Ready/" in name:
+            return
+        alliance, _, action = name.partition("/")
+        if not isinstance(value, bool):
+            raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
+        if action == "Manual":
+            if value != self._values.get(_HUMAN_TABLE + name):  # otherwise it is what was told here
+                self._values[_HUMAN_TABLE + name] = value
+                self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
+        elif value:
+            self._release(_HUMAN_TABLE + name)
+            self._control.do("human", {"alliance": alliance.lower(), "name": action})
+
+    def _spawn(self, kind: str, value: Any) -> None:
+        numbers = _array_of(value)
+        if len(numbers) % 2:
+            raise ConfigError(f"places are pairs x, y [m]; got {len(numbers)} numbers, {numbers}")
+        places = [numbers[k : k + 2] for k in range(0, len(numbers), 2)]
+        self._control.do("put_down", {"kind": kind, "places": places})
+
+    def _place(self) -> tuple[float, float, float]:
+        return self._numbers["X"], self._numbers["Y"], math.radians(self._numbers["HeadingDeg"])
+
+    # --- what is published ----------------------------------------------------------------------------------------
+
+    def _tell(self) -> None:
+        control = self._control
+        if control.count != self._values.get(f"{TABLE}Count"):
+            self._publish("string", f"{TABLE}Status", str(control.results[-1]) if control.results else "0 ready")
+            self._publish("integer", f"{TABLE}Count", control.count)
+        for action in self._match.rules.human_actions():
+            for alliance, feeder in action.feeders.items():
+                folder = _HUMAN_TABLE + alliance.capitalize()
+                self._publish("boolean", f"{folder}/Manual", alliance in self._match.persons)
+                self._publish("integer", f"{folder}/Ready/{action.name}", feeder.stock)
+
+    def _publish(self, kind: str, topic: str, value: Any) -> None:
+        """Publish a value if it is new."""
+        if topic not in self._publishers:
+            full = getattr(self._instance, f"get_{kind}_topic")(topic)
+            self._publishers[topic] = full.publish(_OPTIONS)
+        if value != self._values.get(topic):
+            self._values[topic] = value
+            self._publishers[topic].set(value)
+
+    def _release(self, button: str) -> None:
+        if button in self._publishers:
+            self._publishers[button].set(False)
+
+    def _chooser(self, name: str, options: Sequence[str]) -> None:
+        """Publish what `SmartDashboard.putData` publishes of a SendableChooser."""
+        table = f"{TABLE}{name}/"
+        for key, text in (
+            (".type", "String Chooser"),
+            (".name", name),
+            ("default", options[0]),
+            ("active", options[0]),
+        ):
+            self._publish("string", table + key, text)
+        self._publish("integer", f"{table}.instance", 0)
+        self._publish("string_array", f"{table}options", list(options))
+        self._choices[f"{name}/selected"] = options[0]
+
+
+def _pose_of(value: Any) -> tuple[float, ...]:
+    """Return x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees as third, as `Field2d` has it."""
+    if value.is_raw() and len(value.get_raw()) == _POSE2D.size:
+        return _POSE2D.unpack(value.get_raw())
+    numbers = _array_of(value)
+    if len(numbers) != 3:
+        raise ConfigError(f"a pose is x, y [m] and heading [deg], three numbers; got {numbers}")
+    return (*numbers[:2], math.radians(numbers[2]))
+
+
+def _array_of(value: Any) -> list[float]:
+    for is_one, get in (
+        (value.is_double_array, value.get_double_array),
+        (value.is_float_array, value.get_float_array),
+        (value.is_integer_array, value.get_integer_array),
+    ):
+        if is_one():
+            return [float(number) for number in get()]
+    return []

@@ -1,0 +1,159 @@
+"""One way of attaching: programs whose loop calls simulation hooks need no line of code, a bare loop is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+MAGIC = Path(__file__).parent / "robots" / "magic"
+LOGGED = """
+import measures
+from logged_robot import LoggedRobot
+
+class Robot(LoggedRobot):
+    def robotInit(self):
+        self.drivetrain = measures.build(coupling=3.57)
+
+    def teleopPeriodic(self):
+        self.drivetrain.set_control(measures.driver_request())
+"""
+"""On the shape of PyKit's base class: an IterativeRobotBase that waits for a notifier of its own."""
+BARE = """
+import hal
+import measures
+import wpilib
+from robotpy_ext.misc.precise_delay import NotifierDelay
+
+class Robot(wpilib.RobotBase):
+    def __init__(self):
+        super().__init__()
+        self.is_over = False
+        self.drivetrain = measures.build(coupling=3.57)
+{hooks}
+    def startCompetition(self):
+        {begin}
+        hal.observeUserProgramStarting()
+        with NotifierDelay(0.02) as delay:
+            while not self.is_over:
+                wpilib.DriverStation.refreshData()
+                if self.isTeleopEnabled():
+                    self.drivetrain.set_control(measures.driver_request())
+                {loop}
+                delay.wait()
+
+    def endCompetition(self):
+        self.is_over = True
+"""
+HOOKS = """
+    def _simulationInit(self):
+        pass
+
+    def _simulationPeriodic(self):
+        pass
+"""
+DRIVES = """
+def test_it_drives(sim):
+    stick = sim.joystick(0)
+    sim.teleop()
+    stick.axis(1, -0.8)
+    begin = sim.pose.X()
+    sim.run(1.5)
+    assert 1.0 < sim.pose.X() - begin < 3.0
+    assert sim.physics.times.ticks in (100, 101)  # of 20 ms: half a second disabled, and 1.5
+    sim.autonomous(seconds=0.1)
+    sim.teleop(seconds=0.1)
+    assert sim.own_threads == []
+    print("DIGEST", sim.digest)
+
+def test_again(sim):
+    test_it_drives(sim)
+"""
+
+
+@pytest.mark.parametrize("robot", ["magic", "logged", "bare loop with the hooks"])
+def test_a_loop_of_its_own_with_hooks_gets_physics_and_repeats(project_of, robot):
+    if robot != "logged":
+        pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
+    run = project_of(MAGIC)
+    if robot == "logged":
+        (run.folder / "robot.py").write_text(LOGGED)
+    elif robot != "magic":
+        cured = BARE.format(hooks=HOOKS, begin="self._simulationInit()", loop="self._simulationPeriodic()")
+        (run.folder / "robot.py").write_text(cured)
+    code, said = run(DRIVES, "-rP")
+    assert code == 0, said
+    first, second = (line for line in said.splitlines() if line.startswith("DIGEST"))
+    assert first == second
+
+
+@pytest.mark.parametrize("command", ["test", "sim"])
+def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
+    pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
+    run = project_of(MAGIC)
+    (run.folder / "robot.py").write_text(BARE.format(hooks="", begin="", loop=""))
+    words = ("-m", "robotpy", *(("test",) if command == "test" else ("sim", "--simcore", "--nogui")))
+    code, said = run("def test_it(sim):\n    sim.start()\n", command=words)
+    (sentence,) = {line.removeprefix("robotpy sim: ") for line in said.splitlines() if "nothing calls physics" in line}
+    assert code == 1 and "Traceback" not in said, said
+    assert sentence.startswith("Robot has a loop without simulation hooks, so nothing calls physics: derive it from ")
+    assert "_simulationInit and _simulationPeriodic (they may be empty)" in sentence
+
+
+def test_hooks_that_nothing_calls_are_said(project_of):
+    pytest.importorskip("robotpy_ext", reason="needs robotpy_ext: pip install robotpy-wpilib-utilities")
+    run = project_of(MAGIC)
+    for begin, words in (
+        ("self.init = 1", "has not come through robotInit; it is at "),
+        ("self._simulationInit()", "the loop of Robot never calls _simulationPeriodic; it is at "),
+    ):
+        (run.folder / "robot.py").write_text(BARE.format(hooks=HOOKS, begin=begin, loop=""))
+        code, said = run("def test_it(sim):\n    sim.start()\n")
+        assert code == 1 and words in said, said
+
+
+def test_a_robot_without_a_drivetrain_fails_with_that_alone(project_of):
+    pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
+    pytest.importorskip("pyfrc", reason="MagicBot of 2027 ends with an error of its own, which hides this one")
+    run = project_of(MAGIC)
+    (run.folder / "robot.py").write_text(
+        "import magicbot\n\nclass Robot(magicbot.MagicRobot):\n    def createObjects(self) -> None:\n        pass\n"
+    )
+    code, said = run("def test_it(sim):\n    sim.teleop(seconds=1.0)\n")
+    assert code == 1 and "no drivetrain found" in said and "no physics" not in said, said
+
+
+PHYSICS = """
+class PhysicsEngine:
+    def __init__(self, physics_controller, robot):
+        self.controller, self.robot, robot.calls = physics_controller, robot, 0
+
+    def update_sim(self, now, tm_diff):
+        self.robot.calls += 1
+        assert self.controller.get_pose() is not None and 0.010 < tm_diff < 0.1
+"""
+
+
+def test_a_team_s_own_physics_runs_next_to_it_with_pyfrc_s_controller(project_of):
+    """It is left alone where nobody asks for the field."""
+    pytest.importorskip("pyfrc", reason="2027 has no physics controller")
+    run = project_of(MAGIC)
+    (run.folder / "robot.py").write_text(LOGGED)
+    (run.folder / "physics.py").write_text(PHYSICS)
+    code, said = run(
+        """
+def test_field(sim):
+    sim.teleop(seconds=1.0)
+    assert 70 <= sim.robot.calls <= sim.physics.times.ticks
+
+def test_alone(control, robot):
+    with control.run_robot():
+        control.step_timing(seconds=0.5, autonomous=False, enabled=True)
+        assert robot.calls > 10
+    from simcore.robotpy.robot_physics import latest_physics
+    assert latest_physics() is None
+"""
+    )
+    assert code == 0 and "2 passed" in said, said

@@ -1,0 +1,95 @@
+"""Pages of results in a browser: a report with all blocks, a shooter table, and what `simcore check` found."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from games.rebuilt import REBUILT
+from simcore.cli import main
+from simcore.shooting.shot_files import table_page
+from simcore.shooting.shot_table import make_table
+from simcore.shooting.shot_task import ShotTask
+from simcore.show.report import chart, field_map, headline, heat, paragraph, report_page, series, table
+
+X = np.arange(1.0, 9.0)
+BLOCKS = [
+    headline("41 turns/s from 2 m", "a long detail <b> that must wrap " * 6),
+    paragraph("one\ntwo"),
+    table(["a", "b"], [[1, "a long sentence " * 9], [2.5, None]], "a table"),
+    chart("curves", [series("a", X, X**2, low=X**2 - 3, high=X**2 + 3), series("b", X, [1, None, *X[2:]], kind="dots"),
+                     series("c", X, X, kind="steps")], x_label="distance [m]", y_label="points",
+          marks=[(3, "here")], levels=[(40, "limit")]),
+    chart("bars", [series("", range(3), [3, 5, math.nan], kind="bars")], x_names=["left", "a very long name", "right"]),
+    heat("grid", [4, 5, 6], ["low", "high"], [[1, 2, math.nan], [2, 2, 5]], marks=[(5, 1, "shot")]),
+    field_map("map", (16.5, 8.0), [("#9db4dd", [(4, 3), (5, 3), (5, 5)])],
+              [{"x": 2 * k + 1, "y": 4, "value": k, "label": f"run {k}"} for k in range(8)]),
+]  # fmt: skip
+
+DRAWN = """[...document.querySelectorAll('figure')].map((figure) => {
+  const drawing = figure.lastElementChild, box = drawing.getBoundingClientRect();
+  const shapes = [...drawing.querySelectorAll('path, rect, circle, text')].filter((node) => {
+    const { width, height } = node.getBoundingClientRect(); return width + height > 0; });
+  const outside = [...drawing.querySelectorAll('text')].filter((node) => {
+    const at = node.getBoundingClientRect();
+    return at.left < box.left - 2 || at.right > box.right + 2 || at.top < box.top - 2 || at.bottom > box.bottom + 2; });
+  return [figure.className, shapes.length, outside.map((node) => node.textContent)];
+})"""
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory) -> dict[str, Path]:
+    """Return the pages by name."""
+    folder = tmp_path_factory.mktemp("reports")
+    found = {name: folder / f"{name}.html" for name in ("report", "shots", "check")}
+    found["report"].write_text(report_page("all blocks", BLOCKS, subtitle="a note"), encoding="utf-8")
+    found["shots"].write_text(table_page(make_table(ShotTask(REBUILT), (2.5, 3.0))), encoding="utf-8")
+    words = ["check", str(folder), "--game", "rebuilt", "--out", str(found["check"])]
+    assert main(words) == 0
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "figures"), [("report", 4), ("shots", 6), ("check", 2)])
+def test_everything_is_drawn_and_nothing_overflows(browser, pages, name, figures) -> None:
+    url = pages[name].as_uri()
+    page = browser("about:blank")
+    papers = set()
+    for width in (1400, 390):
+        for scheme in ("light", "dark"):
+            page.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+            page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            page.call("Page.navigate", url=url)
+            page.wait_for(f"location.href === {json.dumps(url)} && document.body && document.body.dataset.shown")
+            page.wait_for(
+                "[...document.querySelectorAll('figure > svg')].every((drawing) => drawing.childElementCount)"
+            )
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            drawn = page.evaluate(DRAWN)
+            assert len(drawn) == figures
+            for kind, shapes, outside in drawn:
+                assert shapes > 8 and outside == [], (kind, width, scheme)
+            papers.add(page.evaluate("getComputedStyle(document.body).backgroundColor"))
+    assert len(papers) == 2, "light and dark"
+    assert set(page.requests) <= {"about:blank", url} and page.errors == []
+
+
+@pytest.mark.slow
+def test_a_pointer_reads_values_and_texts_stay_texts(browser, pages) -> None:
+    page = browser(pages["report"].as_uri())
+    page.wait_for("document.body && document.body.dataset.shown && document.querySelector('figure.chart .cursor')")
+    read = """(() => {
+      const figure = document.querySelectorAll('figure')[%d], drawing = figure.lastElementChild;
+      const box = drawing.getBoundingClientRect();
+      const at = { clientX: box.left + %f * box.width, clientY: box.top + %f * box.height, bubbles: true };
+      drawing.dispatchEvent(new PointerEvent('pointermove', at));
+      return figure.querySelector('figcaption').innerText.replace(/\\s+/g, ' ');
+    })()"""
+    assert "a 64 (61 to 67) b 8 c 8" in page.evaluate(read % (0, 0.99, 0.5))
+    assert "5 at 6, high" in page.evaluate(read % (2, 0.9, 0.2))
+    assert "run 7 7 at (15, 4) m" in page.evaluate(read % (3, 15.25 / 17.0, 0.5))
+    assert page.evaluate("document.querySelectorAll('main b').length") == 0, "a tag in a text is no tag"
