@@ -5,8 +5,8 @@ contact gives its force in the middle of the step, forces change velocities, all
 (leapfrog). Contacts of balls with each other are looked at once a step. A ball whose contacts with solids are too stiff
 for it, or that is fast, goes through the step in shorter ones of its own; nobody else notices.
 
-What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have, and
-get the same impulse afterwards.
+What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
+and get the same impulse afterwards.
 
 A sleeping ball stands still and costs nothing. It wakes when what touches it moves, or pushes otherwise than when it
 fell asleep; it takes the impulse of the push that wakes it.

@@ -1,7 +1,7 @@
 """Robots by small steps: motors, shafts, wheels, batteries, tires and bumpers of all of them at once.
 
-`kick_robots` changes the velocities of all robots by the forces of one step. `simcore.loop.step` moves them on, and lets
-balls push them.
+`kick_robots` changes the velocities of all robots by the forces of one step. `simcore.loop.step` moves them on, and
+lets balls push them.
 """
 
 from __future__ import annotations
@@ -343,9 +343,7 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
 
 
 @compiled
-def settle(
-    fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float
-) -> None:
+def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
     """Let a robot sink straight down until it stands at rest, where nothing but the ground holds it.
 
     Args:

@@ -129,9 +129,9 @@ def make_balls(status: npt.NDArray[np.uint8], pos: FloatArray, vel: FloatArray) 
     return Balls(
         is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
         quat=np.tile((0.0, 0.0, 0.0, 1.0), (n, 1)), radius=np.full(n, 0.1), mass=np.ones(n), foam=np.ones((n, 4)),
-        surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), calm=np.zeros(n), load=np.zeros(n), press=np.zeros(n),
-        hold=np.zeros(n), is_put=np.zeros(n, np.uint8), leaves=np.full(n, -1), contacts=np.zeros(n, np.int64),
-        is_touched=np.zeros(n, np.uint8), bodies=np.zeros(n, np.int64),
+        surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), calm=np.zeros(n), load=np.zeros(n),
+        press=np.zeros(n), hold=np.zeros(n), is_put=np.zeros(n, np.uint8), leaves=np.full(n, -1),
+        contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8), bodies=np.zeros(n, np.int64),
     )  # fmt: skip
 
 

@@ -91,16 +91,6 @@ class _Shaft(Protocol):
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Whether bumpers meet a static of this shape at a place by its outline.
-
-    What is not convex is the engine's, and what is so low that wheels or the frame's lower edge meet it.
-    """
-    if isinstance(shape, Mesh):
-        return False
-    return bool((outline_points(shape) @ matrix(quat).T)[:, 2].max() + pos[2] > _LOW)
-
-
-def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
     """Return whether bumpers meet a static of this shape at a place by its outline.
 
     What is not convex, or so low that wheels or the frame's lower edge meet it, is met as a solid.

@@ -26,7 +26,6 @@ from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine
 from simcore.physics.engine_choice import VARIABLE, make_engine, require_known
 from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
-from simcore.physics.solids_builder import SolidsBuilder
 from simcore.physics.shapes import (
     Box,
     Cylinder,
@@ -37,6 +36,7 @@ from simcore.physics.shapes import (
     mass_properties,
     principal_axes,
 )
+from simcore.physics.solids_builder import SolidsBuilder
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -258,9 +258,7 @@ class PhysicsWorld:
             mask=CollisionGroup.PIECE,
         )
         self.robot_rows.append(row)
-        body = self.bodies.add(
-            row, shape, factors(surface), mass, inertia, center=center_of_mass, is_robot=True
-        )
+        body = self.bodies.add(row, shape, factors(surface), mass, inertia, center=center_of_mass, is_robot=True)
         self.robots.add_robot(row, body, bumpers)
         self.robots.put(row, pos, quat)
         return row

@@ -193,9 +193,7 @@ class ChassisSimulation:
             loads = self._drivetrain.static_loads
         else:
             places = tuple((x - center[0], y - center[1]) for x, y in self.config.wheel_positions)
-            loads = static_loads(
-                RobotMass(mass=mass, yaw_inertia=inertia[2], center_of_mass=center, positions=places)
-            )
+            loads = static_loads(RobotMass(mass=mass, yaw_inertia=inertia[2], center_of_mass=center, positions=places))
         self._dynamics.set_mass(self._number, mass, center, inertia, self.config.wheel_radius, loads)
 
     # --- one step -----------------------------------------------------------------------------------------------
@@ -286,7 +284,7 @@ class ChassisSimulation:
         soles = self._contacts @ matrix(self.quat).T + self.pos
         if self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach):
             return soles, np.zeros(len(soles))
-        hubs = soles + (0.0, 0.0, self.config.wheel_radius)
+        hubs = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         return soles, self._world.ground_under(hubs, _FAR_BELOW)
 
     # --- inside -------------------------------------------------------------------------------------------------

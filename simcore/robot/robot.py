@@ -121,7 +121,8 @@ _MASS_BIT = 1e-6  # [kg]
 class MassBalance:
     """Keeps mass and momentum of one robot as pieces come and go and its mechanisms move.
 
-    Once a tick, before motion, the loop is told mass, center and inertia if they have changed. The pose of the robot's body stays. Its velocity follows from what is conserved:
+    Once a tick, before motion, the loop is told mass, center and inertia if they have changed. The pose of the robot's
+    body stays. Its velocity follows from what is conserved:
 
     - What came in brought the momentum that it had, what was shot or put down took its own along. Both momenta of the
       robot and what came, linear and angular about their common center of mass, are those of the robot afterwards: an

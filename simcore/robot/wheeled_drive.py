@@ -29,8 +29,8 @@ __all__ = [
     "WheeledDrive",
     "free_speed",
     "launch_accel",
-    "normal_loads",
     "set_motor",
+    "static_loads",
 ]
 
 NOMINAL_VOLTAGE = 12.0
@@ -140,6 +140,7 @@ def static_loads(robot: RobotMass) -> list[float]:
 
 
 ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
+
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
     """Put the constants of a motor into the record of its shaft, shape (1,)."""

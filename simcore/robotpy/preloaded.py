@@ -11,8 +11,8 @@ import gc
 from importlib import import_module, metadata
 
 from simcore.errors import EngineError
-from simcore.physics.bullet import load_pybullet
 from simcore.loop.step import prepare
+from simcore.physics.bullet import load_pybullet
 
 _ALWAYS = ("scipy.spatial", "mujoco", "hypothesis")
 """hypothesis: its plugin of pytest imports it in any case."""

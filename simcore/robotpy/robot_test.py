@@ -19,10 +19,10 @@ from unittest.mock import patch
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError
+from simcore.loop.step import prepare
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
-from simcore.loop.step import prepare
 from simcore.quantities import POSE, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot

@@ -107,7 +107,7 @@ class DriveBench:
 
     @property
     def yaw(self) -> float:
-        """[rad]"""
+        """Heading [rad]."""
         return self.chassis.pose[2]
 
     @property
@@ -122,7 +122,7 @@ class DriveBench:
 
     @property
     def omega(self) -> float:
-        """[rad/s]"""
+        """Yaw rate [rad/s]."""
         return self.chassis.rate[2]
 
     @property

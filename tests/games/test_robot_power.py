@@ -12,7 +12,6 @@ import pytest
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
-from simcore.errors import ConfigError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.robot.battery import BatteryConfig

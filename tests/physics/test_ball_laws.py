@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 
 from games.rebuilt.fuel import FUEL as REBUILT_FUEL
 from simcore.loop.contact import foam_force
+from simcore.loop.state import make_balls
 from simcore.match.motion import Motion
 from simcore.match.registry import find_game
-from simcore.loop.state import make_balls
 from simcore.physics.contact_law import BUMPER, CARPET, POLYCARBONATE, WALL, FoamStiffness, TerrainSurface
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.world import PhysicsWorld

@@ -10,7 +10,7 @@ import pytest
 
 from simcore.geometry.rotation import from_rpy, matrix, rotate
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import POLYCARBONATE, WALL
+from simcore.physics.contact_law import BUMPER, POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
@@ -79,7 +79,9 @@ def test_it_tips_where_statics_says(share, tips, height):
 
 
 @pytest.mark.parametrize(
-    ("attitude", "axis"), [((math.pi / 2, 0.0), 0), ((math.pi, 0.0), 0), ((0.0, math.pi / 2), 1)], ids=["side", "back", "end"]
+    ("attitude", "axis"),
+    [((math.pi / 2, 0.0), 0), ((math.pi, 0.0), 0), ((0.0, math.pi / 2), 1)],
+    ids=["side", "back", "end"],
 )
 def test_a_robot_that_lies_slides_to_a_stop_with_its_friction(attitude, axis):
     """a = mu g with 0.4; then it stays where it is."""
@@ -180,6 +182,17 @@ def test_one_on_top_of_another_stays_there():
         assert rests[2] == pytest.approx(0.5, abs=0.01)
         play(world, below, above, seconds=3.0)
         assert math.dist(above.pos, rests) < 0.01
+
+
+@pytest.mark.parametrize("speed", [1.0, 3.0])
+def test_a_wall_gives_back_what_the_restitution_of_the_pair_says(speed):
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((0.3, 6.0, 1.0)), (1.15, 0.0, 0.5), surface=WALL)
+        chassis = ChassisSimulation(world, ChassisConfig())
+        world.set_velocity(chassis.row, (speed, 0.0, 0.0))
+        chassis.read()
+        play(world, chassis, seconds=0.6 / speed + 0.3)
+        assert -chassis.vel[0] == pytest.approx(BUMPER.restitution * WALL.restitution * speed, abs=0.03 * speed)
 
 
 @pytest.mark.parametrize("depth", [0.02, 0.1])

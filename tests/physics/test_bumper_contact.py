@@ -12,7 +12,6 @@ import pytest
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull
@@ -22,6 +21,7 @@ from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
 from simcore.robot.fixed_wheel_drive import TankConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
 
 DT = 0.02

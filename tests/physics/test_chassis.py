@@ -10,7 +10,6 @@ import pytest
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.contact_law import POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
@@ -18,12 +17,15 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
-from simcore.units import GRAVITY, inches
+from simcore.testing.benches import LoneChassis
+from simcore.units import inches
 
 DT = 0.02
 
 
-def advance(world: PhysicsWorld, *robots: ChassisSimulation | LoneChassis, pieces: GamePieceManager | None = None) -> int:
+def advance(
+    world: PhysicsWorld, *robots: ChassisSimulation | LoneChassis, pieces: GamePieceManager | None = None
+) -> int:
     motion = Motion(world, robots=[r if isinstance(r, LoneChassis) else LoneChassis(r) for r in robots], pieces=pieces)
     motion.tick()
     return motion.substeps

@@ -14,7 +14,6 @@ from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
 from simcore.loop.contact import foam_force
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
@@ -22,6 +21,7 @@ from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.testing.benches import LoneChassis
 
 DT = 0.02
 RADIUS = 0.075

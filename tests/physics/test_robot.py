@@ -9,7 +9,6 @@ import pytest
 
 from simcore.errors import NonFiniteError
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
@@ -22,6 +21,7 @@ from simcore.robot.gyro import gyro_config
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.testing.benches import LoneChassis
 
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))

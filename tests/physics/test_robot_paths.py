@@ -10,7 +10,6 @@ import pytest
 
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
@@ -20,8 +19,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.testing.benches import DriveBench
-from simcore.units import GRAVITY
+from simcore.testing.benches import DriveBench, LoneChassis
 
 pytestmark = pytest.mark.engines("bullet")
 

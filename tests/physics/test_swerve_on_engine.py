@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from simcore.match.motion import Motion
-from simcore.testing.benches import LoneChassis
 from simcore.physics.contact_law import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.world import PhysicsWorld
@@ -18,6 +17,7 @@ from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import Gyro, gyro_config
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
 
 DT = 0.02

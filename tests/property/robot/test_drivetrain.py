@@ -16,8 +16,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.units import GRAVITY
-from simcore.testing.benches import hold
+from simcore.testing.benches import DriveBench, hold
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -252,8 +251,8 @@ def test_drives_share_nothing():
     a, b = SwerveDrive(config, battery=Battery()), SwerveDrive(config, battery=Battery())
     a.set_volts([12.0] * 4, [3.0] * 4)
     for _ in range(50):
-        a.step(0.005, (0.0, 0.0, 0.0))
-    b_before = b.step(0.005, (0.0, 0.0, 0.0))
+        hold(a, 0.005, (0.0, 0.0, 0.0))
+    b_before = hold(b, 0.005, (0.0, 0.0, 0.0))
     assert b_before == (0.0, 0.0, 0.0)
     assert b.battery.voltage > a.battery.voltage
     assert not any(b.shaft_angles)

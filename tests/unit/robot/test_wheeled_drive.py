@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import STEP
+from simcore.robot.chassis_config import MassDistribution
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.chassis_config import MassDistribution
 from simcore.robot.wheeled_drive import static_loads
+from simcore.testing.benches import DriveBench, hold
 from simcore.units import GRAVITY
-from simcore.testing.benches import hold
 
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
 
