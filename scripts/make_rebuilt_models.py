@@ -17,14 +17,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from trimesh.transformations import rotation_matrix, translation_matrix
-
-from games.rebuilt import REBUILT
-from games.rebuilt import dimensions as dim
-from games.rebuilt.field import FIELD_SIZE
-from games.rebuilt.fuel import FUEL
-from games.rebuilt.robot import rebuilt_robot
-from simcore.show.model_parts import (
+from model_parts import (
     BLACK,
     BLUE,
     CLEAR,
@@ -48,7 +41,14 @@ from simcore.show.model_parts import (
     tape,
     wheel,
 )  # fmt: skip
-from simcore.show.scope_assets import IN_FLIGHT, field_config, write_field, write_robots
+from scope_assets import IN_FLIGHT, field_config, write_field, write_robots
+from trimesh.transformations import rotation_matrix, translation_matrix
+
+from games.rebuilt import REBUILT
+from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD_SIZE
+from games.rebuilt.fuel import FUEL
+from games.rebuilt.robot import rebuilt_robot
 
 ROBOT_NAME, FIELD_NAME = "Simcore Rebuilt", "Simcore REBUILT"
 

@@ -16,14 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import trimesh
-from trimesh.transformations import rotation_matrix
-
-from games.reefscape import REEFSCAPE
-from games.reefscape import dimensions as dim
-from games.reefscape.field import FIELD_SIZE
-from games.reefscape.pieces import ALGAE, CORAL
-from games.reefscape.robot import CORAL_REACH, CORAL_TILT, PIVOT, reefscape_robot
-from simcore.show.model_parts import (
+from model_parts import (
     BLACK,
     BLUE,
     DARK,
@@ -47,8 +40,16 @@ from simcore.show.model_parts import (
     tape,
     wheel,
 )  # fmt: skip
+from scope_assets import IN_FLIGHT, field_config, write_field, write_robots
+from trimesh.transformations import rotation_matrix
+
+from games.reefscape import REEFSCAPE
+from games.reefscape import dimensions as dim
+from games.reefscape.field import FIELD_SIZE
+from games.reefscape.pieces import ALGAE, CORAL
+from games.reefscape.robot import CORAL_REACH, CORAL_TILT, PIVOT, reefscape_robot
 from simcore.show.palette import rgb
-from simcore.show.scope_assets import HANGING, IN_FLIGHT, field_config, write_field, write_robots
+from simcore.show.scope_layout import HANGING
 
 ROBOT_NAME, FIELD_NAME = "Simcore Reefscape", "Simcore REEFSCAPE"
 

@@ -31,12 +31,12 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
-    "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
+    "play": Command("simcore.show.play_command", "play an auto of a game: score, page and log"),
     "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
     "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
     "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
     "view": Command("simcore.show.view_command", "the page of a log, opened in the browser"),
-    "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
+    "page": Command("simcore.show.log_page", "the page of a run of which only the log is left"),
     "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(

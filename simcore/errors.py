@@ -56,7 +56,7 @@ class FieldMeshError(SimcoreError, ValueError):
 
 
 class OutputError(SimcoreError, OSError):
-    """A log, picture or other output that cannot be written."""
+    """A log, page or other output that cannot be written."""
 
 
 class VendorError(SimcoreError, ImportError):

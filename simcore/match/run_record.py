@@ -1,6 +1,6 @@
 """What is kept of a run: shots, pieces taken in, placements, ways, a digest of the trajectory, and times of ticks.
 
-A match writes it. The report, a row of a sweep, telemetry, and by it logs, pages, pictures and layouts read it, so that
+A match writes it. The report, a row of a sweep, telemetry, and by it logs, pages and layouts read it, so that
 no two of them count for themselves.
 """
 

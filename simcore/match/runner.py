@@ -122,7 +122,7 @@ class RunReport:
         self.digest = match.digest.hexdigest()
         """SHA-256 over the state trajectory."""
         self.outputs: Mapping[str, str] = {}
-        """Path of each file written, by kind: log, picture."""
+        """Path of each file written, by kind: log, page."""
 
     def to_json(self) -> str:
         """One JSON object on one line, in plain types.
@@ -293,7 +293,7 @@ def _width(console: Console) -> int:
 
 @dataclass(slots=True)
 class AutoRun:
-    """One played auto: the report, and the match at its end for pictures and questions. Close `match` after use."""
+    """One played auto: the report, and the match at its end for pages and questions. Close `match` after use."""
 
     report: RunReport
     match: Match

@@ -5,26 +5,25 @@ The robot is built, put on its field and driven as in a robot test (`pytest_plug
 
 from __future__ import annotations
 
-import json
 import os
+import sys
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
 import pytest
 
 from simcore import season
-from simcore.errors import start_sentence
+from simcore.errors import SimcoreError, start_sentence
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.pytest_plugin import INIT_TIMEOUT, end_process
+from simcore.robotpy.pytest_plugin import INIT_TIMEOUT
 from simcore.robotpy.robot_program import load_robot_class
 from simcore.robotpy.robot_test import RobotTest
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
-__all__ = ["ProjectRun", "play_run", "test_auto"]
+__all__ = ["ProjectRun", "play_project", "test_auto"]
 
 
 class ProjectRun:
@@ -79,23 +78,27 @@ def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
     project_run.play(sim)
 
 
-def play_run(task: dict[str, Any], answer: str) -> None:
-    """Play a run, and end the process.
+def play_project(task: dict[str, Any]) -> dict[str, Any]:
+    """Play a run in this process, in which none can follow, and return its metrics and digest.
 
     Args:
         task: As `ProjectRun` takes it.
-        answer: File for metrics, digest and cpu_seconds, or an error, as JSON; half an answer cannot be seen.
+
+    Raises:
+        SimcoreError: The robot's code has failed; the text says how.
     """
     run = ProjectRun(task)
     folder = Path(task["project"])
+    os.chdir(folder)
+    sys.path.insert(0, str(folder))
+    del sys.argv[1:]
     try:
         _play(task, run, folder)
     except Exception as error:
-        run.answer = {"error": _sentence(error, folder)}
-    half = Path(f"{answer}.half")
-    half.write_text(json.dumps({**run.answer, "cpu_seconds": process_time()}), encoding="utf-8")
-    half.rename(answer)
-    end_process(0)
+        raise SimcoreError(_sentence(error, folder)) from error
+    if "error" in run.answer:
+        raise SimcoreError(run.answer["error"])
+    return run.answer
 
 
 def _sentence(error: BaseException, folder: Path) -> str:

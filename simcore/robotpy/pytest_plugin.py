@@ -23,7 +23,7 @@ import pytest
 if TYPE_CHECKING:
     from simcore.robotpy.robot_test import RobotTest
 
-__all__ = ["INIT_TIMEOUT", "end_process", "sim"]
+__all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 30.0
 """In which a robot program must come through robotInit [s]."""
@@ -50,7 +50,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sim-output",
         default=None,
-        help="folder for log and picture of failed tests; default: test_output by robot.py",
+        help="folder for log and page of failed tests; default: test_output by robot.py",
     )
     group.addoption(
         "--sim-seed",
@@ -155,10 +155,10 @@ _status = 0
 def _end_at_once() -> None:
     """End a process in which robots were: Python would wait for their threads, or hang as it takes devices apart."""
     atexit._run_exitfuncs()
-    end_process(_status)
+    _end_process(_status)
 
 
-def end_process(code: int) -> NoReturn:
+def _end_process(code: int) -> NoReturn:
     """End a process in which a robot has run, at once: the interpreter's own end can hang on HAL threads."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -341,7 +341,7 @@ _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
 def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
-    """Where log, page and picture of this test go if it fails."""
+    """Where log and page of this test go if it fails."""
     named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
     return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
@@ -356,7 +356,7 @@ def _remove(folder: Path) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
-    """Leave log, page and picture of a failed test; tell when the machine was too slow for the real Phoenix 6."""
+    """Leave log and page of a failed test; tell when the machine was too slow for the real Phoenix 6."""
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
     report = yield

@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     add("--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function")
-    add("--set", dest="values", action="append", default=[], type=text_flag(parse_factor), metavar="PART=VALUE",
-        help="change the robot, e.g. shooter.exit_efficiency=0.45; may be given again")  # fmt: skip
+    add("--set", dest="values", action="append", default=[], type=text_flag(parse_factor), metavar="PATH=VALUE",
+        help="change the robot, e.g. robot.shooters.0.exit_efficiency=0.45; may be given again")  # fmt: skip
     add("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
     add("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
     add("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")

@@ -1,4 +1,4 @@
-"""The curves of a run: which telemetry becomes which chart, and the one drawing of a chart."""
+"""The curves of a run: which telemetry becomes which chart."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from simcore.show.palette import LINE_STYLES, color, tint
 from simcore.show.run_events import BROWNOUT, score_keys
 from simcore.show.run_track import RunTrack
-from simcore.show.svg import Axes, document, element, line, polyline, words
 from simcore.telemetry.recording import Recording, newest_rows
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.typing import FloatArray
 
-__all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "thinned", "value_at"]
+__all__ = ["Chart", "Curve", "charts_of", "thinned", "value_at"]
 
 _INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
 _POSE_ERROR = "/PoseError"  # instead of a key, of how far a robot was from where it believed to be
@@ -30,8 +28,6 @@ _QUANTITIES = (
     ("VelocityRPS", "velocity", "turns/s"),
 )  # fmt: skip
 """Of a mechanism, what says most first: end of its key, name and unit."""
-PLOT = {"total": 360, "left": 44, "width": 306, "top": 8, "height": 132, "bottom": 178}
-"""Where a chart's axes are, in units of its drawing; as in `player/panels.js`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,20 +209,6 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
     return None if value is None or not math.isfinite(value) else round(value, 4)
 
 
-def bounds(chart: Chart) -> tuple[float, float]:
-    """Lowest and highest value to show, with some air; the limit too, if the values come within a third of it."""
-    values = np.concatenate([curve.values for curve in chart.curves])
-    values = values[np.isfinite(values)]
-    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
-    if chart.from_zero:
-        low, high = min(low, 0.0), max(high, 0.0)
-    if chart.limit is not None and low - 0.5 * abs(chart.limit) <= chart.limit <= high + 0.5 * abs(chart.limit):
-        low, high = min(low, chart.limit), max(high, chart.limit)
-    span = high - low or 1.0
-    high = low + span
-    return (low - 0.06 * span if low < 0.0 or not chart.from_zero else low), high + 0.10 * span
-
-
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
     """The same curve with the lowest and the highest point of each of so many parts: what an eye can see of it."""
     n = len(curve.times)
@@ -239,45 +221,3 @@ def thinned(curve: Curve, buckets: int = 400) -> Curve:
         keep |= {int(start + part.argmin()), int(start + part.argmax())}
     rows = np.array(sorted(keep))
     return replace(curve, times=curve.times[rows], values=curve.values[rows])
-
-
-def chart_drawing(chart: Chart, start: float, end: float) -> str:
-    """Title, axes, curves and limit of a chart over a stretch of time [s].
-
-    Args:
-        chart: What is drawn.
-        start: Left end of the time axis.
-        end: Right end of it.
-    """
-    low, high = bounds(chart)
-    left, right = PLOT["left"], PLOT["left"] + PLOT["width"]
-    axes = Axes((left, PLOT["top"], PLOT["width"], PLOT["height"]), (start, low), (end, high))
-    parts = [axes.grid("time [s]", f"[{chart.unit}]")]
-    if chart.limit is not None and low <= chart.limit <= high:
-        label = f"{chart.limit_label} {chart.limit:g} {chart.unit}"
-        look: dict[str, Any] = {"stroke": color("ink"), "stroke_dasharray": "4 3"}
-        parts.append(line(left, axes.y(chart.limit), right, axes.y(chart.limit), **look))
-        parts.append(words(right, axes.y(chart.limit) - 4, label, 11.5, anchor="end"))
-    for curve in chart.curves:
-        thin, corners = thinned(curve), []
-        previous = math.nan
-        for time, value in zip(thin.times.tolist(), thin.values.tolist(), strict=True):
-            if not math.isfinite(value):
-                continue
-            if curve.is_stepped and math.isfinite(previous) and value != previous:
-                corners.append((axes.x(time), axes.y(previous)))
-            corners.append((axes.x(time), axes.y(value)))
-            previous = value
-        look = {"stroke": curve.color, "stroke_width": 1.6, "stroke_dasharray": curve.dashes or None}
-        parts.append(polyline(corners, **look))
-    title = chart.title.removesuffix(", by robot") if len(chart.curves) > 3 else chart.title  # the legend says it
-    parts.append(words(left, -8, title, 13, ink=color("ink"), bold=True))
-    x = float(right)
-    sample, gap = (18, 12) if len(chart.curves) <= 3 else (12, 5)  # six robots leave the title its room
-    for curve in reversed(chart.curves):
-        parts.append(words(x, -8, curve.label, 11.5, anchor="end"))
-        x -= 5.6 * len(curve.label) + min(gap, 8)
-        look = {"stroke": curve.color, "stroke_width": 2, "stroke_dasharray": curve.dashes or None}
-        parts.append(line(x - sample, -12, x, -12, **look))
-        x -= sample + gap
-    return document((0, -22, PLOT["total"], PLOT["bottom"] + 22), element("g", *parts))

@@ -1,18 +1,16 @@
-"""Files of a failed test: log, picture and page of the run, and a sentence with their places."""
+"""Files of a failed test: log and page of the run, and a sentence with their places."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from simcore.show.page import write_page
-from simcore.show.picture import draw_summary
-from simcore.show.run_outputs import draw_files
 from simcore.show.scene import RobotLook, Scene
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import discard_empty
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["FailedRunFiles", "save_failed_run", "write_log"]
@@ -28,13 +26,12 @@ class FailedRunFiles:
     """The files that were written; printed as one sentence."""
 
     page: Path | None = None
-    picture: Path | None = None
     log: Path | None = None
     problems: tuple[str, ...] = ()
     """Why something is missing, a sentence each."""
 
     def __str__(self) -> str:
-        found = {"page": self.page, "picture": self.picture, "log": self.log}
+        found = {"page": self.page, "log": self.log}
         written = [f"{kind} {path}" for kind, path in found.items() if path is not None]
         said = [f"look at the run: {', '.join(written)}"] if written else ["nothing of the run could be kept"]
         return "; ".join((*said, *self.problems))
@@ -49,7 +46,7 @@ def save_failed_run(
     title: str = "",
     note: str = "",
 ) -> FailedRunFiles:
-    """Write log, picture and page of a run, also one that ended badly or is still running; raises nothing.
+    """Write log and page of a run, also one that ended badly or is still running; raises nothing.
 
     Args:
         recording: The run, kept by `game.sinks.append(recording)` before its first tick.
@@ -65,17 +62,24 @@ def save_failed_run(
     stem = Path(folder) / safe_name(name)
     if not len(recording):
         return FailedRunFiles(problems=("no tick was recorded before the end",))
-    around = scene or empty_scene(recording)
     title = title or name
     problems: list[str] = []
     # Each file is written even if another fails: the log first, for it needs nothing but a disk.
-    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
-        "log": (stem.with_name(stem.name + ".wpilog"), lambda path, run, scene, title: write_log(run, path)),
-        "page": (stem.with_name(stem.name + ".html"), partial(write_page, subtitle=note)),
-        "picture": (stem.with_name(stem.name + ".png"), partial(draw_summary, subtitle=note)),
+    files: dict[str, tuple[Path, Callable[[Path], None]]] = {
+        "log": (stem.with_name(stem.name + ".wpilog"), lambda path: write_log(recording, path)),
+        "page": (
+            stem.with_name(stem.name + ".html"),
+            lambda path: write_page(path, recording, scene or empty_scene(recording), title=title, subtitle=note),
+        ),
     }
-    # The test's own failure is what matters, whatever happens here.
-    written = draw_files(drawings, recording, around, title, problems.append, mistakes=Exception)
+    written = {}
+    for kind, (path, write) in files.items():
+        try:
+            write(path)
+            written[kind] = path
+        except Exception as error:  # the test's own failure is what matters, whatever happens here
+            discard_empty(path)
+            problems.append(f"no {kind}: {error}")
     return FailedRunFiles(**written, problems=tuple(problems))
 
 

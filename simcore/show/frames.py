@@ -113,19 +113,6 @@ class FrameLayout:
         make = {"robots": self._robot_row, "parts": self._part_row, "pieces": self._piece_row, "lines": self._line_row}
         return make[group](snapshot)
 
-    def pieces(self, snapshot: Snapshot) -> Iterator[tuple[PieceKind, FloatArray, Rows]]:
-        """Each kind with the poses of its pieces [m], shape (n, 7), and where each of them is, shape (n,)."""
-        row, first = self._piece_row(snapshot), 0
-        for kind in self.kinds:
-            width = 4 if kind.is_round else 8
-            mine = row[first : first + width * len(kind.ids)].reshape(-1, width)
-            first += mine.size
-            poses = np.tile((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (len(mine), 1))
-            poses[:, :3] = 1e-3 * mine[:, :3]
-            if not kind.is_round:
-                poses[:, 3:] = mine[:, 4:] / _UNIT
-            yield kind, poses, mine[:, 3]
-
     # --- inside -------------------------------------------------------------------------------------------------
 
     def _robot_row(self, snapshot: Snapshot) -> Rows:

@@ -18,9 +18,8 @@ from simcore.show.charts import value_at
 from simcore.show.frames import FrameLayout, PieceKind
 from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.page import packed, page_html
-from simcore.show.place_board import counts_now
 from simcore.show.run_data import Block, layout_of, report_data, scene_data
-from simcore.show.run_events import board_now, lamps_now
+from simcore.show.run_events import board_now, counts_now, lamps_now
 from simcore.show.scene import Scene, scene_of
 from simcore.show.shot_preview import ShotPreview
 from simcore.show.view_driving import ViewDriving

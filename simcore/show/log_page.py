@@ -1,4 +1,4 @@
-"""`simcore page FILE.wpilog`: the page, picture and animation of a run of which only the log is left."""
+"""`simcore page FILE.wpilog`: the page of a run of which only the log is left."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import math
 import re
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,12 +13,8 @@ import numpy as np
 
 from simcore.errors import LogError
 from simcore.match.registry import find_game, installed_games, known_game
-from simcore.show.animation import animate, check_animation
 from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.page import write_page
-from simcore.show.picture import draw_summary
-from simcore.show.raster import writable_picture
-from simcore.show.run_outputs import draw_files
 from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
@@ -28,13 +23,13 @@ from simcore.units import TICK
 
 __all__ = [
     "add_arguments",
-    "draw_log",
     "game_of_log",
     "load_run",
     "recorded_game",
     "recording_of",
     "run",
     "scene_of_log",
+    "write_log_page",
 ]
 
 _LONGEST_GAP = 60.0  # [s]
@@ -46,56 +41,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", type=Path, metavar="FILE.wpilog", help="of simcore, DataLogManager or AdvantageKit")
     parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: beside the log")
     parser.add_argument("--game", metavar="NAME", help="whose field (default: the game that the log names)")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: beside the log")
-    parser.add_argument("--animation", type=Path, metavar="FILE.gif", help="a moving picture, too: GIF or MP4")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Do what `draw_log` does; returns the exit status."""
-    return draw_log(args.log, page=args.page, picture=args.picture, animation=args.animation, game=args.game)
+    """Write the page of a log; returns 0."""
+    write_log_page(args.log, page=args.page, game=args.game)
+    return 0
 
 
-def draw_log(
-    path: Path,
-    *,
-    page: Path | None = None,
-    picture: Path | None = None,
-    animation: Path | None = None,
-    game: str | None = None,
-) -> int:
-    """Write page and picture of a log, beside it if nothing else is said, and print where they are.
+def write_log_page(path: Path, *, page: Path | None = None, game: str | None = None) -> None:
+    """Write the page of a log, beside it if nothing else is said, and print where it is.
 
     Args:
         path: Of the log.
         page: Where to.
-        picture: Where to.
-        animation: Where to; None: none.
         game: Whose field; None: that of the game that the log names.
-
-    Returns:
-        0 if all could be written, 1 otherwise.
 
     Raises:
         LogError: The log cannot be read, or there is no run in it.
-        OutputError: A file that was asked for by name cannot be written.
+        OutputError: The page cannot be written.
         UnknownNameError: No game of that name is installed.
     """
-    if animation is not None:
-        check_animation(animation)
-    if page is not None:
-        require_writable("page", page)
-    if picture is not None:
-        writable_picture(picture)
+    page = page or path.with_suffix(".html")
+    require_writable("page", page)
     recording, scene, title = load_run(path, game)
-    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
-        "page": (page or path.with_suffix(".html"), write_page),
-        "picture": (picture or path.with_suffix(".png"), draw_summary),
-        "animation": (animation, animate),
-    }
-    written = draw_files(drawings, recording, scene, title, lambda text: print(f"simcore: {text}", file=sys.stderr))
-    for kind, file in written.items():
-        print(f"{kind:9}  {file}")
-    return int(len(written) < len([kind for kind, (file, _) in drawings.items() if file is not None]))
+    write_page(page, recording, scene, title=title)
+    print(f"{'page':9}  {page}")
 
 
 def load_run(path: Path, game: str | None = None) -> tuple[Recording, Scene, str]:

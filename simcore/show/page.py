@@ -26,19 +26,9 @@ __all__ = ["packed", "page_frame", "page_html", "page_style", "write_page"]
 
 _PLAYER = Path(__file__).with_name("player")
 _MODULES = (
-    "dom",
-    "charts",
-    "data",
-    "top",
-    "solid",
-    "panels",
-    "sound",
-    "player",
-    "live",
-    "robot_views",
-    "report",
-    "main",
-)
+    "dom", "charts", "data", "symbols", "top", "solid", "picture", "panels",
+    "sound", "player", "live", "robot_views", "report", "main",
+)  # fmt: skip
 """In the order in which each finds what it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)

@@ -1,8 +1,7 @@
-"""Colors of all drawings by name, for light and dark; a drawing writes them as CSS variables."""
+"""Colors of all pages by name, for light and dark; data names them as CSS variables."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from simcore.typing import alliance_in
@@ -12,8 +11,6 @@ __all__ = [
     "LINE_STYLES",
     "color",
     "css_variables",
-    "flat",
-    "linear_rgba",
     "rgb",
     "screen_color",
     "shade",
@@ -46,8 +43,6 @@ graphics 3 : 1) and how far hits and misses, blue and red are apart for readers 
 LINE_STYLES = ("", "6 3", "2 2.5", "8 3 2 3")
 """Dashes that tell curves of one chart apart without their colors."""
 
-_VARIABLE = re.compile(r"var\(--([a-z-]+)\)")
-
 
 def color(name: str) -> str:
     """As a drawing writes it.
@@ -67,15 +62,6 @@ def css_variables() -> str:
         f"@media (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
         f"@media print{{:root{{color-scheme:light;{light}}}}}\n"
     )
-
-
-def flat(drawing: str) -> str:
-    """The drawing with the colors of light paper in place of variables, for programs that know no CSS.
-
-    >>> flat('fill="var(--paper)"')
-    'fill="#ffffff"'
-    """
-    return _VARIABLE.sub(lambda found: COLORS[found[1]][0], drawing)
 
 
 def tint(name: str) -> tuple[str, str]:
@@ -106,22 +92,10 @@ def shade(hexadecimal: str, part: float) -> str:
     return "#" + "".join(f"{round(part * value):02x}" for value in rgb(hexadecimal))
 
 
-def linear_rgba(color: Sequence[int]) -> list[float]:
-    """A color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
-
-    Source: IEC 61966-2-1 (sRGB).
-
-    >>> [round(c, 3) for c in linear_rgba((255, 128, 0))]
-    [1.0, 0.216, 0.0, 1.0]
-    """
-    red, green, blue, alpha = (*(c / 255.0 for c in color), 1.0)[:4]
-    return [*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)), alpha]
-
-
 def screen_color(linear: Sequence[float]) -> str:
-    """The inverse of `linear_rgba`, without opacity.
+    """Return a color that is linear in light, 0 to 1, as on a screen. Source: IEC 61966-2-1 (sRGB).
 
-    >>> screen_color(linear_rgba((255, 128, 0)))
+    >>> screen_color((1.0, 0.21586, 0.0))
     '#ff8000'
     """
     screen = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1.0 / 2.4) - 0.055 for c in linear[:3])

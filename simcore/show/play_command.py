@@ -63,18 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
     parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
     parser.add_argument(
         "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
-    )
-    parser.add_argument(
-        "--animation",
-        type=Path,
-        nargs="?",
-        const=True,
-        default=False,
-        metavar="FILE.gif",
-        help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
     )
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
@@ -229,9 +219,7 @@ def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:
         Path("out"),
         plan.name,
         log=options.log,
-        picture=options.picture,
         page=options.page,
-        animation=options.animation,
         seconds=plan.seconds,
         say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
     )
@@ -245,7 +233,7 @@ def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -
     else:
         print_report(report, Console(), verbose=options.verbose)
         if played.was_interrupted:
-            print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
+            print(f"interrupted after {report.sim_seconds:.2f} s; log and page are of that part")
     sys.stdout.flush()
 
 

@@ -6,7 +6,6 @@ import functools
 import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,27 +15,31 @@ from scipy.spatial.transform import Rotation
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.field_drawing import FieldDrawing, path_ink, robot_symbol
 from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
-from simcore.show.palette import COLORS, flat, tint
-from simcore.show.picture import legend
-from simcore.show.place_board import PlaceBoard, counts_now
-from simcore.show.run_events import ChangeRecord, board_now, ending_of, events_of, lamps_now, phases_of, score_keys
+from simcore.show.palette import COLORS, color, tint
+from simcore.show.run_events import (
+    ChangeRecord,
+    board_now,
+    counts_now,
+    ending_of,
+    events_of,
+    lamps_now,
+    phases_of,
+    score_keys,
+)
 from simcore.show.run_track import RunTrack
-from simcore.show.scene import PieceLook, RobotLook, Scene
-from simcore.show.shots import ShotTrace, intake_places, shots_of
+from simcore.show.scene import LevelLook, PieceLook, RobotLook, Scene
+from simcore.show.shots import ShotTrace, shots_of
 from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
-from simcore.show.svg import document, element
 from simcore.show.view_models import FieldModels, Model, ViewModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, alliance_in
 
 __all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
 _log = logging.getLogger(__name__)
-_LAYERS = ("heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes")
 _FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
 _FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
 _CHASSIS = (0.05, 0.17)  # [m]; heights of the bumpers of a robot of which nothing is known
@@ -133,14 +136,12 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         if identity not in seen:
             seen[identity] = len(models)
             models.append(_model_data(one, block))
-        robots.append(_robot_data(look, one, seen[identity], path_ink(scene, look)))
+        robots.append(_robot_data(look, one, seen[identity], _path_ink(scene, look)))
     return {
         "field": {
             "size": [length, width],
             "solids": [_solid_data(solid, block, _FIELD_STEP) for solid in mesh],
-            "outlines": [
-                [flat(tint(name)[0]), np.round(corners, 3).tolist()] for name, corners in scene.field_outlines
-            ],
+            "outlines": [_outline_data(name, corners) for name, corners in scene.field_outlines],
             "stations": [list(place) for place in _stations(field, scene.field_size)],
             "tags": rows,
             "tag_size": tags.size if rows else 0.0,
@@ -148,26 +149,24 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         "models": models,
         "robots": robots,
         "kinds": [_kind_data(kind, scene.look(kind.name), field, block) for kind in kinds],
+        "looks": [
+            {"name": name.lower(), "box": look.size is not None, "color": look.color, "edge": look.edge_color}
+            for name, look in scene.pieces.items()
+        ],
     }
 
 
 def report_data(
     recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], title: str, subtitle: str = ""
 ) -> dict[str, Any]:
-    """What is said of a run: titles, what is drawn from above and does not change, facts, events, tables and charts."""
+    """Return what is said of a run: titles, facts, events, tables, places of pieces and charts."""
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
-    field = FieldDrawing(track, shots)
-    marks = legend(field, intakes=len(intake_places(recording)))
     start, end = track.span
-    places = PlaceBoard(recording, scene)
     buckets = _FINE if len(scene.robots) == 1 else _COARSE
     return {
         "title": title,
         "notes": [text for text in (subtitle, *ending_of(recording)) if text],
-        "top": _top(scene, field, places.field_counts(start, field.width)),
-        "key": "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks),
-        "heat": field.heat_maps(),
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),
@@ -183,10 +182,7 @@ def report_data(
             for shot in shots
         ],
         "taken": _taken(recording),
-        "places": [
-            f"<figcaption><strong>{places.heading(alliance)}</strong></figcaption>{places.board(alliance, start)}"
-            for alliance in places.alliances
-        ],
+        "levels": [_level_data(level, recording) for level in scene.levels if recording.has(level.key)],
         "cells": {},
     }  # fmt: skip
 
@@ -248,8 +244,23 @@ def _robot_data(look: RobotLook, one: RobotSolids, model: int, ink: str) -> dict
     return {
         "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
         "model": model, "parts": len(one.parts), "ink": ink,
+        "own_ink": look.ink and color(look.ink), "is_run": bool(look.score_key),
+        "intakes": [np.round(zone, 3).tolist() for zone in look.intakes],
         "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
     }  # fmt: skip
+
+
+def _path_ink(scene: Scene, robot: RobotLook) -> str:
+    """Return the color of a robot's path: its own, that of all paths if it is alone, else that of its alliance."""
+    if robot.ink:
+        return color(robot.ink)
+    return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
+
+
+def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, str, list[list[float]]]:
+    """Return an element of the field from above: name, whose it is, color in three dimensions, corners [m]."""
+    side = alliance_in(name) or "neutral"
+    return name, side, COLORS[f"{side}-fill"][0], np.round(corners, 3).tolist()
 
 
 def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:
@@ -275,18 +286,6 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
     for center, rotation in zip(tags.centers, tags.rotations, strict=True):
         x, y, z, w = Rotation.from_matrix(rotation).as_quat()
         yield np.array((*center, w, x, y, z))
-
-
-def _top(scene: Scene, field: FieldDrawing, counts: str) -> str:
-    """The field from above with a layer for everything that the player draws."""
-    inside = {
-        "robots": "".join(
-            robot_symbol(look, label=name) for look, name in zip(scene.robots, field.labels, strict=True)
-        ),
-        "ghosts": "".join(robot_symbol(look, is_ghost=True) for look in scene.robots),
-    }
-    layers = "".join(element("g", inside.get(name) or element("desc", name), data_layer=name) for name in _LAYERS)
-    return field.drawing(field.ground(), layers, counts)
 
 
 # --- the report -------------------------------------------------------------------------------------------------------
@@ -332,6 +331,15 @@ def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
     if len(recording):
         facts.append(["simulated", f"{track.span[1]:.2f} s"])
     return facts
+
+
+def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
+    """Return the places of a level: what they are called, how many there are, and where."""
+    return {
+        "name": level.name, "alliance": level.alliance, "label": level.label, "places": level.places,
+        "count": len(recording.integers_at(level.key, recording.times[0])), "single": level.is_single,
+        "middle": level.middle,
+    }  # fmt: skip
 
 
 def _taken(recording: Recording) -> list[list[float]]:

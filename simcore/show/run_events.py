@@ -19,8 +19,8 @@ from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
 __all__ = [
-    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "ending_of", "events_of", "lamps_now",
-    "phases_of", "score_keys",
+    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "counts_now", "ending_of", "events_of",
+    "lamps_now", "phases_of", "score_keys",
 ]  # fmt: skip
 
 EventKind = Literal[
@@ -119,6 +119,16 @@ class ChangeRecord:
             if not changes["values"] or changes["values"][-1] != value:
                 changes["times"].append(round(time, 3))
                 changes["values"].append(value)
+
+
+def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
+    """Return how many pieces are in each place, `<level>/<number>`, and on each level, `<level>`."""
+    found: dict[str, int] = {}
+    for level in scene.levels:
+        counts = snapshot.integer_arrays.get(level.key, ())
+        found |= {f"{level.name}/{number}": int(count) for number, count in enumerate(counts)}
+        found[level.name] = int(np.sum(counts))
+    return found
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 from simcore.errors import ConfigError, OutputError
 from simcore.match.runner import AutoRun, RunReport
-from simcore.show.animation import animate, check_animation
 from simcore.show.page import write_page
-from simcore.show.picture import draw_summary
-from simcore.show.raster import writable_picture
-from simcore.show.scene import Scene, scene_of
+from simcore.show.scene import scene_of
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import GuardedSink, discard_empty, require_writable
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 
-__all__ = ["RunOutputs", "draw_files"]
+__all__ = ["RunOutputs"]
 
 _log = logging.getLogger(__name__)
 _BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them less often
@@ -28,16 +24,14 @@ _BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them 
 
 @dataclass(slots=True, kw_only=True)
 class RunOutputs:
-    """Log, picture, page and animation of one run.
+    """Log and page of one run.
 
     A file that was asked for by name must be possible, or the run does not start. Of those that nobody asked for, and
     when a disk fails later, one sentence is said and the run goes on.
     """
 
     log: Path | None
-    picture: Path | None
     page: Path | None
-    animation: Path | None
     say: Callable[[str], None]
     """Told what is missing, in one sentence."""
     seconds: float
@@ -55,21 +49,17 @@ class RunOutputs:
         name: str,
         *,
         log: Path | None,
-        picture: Path | None,
         page: Path | None,
-        animation: Path | bool,
         seconds: float,
         say: Callable[[str], None],
     ) -> RunOutputs:
         """Decide where everything goes, before the first tick.
 
         Args:
-            folder: Where files go that were not asked for by name; page and animation go beside the picture.
+            folder: Where files go that were not asked for by name.
             name: Of those, without suffix.
-            log: As asked for, or None.
-            picture: The same.
-            page: The same.
-            animation: The same; True for one of the usual name, False for none.
+            log: Where to, or None for the usual place.
+            page: Where to, or None for the usual place.
             seconds: How long the run is meant to be, simulated [s].
             say: Told what goes missing.
 
@@ -77,15 +67,13 @@ class RunOutputs:
             OutputError: A file that was asked for cannot be written.
             ConfigError: Two of them are the same file.
         """
-        asked = {"log": log, "picture": picture, "page": page}
-        beside = picture or folder / f"{name}.png"
-        usual = {"log": folder / f"{name}.wpilog", "picture": beside, "page": beside.with_suffix(".html")}
+        asked = {"log": log, "page": page}
+        usual = {"log": folder / f"{name}.wpilog", "page": folder / f"{name}.html"}
         where: dict[str, Path | None] = {kind: asked[kind] or usual[kind] for kind in usual}
-        _refuse_doubles({**where, "animation": animation if isinstance(animation, Path) else None})
+        if len({path.resolve() for path in where.values() if path is not None}) < len(where):
+            raise ConfigError(f"log and page cannot be one file, got {str(log or page)!r} for both")
         for kind, path in asked.items():
-            if kind == "picture" and path is not None:
-                writable_picture(path)
-            elif path is not None:
+            if path is not None:
                 require_writable(kind, path)
         missing, reason = [], ""
         for kind, path in usual.items():
@@ -97,11 +85,8 @@ class RunOutputs:
                     missing.append(kind)
                     reason = str(error.__cause__ or error)
         if missing:
-            say(f"cannot write to {str(folder)!r} ({reason}): the run goes on without {_listed(missing)}")
-        moving = beside.with_suffix(".gif") if animation is True else animation or None
-        if moving is not None:
-            check_animation(moving)
-        return cls(**where, animation=moving, seconds=seconds, say=say)
+            say(f"cannot write to {str(folder)!r} ({reason}): the run goes on without {' and '.join(missing)}")
+        return cls(**where, seconds=seconds, say=say)
 
     def sinks(self) -> list[TelemetrySink]:
         """Who listens during the run. Creates the log."""
@@ -112,80 +97,26 @@ class RunOutputs:
         return sinks
 
     def write(self, run: AutoRun) -> dict[str, str]:
-        """Draw everything, after the run; returns what was written, by kind."""
+        """Write the page, after the run; returns what was written, by kind."""
         written: dict[str, str] = {}
         if self.log is not None and self._guard is not None and not self._guard.failure:
             written["log"] = str(self.log)
-        drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
-            "picture": (self.picture, partial(draw_summary, subtitle=_result(run.report))),
-            "page": (self.page, partial(write_page, subtitle=_speed(run.report))),
-            "animation": (self.animation, animate),
-        }
-        drawn = draw_files(drawings, self.recording, scene_of(run.match), _title(run), self.say)
-        return written | {kind: str(path) for kind, path in drawn.items()}
-
-
-def draw_files(
-    drawings: Mapping[str, tuple[Path | None, Callable[..., None]]],
-    recording: Recording,
-    scene: Scene,
-    title: str,
-    say: Callable[[str], object],
-    *,
-    mistakes: type[Exception] = OutputError,
-) -> dict[str, Path]:
-    """Draw a run as several files; one that cannot be written is said, and the others are drawn all the same.
-
-    Args:
-        drawings: By kind: its file, None for none, and what draws it.
-        recording: The run.
-        scene: What it took place on.
-        title: Of each.
-        say: Told what is missing.
-        mistakes: What may go wrong; anything else is raised.
-
-    Returns:
-        What was written, by kind.
-    """
-    written = {}
-    for kind, (path, draw) in drawings.items():
-        if path is not None:
+        if self.page is not None:
             try:
-                draw(path, recording, scene, title=title)
-                written[kind] = path
-            except mistakes as error:
-                _log.debug("no %s", kind, exc_info=True)
-                discard_empty(path)
-                say(f"no {kind}: {error}")
-    return written
-
-
-def _refuse_doubles(files: dict[str, Path | None]) -> None:
-    seen: dict[Path, str] = {}
-    for kind, path in files.items():
-        if path is None:
-            continue
-        other = seen.setdefault(path.resolve(), kind)
-        if other != kind:
-            raise ConfigError(f"{other} and {kind} cannot be one file, got {str(path)!r} for both")
-
-
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+                scene = scene_of(run.match)
+                write_page(self.page, self.recording, scene, title=_title(run), subtitle=_speed(run.report))
+                written["page"] = str(self.page)
+            except OutputError as error:
+                _log.debug("no page", exc_info=True)
+                discard_empty(self.page)
+                self.say(f"no page: {error}")
+        return written
 
 
 def _title(run: AutoRun) -> str:
     report = run.report
     what = "match" if report.players else f"auto '{report.auto}', {report.alliance}"
     return f"{run.match.game.heading}, {what}, seed {report.seed}"
-
-
-def _result(report: RunReport) -> str:
-    shots = f"{report.hits} of {report.shots} shots hit, " if report.shots else ""
-    points = f"{report.score.total} points"
-    if report.players:
-        points = f"blue {report.score.blue}, red {report.score.red} points"
-    return f"{points}, {shots}{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
 
 
 def _speed(report: RunReport) -> str:

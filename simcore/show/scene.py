@@ -46,11 +46,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceLook:
-    """How pieces of one type are drawn from above: as a disk, or as a rectangle turned by the piece's attitude.
-
-    >>> PieceLook(size=(0.3, 0.1, 0.1), color="#ffffff").rectangles(np.array([[1.0, 2.0, 0.05, 1.0, 0.0, 0.0, 0.0]]))
-    array([[0.3, 0.1, 0. ]])
-    """
+    """Look of pieces of one type from above: a disk, or a rectangle turned by the piece's attitude."""
 
     color: str
     """Of a piece on the floor, `#rrggbb`."""
@@ -74,34 +70,6 @@ class PieceLook:
     def reach(self) -> float:
         """Of the outline from its middle at most [m]."""
         return self.radius if self.radius is not None else 0.5 * math.hypot(*(self.size or ()))
-
-    def rectangles(self, rows: FloatArray) -> FloatArray:
-        """The smallest rectangle along the longest edge, as seen from above, around each box.
-
-        Args:
-            rows: Poses `x, y, z, qw, qx, qy, qz`, shape (n, 7).
-
-        Returns:
-            Length and width [m] and the heading of the length [rad] in (-pi/2, pi/2], shape (n, 3). A disk has its
-            diameter twice and heading 0.
-        """
-        if self.size is None:
-            return np.tile([2.0 * self.reach, 2.0 * self.reach, 0.0], (len(rows), 1))
-        w, x, y, z = (rows[:, column] for column in (3, 4, 5, 6))
-        axes = np.array(  # x and y of the turned axes of the piece, shape (2, 3, n)
-            [
-                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            ]
-        )
-        edges = np.moveaxis(axes, 2, 0) * np.array(self.size)  # from above [m], shape (n, 2, 3)
-        longest = np.linalg.norm(edges, axis=1).argmax(axis=1)
-        along = edges[np.arange(len(rows)), :, longest]
-        heading = np.arctan2(along[:, 1], along[:, 0])
-        cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-        length = np.abs(cos * edges[:, 0] + sin * edges[:, 1]).sum(axis=1)
-        width = np.abs(cos * edges[:, 1] - sin * edges[:, 0]).sum(axis=1)
-        return np.column_stack((length, width, np.pi / 2 - (np.pi / 2 - heading) % np.pi))
 
 
 PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")

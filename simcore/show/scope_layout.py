@@ -21,13 +21,17 @@ from simcore.match.match import Match
 from simcore.match.registry import find_game
 from simcore.show.elastic_layout import elastic_layout
 from simcore.show.log_page import game_of_log
-from simcore.show.scope_assets import HANGING, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import read_log
 from simcore.typing import alliance_in
 
-__all__ = ["add_arguments", "game_snapshot", "run", "scope_layout"]
+__all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_layout"]
+
+HANGING = "Hanging"
+"""Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
+RED = " (red)"
+"""What follows the name of a robot in that of its model with red bumpers, if there is one."""
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
@@ -106,9 +110,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
     parser.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders")
-    parser.add_argument(
-        "--assets", type=Path, metavar="FOLDER", help="write plain models of the game there, and show with them"
-    )
     parser.add_argument("--elastic", action="store_true", help="for the dashboard Elastic instead")
     parser.add_argument("--output", type=Path, metavar="FILE.json", help="default: out/layout.json, or elastic-layout")
 
@@ -122,10 +123,6 @@ def run(options: argparse.Namespace) -> int:
     log = None if options.log is None else read_log(options.log)
     game = find_game(options.game or (game_of_log(log) if log else None))
     folder = options.models or game.models
-    if options.assets is not None:
-        for path in write_assets(game, options.assets):
-            print(path)
-        folder = options.models or options.assets
     models = ViewModels() if folder is None else load_models(folder)
     if log is None:
         snapshot = game_snapshot(game, robots=options.robots)

@@ -16,7 +16,7 @@ from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK
 
-__all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
+__all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "shot_rows", "shots_of"]
 
 MissSide = Literal["short", "long", "left", "right"]
 ShotResult = Literal["hit", "miss", "pass", "flying"]
@@ -194,14 +194,6 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
     if abs(along) >= abs(left):
         return "long" if along > 0.0 else "short"
     return "left" if left > 0.0 else "right"
-
-
-def intake_places(recording: Recording) -> FloatArray:
-    """Where pieces were before robots took them in, field frame [m], shape (n, 2)."""
-    key = "Sim/TakenInPlaces"
-    if not recording.has(key):
-        return np.empty((0, 2))
-    return np.multiply(recording.integers_at(key, math.inf).reshape(-1, 2), 1e-3, dtype=np.float64)
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:

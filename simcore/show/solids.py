@@ -31,13 +31,17 @@ from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BUMPER", "RobotSolids", "Solid", "described_solids", "extents", "model_solids", "robot_solids"]
+__all__ = [
+    "BUMPER", "RobotSolids", "Solid", "chassis_boxes", "described_solids", "extents", "model_solids", "robot_solids",
+]  # fmt: skip
 
 BUMPER = "bumper"
 """Name of a solid that is painted in the color of the robot's alliance."""
 _ROD = 0.015  # [m]; half the thickness of a drawn link
 _SHOT_LENGTH, _CONE_LENGTH = 0.38, 0.55  # [m]; of drawn shots and of what cameras see
 _PLAIN = "#ffce14"
+_BLUE, _WHITE, _BLACK, _STEEL, _DARK = "#1e54b7", "#ebecee", "#1c1e22", "#9ea5ae", "#3a3f47"
+_HALF_TIRE = 0.019  # [m]; half the width of a drawn wheel
 _MOST_VERTICES = 65_000  # of a solid: their numbers are 16-bit
 
 _NAMES = {
@@ -234,15 +238,48 @@ def _component(key: str, number: int) -> PartPose:
     return pose
 
 
+def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
+    """Return bumpers, belly pan and modules of a robot by name: lower and upper corner [m], and color.
+
+    Bumpers have no color: it is that of the alliance.
+    """
+    length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
+    low, high = body.clearance + 0.02, body.bumper_top
+    frame_x, frame_y = length - thick, width - thick
+    middle = 0.5 * (low + high)
+    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of what is cut out
+    boxes: dict[str, tuple[Vector, Vector, str]] = {
+        "bumper_front": ((frame_x, -width, low), (length, width, high), ""),
+        "bumper_left": ((-frame_x, frame_y, low), (frame_x, width, high), ""),
+        "bumper_right": ((-frame_x, -width, low), (frame_x, -frame_y, high), ""),
+        "front_mark": ((length, -0.11, middle - 0.04), (length + 0.004, 0.11, middle + 0.04), _WHITE),
+        "belly_pan": ((end, -frame_y, body.clearance), (frame_x, frame_y, low), _DARK),
+    }
+    for side, sign in (("left", 1), ("right", -1)):
+        inner, outer = sorted((sign * half, sign * width))
+        boxes[f"bumper_back_{side}"] = ((-length, inner, low), (-frame_x, outer, high), "")
+        inner, outer = sorted((sign * half, sign * frame_y))
+        if end > -frame_x:
+            boxes[f"belly_pan_{side}"] = ((-frame_x, inner, body.clearance), (end, outer, low), _DARK)
+    for i, (x, y) in enumerate(body.wheel_positions):
+        boxes[f"swerve_module_{i}"] = ((x - 0.04, y - 0.04, 0.105), (x + 0.04, y + 0.04, 0.155), _STEEL)
+    return boxes
+
+
 def _sketched_body(look: RobotLook) -> list[Solid]:
     """Bumpers, frame and wheels; a robot of which nothing is known has usual ones."""
-    from simcore.show.model_parts import BLUE, chassis  # trimesh takes half a second
-
     body = ChassisConfig() if look.config is None else look.config.body
-    solids = [_solid(name, mesh) for name, mesh in chassis(body, BLUE).items()]
+    solids = []
+    for name, (low, high, color) in chassis_boxes(body).items():
+        solids.append(_hull(BUMPER if BUMPER in name else "", color or _BLUE, 1.0, box_corners(low, high)))
+    angles = np.linspace(0.0, math.tau, 20, endpoint=False)
+    rim = body.wheel_radius * np.column_stack((np.cos(angles), np.zeros(20), 1.0 + np.sin(angles)))
+    for x, y in body.wheel_positions:
+        sides = [rim + np.array((x, y + side, 0.0)) for side in (-_HALF_TIRE, _HALF_TIRE)]
+        solids.append(_hull("", _BLACK, 1.0, np.concatenate(sides)))
     if body.height > body.bumper_top + 0.01:
         x, y = 0.5 * body.bumper_length - body.bumper_thickness, 0.5 * body.bumper_width - body.bumper_thickness
-        solids.append(_hull("", "#9ea5ae", 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
+        solids.append(_hull("", _STEEL, 0.25, box_corners((-x, -y, body.bumper_top), (x, y, body.height))))
     stretch = np.array((look.bumpers[0] / body.bumper_length, look.bumpers[1] / body.bumper_width, 1.0))
     return [replace(solid, vertices=stretch * solid.vertices) for solid in _joined(solids)]
 

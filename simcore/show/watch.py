@@ -75,11 +75,6 @@ class Watch:
             _say(f"the view is at {self._view.url}" if options.no_browser else open_browser(self._view.url))
 
     @property
-    def is_open(self) -> bool:
-        """Whether there is a page, which stays after the run."""
-        return self._view is not None
-
-    @property
     def wants_restart(self) -> bool:
         """Whether the page asks for another run, now."""
         return self._view is not None and self._view.wants_restart

@@ -1,4 +1,4 @@
-"""Which code a run was played with: the version of simcore, and a digest of the sources that a result depends on."""
+"""Code that a run was played with: the version of simcore, and a digest of the sources that a result depends on."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build"
 
 @cache
 def code_version() -> str:
-    """Of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal where runs come out equal.
+    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal where runs come out equal.
 
     The digest tells a changed checkout from the release that it began as.
     """
@@ -34,7 +34,7 @@ def code_version() -> str:
 
 @cache
 def module_digest(name: str) -> str:
-    """Of a module's file, or of all sources of a package.
+    """Return the digest of a module's file, or of all sources of a package.
 
     Raises:
         ConfigError: There is no such module.
@@ -54,7 +54,7 @@ def module_digest(name: str) -> str:
 
 
 def project_digest(folder: Path) -> str:
-    """Of a robot project: its code, `simcore.toml`, and what it deploys."""
+    """Return the digest of a robot project: its code, `simcore.toml`, and what it deploys."""
     files = []
     for file in folder.rglob("*"):
         inside = file.relative_to(folder).parts
@@ -65,7 +65,7 @@ def project_digest(folder: Path) -> str:
 
 
 def files_digest(files: Iterable[Path], base: Path) -> str:
-    """Of names and contents, 64 hexadecimal digits.
+    """Return the digest of names and contents, 64 hexadecimal digits.
 
     Args:
         files: In any order.

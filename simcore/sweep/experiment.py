@@ -7,29 +7,26 @@ import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import packages_distributions, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
-from simcore.errors import ConfigError, UnknownNameError
+import numpy as np
+
+from simcore.errors import ConfigError
 from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES, choose_engine
-from simcore.quantities import COUNT, DURATION, Quantity, require_fields, shown
+from simcore.quantities import COUNT, DURATION, Quantity, require_fields
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import PROJECT, Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name, named_object
 
-__all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
+__all__ = ["Experiment", "PlannedRun", "programs_outside"]
 
-SAMPLED = ("random", "latin", "sobol")
-"""Designs that take values from all of a factor's range or distribution: drawn by chance; Latin hypercube; Sobol
-sequence."""
-DESIGNS = ("grid", "list", *SAMPLED, "points")
-"""How the values of several factors are combined: all with all; the first of each, the second of each, and so on;
-sampled; or as `points` says."""
 _SEED = Quantity("", 0, 2**63 - 1, is_whole=True)
 _MOST_RUNS = 10_000_000
 
@@ -48,39 +45,8 @@ class PlannedRun:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StopRule:
-    """When enough is known: asked after each round, which is one seed at every point.
-
-    So which runs count depends neither on the number of workers nor on who is first; `seconds` alone is by the clock.
-    """
-
-    condition: str = ""
-    """What a run should achieve, e.g. `score >= 30`; stop when its share is known at every point. Empty: not asked."""
-    width: float = 0.1
-    """Half the width of the 95 % interval of this share (Wilson) that is good enough [-]."""
-    least: int = 10
-    """Rounds before the share is asked for."""
-    difference: str = ""
-    """Metric of which it is asked whether the first factor's second value makes a clear difference to its first one,
-    by `sequential_difference`; stop when it does. Empty: not asked."""
-    errors: int | None = None
-    """Stop after the round with which so many runs have failed; None: never."""
-    seconds: float | None = None
-    """Wall time after which no further run begins [s]; None: no limit."""
-
-    def __post_init__(self) -> None:
-        require_fields(
-            self,
-            width=Quantity("", 0.0, 0.5, is_open=True),
-            least=Quantity("", 1, 10_000_000, is_whole=True),
-            errors=Quantity("", 1, 10_000_000, is_whole=True),
-            seconds=Quantity("s", 0.0, 1e8, is_open=True),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Which runs to play: of a game with its scripted autos, or of a robot project.
+    """Runs to play: of a game with its scripted autos, or of a robot project.
 
     All of it is plain values, paths and names, so that it fits into JSON, on any machine of a cluster.
 
@@ -112,12 +78,8 @@ class Experiment:
     scatter: Scatter | None = None
     """How large the spreads are; None: every run of a setup is the same but for what the seed decides anyway."""
     factors: tuple[Factor, ...] = ()
-    design: str = "grid"
-    """One of `DESIGNS`."""
     samples: int = 0
-    """Points of a design in `SAMPLED`."""
-    points: tuple[tuple[FactorValue, ...], ...] = ()
-    """Of the design `points`: a row a point, a value for each factor in their order."""
+    """Combinations of values that are drawn at random; 0: a grid, all listed values with all."""
     seeds: tuple[int, ...] = (0,)
     """Each is played at every point."""
     metrics: tuple[str, ...] = ()
@@ -125,7 +87,6 @@ class Experiment:
     anyway, and the game's breakdown."""
     timeout: float | None = None
     """Wall time after which a run is ended and counts as failed [s]; None: as long as it takes."""
-    stop: StopRule = field(default_factory=StopRule)
 
     def __post_init__(self) -> None:
         for name in ("robot", "project"):
@@ -136,7 +97,6 @@ class Experiment:
         require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT, seeds=[_SEED])
         for name in ("options", "factors", "seeds"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        object.__setattr__(self, "points", tuple(tuple(point) for point in self.points))
         if self.robot is not None and self.project is not None:
             raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
         if self.alliance != "blue" and (self.red or self.blue):
@@ -148,64 +108,31 @@ class Experiment:
         names = [factor.name for factor in self.factors]
         if len(set(names)) < len(names):
             raise ConfigError(f"Experiment: factors must differ, got {names}")
-        self._require_design()
-
-    def _require_design(self) -> None:
-        if self.design not in DESIGNS:
-            raise UnknownNameError("design", self.design, DESIGNS)
         drawn = [factor.name for factor in self.factors if factor.distribution is not None]
-        if self.design in ("grid", "list") and drawn:
-            raise ConfigError(
-                f"Experiment: {', '.join(drawn)} is drawn from a distribution, so the design must be one of "
-                f"{', '.join(SAMPLED)} with a number of samples, got {self.design!r}"
-            )
-        lengths = {len(factor.values) for factor in self.factors}
-        if self.design == "list" and len(lengths) > 1:
-            raise ConfigError(f"Experiment: a list needs as many values of each factor, got {sorted(lengths)}")
-        if self.design in SAMPLED and not (self.samples and self.factors):
-            raise ConfigError(f"Experiment: design {self.design!r} needs factors and samples > 0, got {self.samples}")
-        if self.design == "points":
-            for point in self.points:
-                if len(point) != len(self.factors):
-                    raise ConfigError(
-                        f"Experiment: a point needs {len(self.factors)} values, one for each factor, got {shown(point)}"
-                    )
-            if not self.points:
-                raise ConfigError("Experiment: design 'points' needs points")
-        elif self.points:
-            raise ConfigError(f"Experiment: points belong to the design 'points', got {self.design!r}")
-        count = self.count
-        if count > _MOST_RUNS:
-            raise ConfigError(f"Experiment: {count} runs are too many, at most {_MOST_RUNS} are")
+        if drawn and not self.samples:
+            raise ConfigError(f"Experiment: {', '.join(drawn)} is drawn from a distribution: say how many samples")
+        if self.samples and not self.factors:
+            raise ConfigError(f"Experiment: samples are drawn of factors, got {self.samples} of none")
+        if self.count > _MOST_RUNS:
+            raise ConfigError(f"Experiment: {self.count} runs are too many, at most {_MOST_RUNS} are")
 
     # --- the runs ---------------------------------------------------------------------------------------------------
 
     @property
     def count(self) -> int:
-        """Of all runs."""
-        lengths = [len(factor.values) for factor in self.factors]
-        points = {
-            "grid": math.prod(lengths),
-            "list": lengths[0] if lengths else 1,
-            "points": len(self.points),
-        }.get(self.design, self.samples)
-        return points * len(self.seeds)
+        """Number of all runs."""
+        return (self.samples or math.prod(len(factor.values) for factor in self.factors)) * len(self.seeds)
 
     def design_points(self) -> list[tuple[FactorValue, ...]]:
-        """The combinations of values, each with a value for each factor in their order."""
-        if self.design == "points":
-            return list(self.points)
-        if self.design == "grid":
+        """Return the combinations of values, each with a value for each factor in their order."""
+        if not self.samples:
             return list(itertools.product(*(factor.values for factor in self.factors)))
-        if self.design == "list":
-            return list(zip(*(factor.values for factor in self.factors), strict=True)) or [()]
-        return [
-            tuple(factor.at(share) for factor, share in zip(self.factors, row, strict=True))
-            for row in _shares(self.design, self.samples, len(self.factors))
-        ]
+        size = (self.samples, len(self.factors))
+        shares = np.random.default_rng(0).uniform(1e-9, 1.0 - 1e-9, size).tolist()  # equal in every process
+        return [tuple(factor.at(share) for factor, share in zip(self.factors, row, strict=True)) for row in shares]
 
     def runs(self) -> list[PlannedRun]:
-        """All runs: the first seed at every point, then the second, and so on."""
+        """Return all runs: the first seed at every point, then the second, and so on."""
         names = [factor.name for factor in self.factors]
         points = [dict(zip(names, point, strict=True)) for point in self.design_points()]
         rounds = enumerate(itertools.product(self.seeds, enumerate(points)))
@@ -213,14 +140,14 @@ class Experiment:
 
     @property
     def common(self) -> Experiment:
-        """What all runs share; a `PlannedRun` has the rest. This is what goes to workers with each run."""
-        return replace(self, factors=(), design="grid", samples=0, points=(), seeds=(0,), stop=StopRule())
+        """Part that all runs share and workers get; a `PlannedRun` has the rest."""
+        return replace(self, factors=(), samples=0, seeds=(0,))
 
     # --- names of results -------------------------------------------------------------------------------------------
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
-        """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
-        apart: tuple[str, ...] = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")
+        """Return 20 hexadecimal digits a run: equal where the result is, in this experiment and in others."""
+        apart: tuple[str, ...] = ("factors", "samples", "seeds", "timeout")
         if PROJECT in (factor.name for factor in self.factors):
             apart = (*apart, "project")
         common = {name: value for name, value in self.to_json().items() if name not in apart}
@@ -229,7 +156,7 @@ class Experiment:
         return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
-        """Digests and versions of everything that a result depends on beside the description."""
+        """Return digests and versions of everything that a result depends on next to the description."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
         found |= {name: _version(name) for name in (ENGINES[choose_engine(self.engine)], "numpy")}
         is_named = self.game is not None and ":" in self.game
@@ -254,43 +181,43 @@ class Experiment:
     # --- as JSON ----------------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, Any]:
-        """In plain types, for `from_json`."""
+        """Return it in plain types, for `from_json`."""
         return {**asdict(self), "scatter": None if self.scatter is None else self.scatter.text}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
-        """What `to_json` wrote, also after JSON has made lists of its rows."""
+        """Read what `to_json` wrote, also after JSON has made lists of its tuples."""
         values = dict(data)
         values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
-        values["stop"] = StopRule(**data["stop"])
         if data["scatter"] is not None:
             values["scatter"] = Scatter.parse(data["scatter"])
         return cls(**values)
 
 
-def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
-    """Points of the unit cube, the same in every process; all inside it, where quantiles are finite."""
-    import numpy as np
-    from scipy.stats import qmc
+def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
+    """Return the programs that an experiment runs and that lie outside of a folder; nothing is run here.
 
-    if design == "random":
-        points = np.random.default_rng(0).random((samples, factors))
-    elif design == "latin":
-        points = qmc.LatinHypercube(factors, seed=0).random(samples)
-    else:  # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
-        points = qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples]
-    rows: list[list[float]] = np.clip(points, 1e-9, 1.0 - 1e-9).tolist()
-    return rows
+    Args:
+        data: Description of the experiment, as `to_json` wrote it.
+        folder: By custom the current one.
+    """
+    projects = [data["project"], *(v for f in data["factors"] if f["name"] == PROJECT for v in f["values"])]
+    found = [Path(project, "robot.py").resolve() for project in projects if project is not None]
+    for name in (data["game"], data["robot"], *data["metrics"]):
+        module = str(name).partition(":")[0].partition(".")[0]  # of the package; looking further would import it
+        if name is not None and ":" in name and module.isidentifier() and (spec := find_spec(module)) is not None:
+            found.append(Path(spec.origin or module).resolve())
+    return [str(file) for file in dict.fromkeys(found) if folder.resolve() not in file.parents]
 
 
 def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
-    """Values by which a run is known: of a project what is in it, wherever it is."""
+    """Return values by which a run is known: of a project a digest of its files, wherever it is."""
     return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache
 def _version(module: str) -> str:
-    """Of the package that a module comes from, whatever its own name is; empty: it is there by other means."""
+    """Return the version of the package that a module comes from; empty: it is there by other means."""
     names = packages_distributions().get(module, ())
     return ", ".join(f"{name} {version(name)}" for name in names)
 

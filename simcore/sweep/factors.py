@@ -1,9 +1,9 @@
-"""What differs between the runs of an experiment: a name, its values, and the part of a run that the name means.
+"""Factors: what differs between the runs of an experiment, by a name and its values.
 
-Values are written out or drawn from a distribution. A name is that of a part of the robot, a spread, a kind of piece,
-or how a run is played. `robot.<path>` goes through the fields of `RobotConfig`, tables by name and rows by number (`*`:
-all). Short names begin with a part of the robot: `battery.charge`, `shooter.exit_efficiency`, `hood.mass`. What a
-config does not have itself it may have in one of its parts: `drivetrain.wheel_cof` is that of all modules.
+Values are written out or drawn from a distribution. A name is a dotted path into one of three configs, in the words of
+their fields, tables by name and rows by number (`*`: all): `robot.battery.initial_charge`,
+`robot.drivetrain.modules.*.wheel_cof`, `scatter.spin`, `pieces.*.mass`; or one of `PLAYED`, which say how a run is
+played. `robot.mass` alone is no field: it is that of the whole robot.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import NormalDist
@@ -27,41 +27,34 @@ from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, requi
 from simcore.robot.robot_config import RobotConfig
 
 __all__ = [
-    "PLAYED", "PROJECT", "Distribution", "Factor", "FactorValue", "RunSetup", "parse_factor", "vary", "vary_pieces",
-    "vary_robot", "vary_scatter",
+    "CONFIGS", "PLAYED", "PROJECT", "Distribution", "Factor", "FactorValue", "RunSetup", "parse_factor", "vary",
+    "vary_pieces", "vary_robot", "vary_scatter",
 ]  # fmt: skip
 
 PROJECT = "project"
 """Name of the factor whose values are folders of robot projects."""
 
 FactorValue: TypeAlias = float | int | str
-"""What a factor can be: a number, or a name such as that of an auto."""
+"""Value of a factor: a number, or a name such as that of an auto."""
 
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
 _LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
-"""What is no name, but meant as several numbers: `45-60`, `45..60`, `uniform 45`."""
+"""Text that is no name, but meant as several numbers: `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
     "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
 )
 PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
 """First words of factors that say how a run is played."""
-_PARTS = {
-    "intake": "intakes",
-    "shooter": "shooters",
-    "placer": "placers",
-    "climber": "climbers",
-    "camera": "cameras",
-}
-"""Short names of rows of the robot; they mean all in it."""
+CONFIGS = ("robot", "scatter", "pieces")
+"""First words of factors that are paths into a config."""
 _OF_ALL_SPREADS = ("scatter", "scatter.only")
-_ALIASES: dict[tuple[str, ...], tuple[str, ...]] = {("battery", "charge"): ("battery", "initial_charge")}
 
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """Of the values of a factor.
+    """Distribution of the values of a factor.
 
     >>> Distribution("uniform", 40.0, 60.0).at(0.25)
     45.0
@@ -81,7 +74,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """The value below which a share of all values lies (quantile), share above 0 and below 1 [-]."""
+        """Return the value below which a share of all values lies (quantile), share above 0 and below 1 [-]."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)
@@ -92,14 +85,14 @@ class Distribution:
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """One thing that is varied: listed values, or a distribution.
+    """Factor with listed values or a distribution.
 
     >>> Factor("robot.mass", (45.0, 50.0)).at(0.7)
     50.0
     """
 
     name: str
-    """What is varied, `robot.mass`, `battery.charge`, `auto`."""
+    """Path of what is varied, e.g. `robot.mass`."""
     values: tuple[FactorValue, ...] = ()
     """In the unit of what is varied."""
     distribution: Distribution | None = None
@@ -119,27 +112,27 @@ class Factor:
             raise ConfigError(f"factor {self.name}: values must differ, got {shown(list(self.values))}")
 
     def at(self, share: float) -> FactorValue:
-        """The value at a share of all of them, from 0 up to but without 1 [-]."""
+        """Return the value at a share of all of them, from 0 up to but without 1 [-]."""
         if self.distribution is not None:
             return self.distribution.at(share)
         return self.values[min(len(self.values) - 1, int(share * len(self.values)))]
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """What `dataclasses.asdict` made of one, also after JSON has made lists of its tuples."""
+        """Read what `dataclasses.asdict` made of one, also after JSON has made lists of its tuples."""
         drawn = data["distribution"]
         return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
-    """A factor as the command line writes it.
+    """Read a factor as the command line writes it.
 
     >>> parse_factor("robot.mass=45:60:5").values
     (45.0, 50.0, 55.0, 60.0)
     >>> parse_factor("auto=left,right").values
     ('left', 'right')
-    >>> str(parse_factor("shooter.exit_efficiency=uniform(0.4,0.5)").distribution)
-    'uniform(0.4,0.5)'
+    >>> str(parse_factor("robot.mass=uniform(40,50)").distribution)
+    'uniform(40,50)'
 
     Raises:
         ConfigError: It cannot be read; the text has an example.
@@ -165,7 +158,7 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """From first to last, the end included where a step meets it."""
+    """Return values from first to last, the end included where a step meets it."""
     if step == 0.0 or (last - first) / step < 0.0:
         raise ConfigError(f"factor {name}: steps of {step:g} do not lead from {first:g} to {last:g}")
     count = math.floor((last - first) / step + 1e-9) + 1
@@ -188,7 +181,7 @@ def _number(text: str) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetup:
-    """What a run is played with, but for its seed."""
+    """Setup of a run, but for its seed."""
 
     game: Game
     auto: Auto
@@ -204,13 +197,13 @@ class RunSetup:
 
 
 def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
-    """The setup with all factors at these values.
+    """Return the setup with all factors at these values.
 
     Raises:
         ConfigError: There is no such factor, or it cannot have this value; the text has the nearest names, and what
             would work.
     """
-    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # it brings a start of its own
+    for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # it brings its own start
         if name.partition(".")[0] in PLAYED:
             with _named(name):
                 setup = _vary_played(setup, name, value)
@@ -223,18 +216,20 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
 
 
 def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
-    """The robot with those of the factors that are of a robot; errors as `vary`."""
+    """Return the robot with those of the factors that are of a robot; errors as `vary`."""
     for name, value in values.items():
-        parts = tuple(name.split("."))
-        if parts[0] not in (*PLAYED, "scatter", "pieces"):
-            with _named(name):
-                path = parts[1:] if parts[0] == "robot" else _whole_path(robot, parts)
-                robot = _with(robot, _ALIASES.get(path, path), value, "robot")
+        first, *path = name.split(".")
+        with _named(name):
+            if first == "robot":
+                robot = _with_mass(robot, value) if path == ["mass"] else _with(robot, path, value, first)
+            elif first not in (*PLAYED, *CONFIGS):
+                of_robot = [f"robot.{first}"] if first in _parts_of(robot) else []
+                raise UnknownNameError("factor", first, of_robot or [*PLAYED, *CONFIGS])
     return robot
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """The scatter with those of the factors that are of it.
+    """Return the scatter with those of the factors that are of it.
 
     `scatter` is a factor of all default spreads, `scatter.only` the name of the one that stays on (or `all`, `none`),
     `scatter.spin` is one.
@@ -254,28 +249,25 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
             elif name == "scatter.only":
                 scatter = (scatter or Scatter()).only(str(value))
             else:
-                scatter = _with(scatter or Scatter.none(), tuple(parts[1:]), value, "scatter")
+                scatter = _with(scatter or Scatter.none(), parts[1:], value, "scatter")
     return scatter
 
 
 def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
-    """The game with those of the factors that are of pieces: `pieces.<kind>.<field>`, or `pieces.<field>` of all."""
+    """Return the game with those of the factors that are of pieces: `pieces.<kind>.<field>`, `*`: of all kinds."""
     for name, value in values.items():
-        first, *parts = name.split(".")
+        first, *path = name.split(".")
         if first != "pieces":
             continue
-        kinds = {supply.kind.name.lower(): supply.kind.name for supply in game.pieces}
-        chosen = list(kinds.values())
-        if parts and parts[0].lower() in kinds:
-            chosen = [kinds[parts.pop(0).lower()]]
         with _named(name):
-            supplies = [
-                PieceSupply(_with(supply.kind, tuple(parts), value, f"pieces.{supply.kind.name}"), supply.count)
-                if supply.kind.name in chosen
-                else supply
-                for supply in game.pieces
-            ]
-        game = replace(game, pieces=tuple(supplies))
+            supplies = {supply.kind.name: supply for supply in game.pieces}
+            if not path or path[0] not in (*supplies, "*"):
+                raise UnknownNameError("kind of piece", ".".join(path[:1]), [*supplies, "*"])
+            for kind, supply in supplies.items():
+                if path[0] in (kind, "*"):
+                    varied = _with(supply.kind, path[1:], value, f"pieces.{kind}")
+                    supplies[kind] = PieceSupply(varied, supply.count)
+        game = replace(game, pieces=tuple(supplies.values()))
     return game
 
 
@@ -289,7 +281,7 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """How it is played: by which auto of whose, from where, for how long."""
+    """Set how a run is played: by which auto, from where, for how long."""
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
     if name == "preload":
@@ -316,84 +308,39 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
     return replace(setup, auto=replace(setup.auto, start=(x, y, heading)))
 
 
-def _whole_path(robot: RobotConfig, parts: tuple[str, ...]) -> tuple[str, ...]:
-    """The path from the robot that a short name means.
-
-    A row of the robot comes before a mechanism of the same name, if its members have the field.
-    """
-    first, *rest = parts
-    if first in _PARTS and rest:
-        members, mechanism = getattr(robot, _PARTS[first]), robot.mechanisms.get(first)
-        if members and (_way_to(members[0], rest[0]) or not _way_to(mechanism, rest[0])):
-            return (_PARTS[first], "*", *rest)
-    if first in robot.mechanisms:
-        return ("mechanisms", *parts)
-    names = [field.name for field in dataclasses.fields(robot)]
-    if parts == ("mass",):  # as people say it; no field of the robot has it alone
-        return parts
-    if first not in names:
-        shorts = [short for short, row in _PARTS.items() if getattr(robot, row)]
-        known = {"robot", "scatter", "pieces", *PLAYED, *names, *shorts, *robot.mechanisms}
-        raise UnknownNameError("factor", first, known)
-    return parts
-
-
-def _with(config: Any, path: tuple[str, ...], value: FactorValue, where: str) -> Any:
-    """A config with the value at a path in it; all else as it was."""
+def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> Any:
+    """Return a config with the value at a path in it; all else as it was."""
     if not path:
         return _converted(config, value, where)
-    first, *rest = path
-    below = f"{where}.{first}"
-    if isinstance(config, Mapping):
-        if first not in config:
-            raise UnknownNameError(f"{where}: entry", first, map(str, config))
-        return {**config, first: _with(config[first], tuple(rest), value, below)}
-    if isinstance(config, tuple):
-        known = [str(number) for number in range(len(config))]
-        if first != "*" and first not in known:
-            raise UnknownNameError(f"{where}: number", first, ["*", *known])
-        return tuple(
-            _with(item, tuple(rest), value, f"{where}.{number}") if first in ("*", str(number)) else item
-            for number, item in enumerate(config)
-        )
-    if not dataclasses.is_dataclass(config) or isinstance(config, type):
+    first, rest = path[0], path[1:]
+    parts = _parts_of(config)
+    if not parts:
         raise ConfigError(f"{where} is {shown(config)}, which has no {first!r} to vary")
-    if isinstance(config, RobotConfig) and path in (("mass",), ("drivetrain", "mass")):
-        return _with_mass(config, value)
-    way = _way_to(config, first)
-    if not way:
-        known = [field.name for field in dataclasses.fields(config) if field.init]
-        if isinstance(config, RobotConfig):
-            known.append("mass")
-        raise UnknownNameError(f"field of {where}", first, known)
-    if len(way) > 1:
-        return _with(config, (*way, *rest), value, where)
-    return replace(config, **{first: _with(getattr(config, first), tuple(rest), value, below)})
+    chosen = list(parts) if first == "*" and isinstance(config, tuple) else [first]
+    if chosen[0] not in parts:
+        raise UnknownNameError(f"part of {where}", first, [*parts, "mass"] if where == "robot" and not rest else parts)
+    changed = {part: _with(parts[part], rest, value, f"{where}.{part}") for part in chosen}
+    if isinstance(config, Mapping):
+        return {**config, **changed}
+    if isinstance(config, tuple):
+        return tuple([*(parts | changed).values()])
+    return replace(config, **changed)
 
 
-def _way_to(config: Any, name: str) -> tuple[str, ...]:
-    """From a config to the field of this name: its own, or that of the only part that has one; empty: there is none."""
-    if not dataclasses.is_dataclass(config):
-        return ()
-    fields = [field.name for field in dataclasses.fields(config) if field.init]
-    if name in fields:
-        return (name,)
-    ways: list[tuple[str, ...]] = []
-    for part in fields:
-        inner = getattr(config, part)
-        if isinstance(inner, tuple) and inner and _has(inner[0], name):
-            ways.append((part, "*", name))
-        elif _has(inner, name):
-            ways.append((part, name))
-    return ways[0] if len(ways) == 1 else ()
-
-
-def _has(config: Any, name: str) -> bool:
-    return dataclasses.is_dataclass(config) and name in (field.name for field in dataclasses.fields(config))
+def _parts_of(config: Any) -> dict[str, Any]:
+    """Return parts of a config by the words that stand after the dot; none of a number or a name."""
+    if isinstance(config, Mapping):
+        return {str(name): part for name, part in config.items()}
+    if isinstance(config, tuple):
+        rows: tuple[Any, ...] = config
+        return {str(number): part for number, part in enumerate(rows)}
+    if not dataclasses.is_dataclass(config) or isinstance(config, type):
+        return {}
+    return {field.name: getattr(config, field.name) for field in dataclasses.fields(config) if field.init}
 
 
 def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
-    """The robot with another mass [kg], spread as before: its inertia grows with it."""
+    """Return the robot with another mass [kg], spread as before: its inertia grows with it."""
     require("robot", "mass", value, MASS)
     drivetrain, mass = robot.drivetrain, float(value)
     inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
@@ -405,7 +352,7 @@ def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
 
 
 def _converted(present: Any, value: FactorValue, where: str) -> Any:
-    """The value in the type of what stands there; the config judges it."""
+    """Return the value in the type of what stands there; the config judges it."""
     if isinstance(present, bool):
         if str(value).lower() not in ("true", "false"):
             raise ConfigError(f"{where} must be true or false, got {shown(value)}")
@@ -415,12 +362,3 @@ def _converted(present: Any, value: FactorValue, where: str) -> Any:
     if present is None or isinstance(present, (int, float, str)):
         return value
     raise ConfigError(f"{where} has parts: name a number in it, as {where}.{{{','.join(_parts_of(present))}}}")
-
-
-def _parts_of(config: Any) -> list[str]:
-    """What stands after the dot in names of the parts of a config."""
-    if isinstance(config, Mapping):
-        return [str(name) for name in config]
-    if isinstance(config, tuple):
-        return ["*", *(str(number) for number in range(len(config)))]
-    return [field.name for field in dataclasses.fields(config) if field.init]

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import ctypes
-import faulthandler
-import json
 import os
-import tempfile
-import threading
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
+from importlib import import_module
 from pathlib import Path
 from time import process_time
-from typing import Any, TextIO
+from typing import Any
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, SimcoreError, VendorError
+from simcore.install_text import install_command
 from simcore.match.game import Game
 from simcore.match.registry import find_game
 from simcore.match.runner import AutoRun, play_auto
@@ -27,56 +23,44 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.reader import read_settings
-from simcore.sweep.child_process import death_text, run_process
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
-from simcore.sweep.factors import PLAYED, PROJECT, RunSetup, vary, vary_scatter
+from simcore.sweep.factors import CONFIGS, PLAYED, PROJECT, RunSetup, vary, vary_scatter
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = [
-    "TimeLimitError", "be_worker", "failed_row", "game_of", "planned_values", "play_run", "play_values",
-    "require_playable_runs", "robot_of", "sentence_of", "setup_of", "time_limit",
+    "failed_row", "game_of", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of",
+    "sentence_of", "setup_of",
 ]  # fmt: skip
 
-_GRACE = 5.0
-"""Wall time after the limit in which an exception must have ended a run, before its worker ends itself [s]."""
-_START = 60.0  # [s]; all imports of a process, on a busy machine
-_STEPS = 100  # of Python code, within which an exception that is due comes
 _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
 """Those of `PLAYED` that a project can be told; where it starts is its auto's affair."""
 
-_one_at_a_time = threading.Lock()  # a worker of a cluster may have several threads; a run has the process to itself
-_nowhere: TextIO | None = None
 
-
-def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
-    """The row of a run: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
+    """Play a run in this process and return its row: run, point, seed, factors, metrics, digest, version, error, ...
 
     Args:
-        experiment: What is played.
+        experiment: What is played; of a robot project no second run can follow in this process.
         planned: Which run of it.
+        log: File for its telemetry; None: none.
 
     Returns:
         A value for each column, in plain types. `error` is empty, or a sentence; metrics are left out then.
     """
-    is_project = experiment.project is not None  # which has a process of its own
-    with nullcontext() if is_project else _one_at_a_time:
-        start = process_time()
-        try:
-            with time_limit(None if is_project else experiment.timeout):
-                measured = play_values(experiment, planned)
-        except Exception as error:
-            row = failed_row(planned, sentence_of(error))
-        else:
-            row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
-        if not is_project:
-            row["cpu_seconds"] = process_time() - start
-        return row
+    start = process_time()
+    try:
+        measured = play_values(experiment, planned, log)
+    except (Exception, SystemExit) as error:
+        row = failed_row(planned, sentence_of(error))
+    else:
+        row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
+    return {**row, "cpu_seconds": process_time() - start}
 
 
 def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Metrics and digest of a run; errors pass through; its telemetry goes to a log, if one is asked for.
+    """Play a run as `play_run`; return its metrics and digest, and let errors pass through.
 
     Raises:
         SimcoreError: The run cannot be.
@@ -99,7 +83,7 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
 
 
 def _player(setup: RunSetup) -> Callable[..., AutoRun]:
-    """What plays a run: one robot its auto, or all of a match."""
+    """Return what plays a run: one robot its auto, or all of a match."""
     seats = _seats(setup)
     if seats:
         return partial(play_match, setup.game, seats, me=plays(setup.auto))
@@ -107,22 +91,22 @@ def _player(setup: RunSetup) -> Callable[..., AutoRun]:
 
 
 def _seats(setup: RunSetup) -> tuple[Seat, ...]:
-    """Who plays a match; empty: it is an auto."""
+    """Return who plays a match; empty: it is an auto."""
     return lineup(setup.game, red=setup.red, blue=setup.blue) if setup.red or setup.blue else ()
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
-    """The row of a run that has come to nothing."""
+    """Return the row of a run that has come to nothing."""
     return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
 def planned_values(planned: PlannedRun) -> dict[str, Any]:
-    """Those columns of a run's row that the plan knows."""
+    """Return those columns of a run's row that the plan knows."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
 def sentence_of(error: BaseException) -> str:
-    """What went wrong, in one line, with the place in the code if it was no error that simcore raises on purpose."""
+    """Return what went wrong in one line, with its place in the code if simcore did not raise it on purpose."""
     text = " ".join(str(error).split())
     if isinstance(error, SimcoreError):
         return text
@@ -133,7 +117,7 @@ def sentence_of(error: BaseException) -> str:
 
 @lru_cache(maxsize=4)
 def setup_of(experiment: Experiment) -> RunSetup:
-    """What the runs of an experiment are played with before any factor.
+    """Return what the runs of an experiment are played with before any factor.
 
     Raises:
         SimcoreError: Game, auto or robot are not there.
@@ -179,7 +163,7 @@ def _require_me(setup: RunSetup, factor: str) -> None:
 
 
 def game_of(name: str | None) -> Game:
-    """An installed game by its name, or any as `module:name`; None: the newest that is installed.
+    """Find an installed game by its name, or any as `module:name`; None: the newest that is installed.
 
     Raises:
         SimcoreError: There is no such game.
@@ -193,7 +177,7 @@ def game_of(name: str | None) -> Game:
 
 
 def robot_of(name: str | None, game: Game) -> RobotConfig:
-    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
+    """Return the game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
 
     Args:
         name: None; `module:function`; or the path of a `simcore.toml`.
@@ -240,115 +224,43 @@ def _require_project(experiment: Experiment) -> None:
         first = factor.name.partition(".")[0]
         if first == PROJECT:
             continue
-        if first in PLAYED and factor.name not in _OF_PROJECTS:
+        if first not in CONFIGS and factor.name not in _OF_PROJECTS:
             raise ConfigError(
-                f"factor {factor.name!r}: of a project want {', '.join(_OF_PROJECTS)}, robot.*, scatter.* or pieces.*; "
-                "where it starts, with how many pieces, is the project's own affair"
+                f"factor {factor.name!r}: factors of a project are {', '.join(_OF_PROJECTS)}, robot.*, scatter.* or "
+                "pieces.*; where it starts, with how many pieces, is the project's own affair"
             )
         for value in factor.values:
             vary_scatter(experiment.scatter, {factor.name: value})
 
 
 def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None) -> dict[str, Any]:
-    """Metrics, digest and cpu_seconds of a run; its telemetry goes to a log, if one is asked for.
+    """Play a run with a robot's own code, and return its metrics and digest.
 
     Raises:
-        SimcoreError: The robot's code has failed, or its process has ended; the text says how.
+        SimcoreError: The robot's code has failed; the text says how.
+        VendorError: RobotPy is not installed.
     """
+    try:
+        adapter = import_module("simcore.robotpy.project_run")
+    except ImportError as error:
+        raise VendorError(f"robot projects need RobotPy: {install_command('robotpy')}") from error
     values = planned.values
     scatter = vary_scatter(experiment.scatter, values)
-    task = {
-        "auto": values.get("auto", experiment.auto),
-        "alliance": values.get("alliance", experiment.alliance),
-        "seconds": values.get("seconds", experiment.seconds),
-        "engine": values.get("engine", experiment.engine),
-        "game": experiment.game,
-        "seed": planned.seed,
-        "scatter": None if scatter is None else scatter.text,
-        "values": {
-            name: v for name, v in values.items() if name.partition(".")[0] not in (*PLAYED, PROJECT, "scatter")
-        },
-        "metrics": experiment.metrics,
-        "log": None if log is None else str(log.resolve()),
-    }
-    folder = Path(str(values.get(PROJECT, experiment.project))).resolve()
-    task["project"] = str(folder)
-    limit = None if experiment.timeout is None else _START + experiment.timeout
-    with tempfile.TemporaryDirectory(prefix="simcore-run-", ignore_cleanup_errors=True) as name:
-        said, answer = Path(name, "said"), Path(name, "answer")
-        function = "simcore.robotpy.project_run:play_run"
-        code = run_process(function, task, str(answer), said=said, timeout=limit, folder=folder)
-        if not answer.exists():
-            late = f"took longer than {experiment.timeout} s of wall time, and its process was ended"
-            raise SimcoreError(late if code is None else death_text(code, said))
-        measured: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
-    if "error" in measured:
-        raise SimcoreError(measured["error"])
+    measured: dict[str, Any] = adapter.play_project(
+        {
+            "project": str(Path(str(values.get(PROJECT, experiment.project))).resolve()),
+            "auto": values.get("auto", experiment.auto),
+            "alliance": values.get("alliance", experiment.alliance),
+            "seconds": values.get("seconds", experiment.seconds),
+            "engine": values.get("engine", experiment.engine),
+            "game": experiment.game,
+            "seed": planned.seed,
+            "scatter": None if scatter is None else scatter.text,
+            "values": {
+                name: v for name, v in values.items() if name.partition(".")[0] not in (*PLAYED, PROJECT, "scatter")
+            },
+            "metrics": experiment.metrics,
+            "log": None if log is None else str(log.resolve()),
+        }
+    )
     return measured
-
-
-# --- a limit on time ------------------------------------------------------------------------------------------------
-
-
-def be_worker() -> None:
-    """Let `time_limit` end this process where nothing else helps: others play on."""
-    global _nowhere
-    _nowhere = _nowhere or open(os.devnull, "w")
-
-
-class TimeLimitError(SimcoreError, TimeoutError):
-    """A run took longer than it may."""
-
-
-@contextmanager
-def time_limit(seconds: float | None) -> Iterator[None]:
-    """Raise in the calling thread when a time is over.
-
-    The exception comes between two steps of Python code. Where none comes by, as in a library that hangs, a worker
-    (`be_worker`) ends after `_GRACE` more.
-
-    Args:
-        seconds: Wall time [s]; None: no limit.
-
-    Raises:
-        TimeLimitError: It is over.
-    """
-    if seconds is None:
-        yield
-        return
-    thread = threading.get_ident()
-    lock = threading.Lock()
-    is_over = is_due = False
-
-    def interrupt() -> None:
-        nonlocal is_due
-        with lock:
-            if not is_over:
-                is_due = True
-                _raise_in(thread, TimeLimitError)
-
-    timer = threading.Timer(seconds, interrupt)
-    timer.daemon = True
-    timer.start()
-    if _nowhere is not None:
-        faulthandler.dump_traceback_later(seconds + _GRACE, exit=True, file=_nowhere)  # needs no step of Python
-    try:
-        try:
-            yield
-        finally:
-            with lock:
-                is_over = True
-        if is_due:  # not taken back: CPython 3.11 then looks for it for good, and hangs under a profiler or debugger
-            for _ in range(_STEPS):
-                pass
-    except TimeLimitError:
-        raise TimeLimitError(f"took longer than {seconds:g} s of wall time, and was ended") from None
-    finally:
-        timer.cancel()
-        if _nowhere is not None:
-            faulthandler.cancel_dump_traceback_later()
-
-
-def _raise_in(thread: int, error: type[BaseException]) -> None:
-    """Let a thread raise an error with its next step."""
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(error))

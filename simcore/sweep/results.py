@@ -1,14 +1,15 @@
-"""The runs of a sweep and what they say: shares of success, percentiles, differences on common seeds.
+"""Runs of a sweep and what they say: shares of success, percentiles, differences on common seeds.
 
-What is asked of runs is text: `score >= 30`, `hits == shots and brownouts == 0`, `hits / shots`.
+A success is a condition of columns: `score >= 30`, `hits == shots and brownouts == 0`.
 """
 
 from __future__ import annotations
 
-import ast
 import csv
 import io
 import math
+import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,34 +19,83 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import ConfigError, UnknownNameError, VendorError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.sweep.sweep_statistics import (
-    CONFIDENCE,
     PERCENTILES,
     PairedDifference,
     Share,
     paired_difference,
-    seed_share,
+    percentiles,
+    wilson_share,
 )
 from simcore.telemetry.sinks import write_text
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from simcore.sweep.experiment import Experiment
 
-__all__ = ["MOST_VALUES", "TABLE_NAME", "ColumnExpression", "Results", "Row", "read_rows"]
+__all__ = ["MOST_VALUES", "TABLE_NAME", "Condition", "Results", "Row"]
 
 Row = Mapping[str, Any]
-"""Of a run: `run`, `point`, `seed`, a value for each factor and metric, `digest`, `version`, `error`, `cpu_seconds`."""
+"""Row of a run: `run`, `point`, `seed`, a value for each factor and metric, `digest`, `version`, `error`,
+`cpu_seconds`."""
 
 TABLE_NAME = "results.csv"
 MOST_VALUES = 12
-"""Of a factor that are told and shown each."""
+"""Values of a factor that are told and shown each."""
 _BEFORE, _AFTER = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
-_TEXTS = ("digest", "version", "error")
-"""Columns that are text even where they look like numbers."""
+_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
+    "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne, "<": operator.lt, ">": operator.gt,
+}  # fmt: skip
+_COMPARISON = re.compile(r"\s*([^<>=!]*[^<>=!\s])\s*(<=|>=|==|!=|<|>)\s*([^<>=!]*[^<>=!\s])\s*")
+
+
+class Condition:
+    """Comparisons of columns with numbers or with columns, joined by `and`.
+
+    >>> condition = Condition("score >= 30 and hits == shots")
+    >>> condition.names
+    ('score', 'hits', 'shots')
+    >>> condition.holds({"score": 31, "hits": 4, "shots": 4, "error": ""})
+    True
+
+    Raises:
+        ConfigError: The text is none.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._parts: list[tuple[str, str, str | float]] = []
+        for part in re.split(r"\band\b", text):
+            found = _COMPARISON.fullmatch(part)
+            if found is None:
+                raise ConfigError(
+                    f"{text!r} is no condition: compare columns, as 'score >= 30 and hits == shots' "
+                    f"(with {' '.join(_COMPARISONS)}, joined by 'and')"
+                )
+            number = found[3]
+            try:
+                self._parts.append((found[1], found[2], float(number)))
+            except ValueError:
+                self._parts.append((found[1], found[2], number))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Columns that it reads, in order."""
+        sides = (side for left, _, right in self._parts for side in (left, right) if isinstance(side, str))
+        return tuple(dict.fromkeys(sides))
+
+    def holds(self, row: Row) -> bool:
+        """Return whether a run has come to its end, has been measured, and fulfils it."""
+        if row["error"]:
+            return False
+        for name, sign, other in self._parts:
+            sides = [row.get(name), row.get(other) if isinstance(other, str) else other]
+            if any(isinstance(side, str) for side in sides):
+                raise ConfigError(f"{self.text!r} compares words: choose columns of numbers")
+            if None in sides or not _COMPARISONS[sign](*sides):
+                return False
+        return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +108,7 @@ class Results:
     rows: Sequence[Row]
     """A row a run, by number."""
     experiment: Experiment
-    """What was asked for."""
+    """Experiment that they belong to."""
 
     def __post_init__(self) -> None:
         missing = [name for name in (*_BEFORE, "error") for row in self.rows if name not in row]
@@ -67,20 +117,6 @@ class Results:
         object.__setattr__(self, "rows", tuple(sorted(self.rows, key=lambda row: row["run"])))
 
     # --- columns ----------------------------------------------------------------------------------------------------
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """All runs as a table of pandas, a row each; what could not be measured is NaN.
-
-        Raises:
-            VendorError: pandas is not installed.
-        """
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise VendorError("a table of runs needs pandas: `python -m pip install pandas`") from error
-        found = pd.DataFrame(list(self.rows), columns=list(self.columns))
-        return found.astype(dict.fromkeys(self.metrics, float)) if self.rows else found
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -115,26 +151,27 @@ class Results:
         return [row for row in self.rows if row["error"]]
 
     def values(self, metric: str) -> FloatArray:
-        """A metric of the finished runs, not a number where it could not be measured, shape (n,).
+        """Return a metric of the finished runs, not a number where it could not be measured, shape (n,).
 
         Args:
-            metric: A column, or an expression of columns, e.g. `hits / shots`.
+            metric: A column; or a condition, which is 1 or 0.
 
         Raises:
-            ConfigError: It cannot be read, or is text.
+            ConfigError: It is text.
             UnknownNameError: There is no such column.
         """
-        expression, found = self._expression(metric), [math.nan] * len(self.finished)
-        for number, row in enumerate(self.finished):
-            if expression.is_known(row):
-                value = expression.value(row)
-                if isinstance(value, str):
-                    raise ConfigError(f"{metric!r} is text, no number: choose one of {', '.join(self.metrics)}")
-                found[number] = float(value)
-        return np.array(found)
+        if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
+            condition = self._condition(metric)
+            return np.array([float(condition.holds(row)) for row in self.finished])
+        if metric not in self.columns and self.finished:  # where all have failed nothing was measured
+            raise UnknownNameError("column", metric, self.columns)
+        found = [row.get(metric) for row in self.finished]
+        if any(isinstance(value, str) for value in found):
+            raise ConfigError(f"{metric!r} is text, no number: choose one of {', '.join(self.metrics)}")
+        return np.array([math.nan if value is None else float(value) for value in found])
 
     def factor_values(self, factor: str) -> list[Any]:
-        """The different values of a factor: numbers by size, words in the order in which they were given.
+        """Return the different values of a factor: numbers by size, words in the order in which they were given.
 
         Raises:
             UnknownNameError: There is no such factor.
@@ -144,98 +181,54 @@ class Results:
         found = list(dict.fromkeys(row[factor] for row in self.rows))
         return found if any(isinstance(value, str) for value in found) else sorted(found)
 
-    def _expression(self, text: str) -> ColumnExpression:
-        expression = ColumnExpression(text, self.columns)
-        for name in expression.names:
-            if name not in self.columns and self.finished:  # where all have failed nothing was measured
+    def _condition(self, text: str) -> Condition:
+        condition = Condition(text)
+        for name in condition.names:
+            if name not in self.columns and self.finished:
                 raise UnknownNameError("column", name, self.columns)
-        return expression
+        return condition
 
     # --- statistics -------------------------------------------------------------------------------------------------
 
     def succeeded(self, condition: str) -> npt.NDArray[np.bool_]:
-        """Whether each run was a success, shape (n,).
+        """Return whether each run was a success, shape (n,); errors as `success`."""
+        asked = self._condition(condition)
+        return np.array([asked.holds(row) for row in self.rows], bool)
 
-        Args:
-            condition: As `success` takes it.
-        """
-        expression = self._expression(condition)
-        return np.array([_succeeded(row, expression) for row in self.rows], bool)
-
-    def success(self, condition: str, *, confidence: float = CONFIDENCE) -> Share:
-        """How often a condition held, with an interval that takes runs of one seed for as alike as they are.
-
-        Args:
-            condition: Of columns, e.g. `score >= 30` or `hits == shots and brownouts == 0`.
-            confidence: Of the interval.
+    def success(self, condition: str) -> Share:
+        """Return how often a condition held, with Wilson's interval.
 
         Raises:
             ConfigError: It is no condition.
             UnknownNameError: There is no such column.
         """
-        return self._share(self.succeeded(condition), np.full(len(self.rows), True), confidence)
-
-    def success_by(self, factor: str, condition: str, *, confidence: float = CONFIDENCE) -> dict[Any, Share]:
-        """The same for each value of a factor, in their order.
-
-        Raises:
-            ConfigError: It is no condition.
-            UnknownNameError: There is no such column or factor.
-        """
         held = self.succeeded(condition)
-        return {
-            value: self._share(held, np.array([row[factor] == value for row in self.rows]), confidence)
-            for value in self.factor_values(factor)
-        }
+        return wilson_share(int(held.sum()), len(held))
 
-    def _share(self, held: npt.NDArray[np.bool_], chosen: npt.NDArray[np.bool_], confidence: float) -> Share:
-        seeds = np.array([row["seed"] for row in self.rows])
-        return seed_share(held[chosen], seeds[chosen], confidence)
+    def success_by(self, factor: str, condition: str) -> dict[Any, Share]:
+        """Return the share of each value of a factor, in their order; errors as `success`, or no such factor."""
+        held = self.succeeded(condition)
+        found = {}
+        for value in self.factor_values(factor):
+            mine = held[[row[factor] == value for row in self.rows]]
+            found[value] = wilson_share(int(mine.sum()), len(mine))
+        return found
 
-    def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES, *, by: Sequence[str] = ()) -> pd.DataFrame:
-        """A table of percentiles of a metric, a column each; 50 is the median.
+    def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES) -> list[float]:
+        """Return percentiles of a metric, NaN where no run has it; 50 is the median. Errors as `values`."""
+        return percentiles(self.values(metric), at)
 
-        Args:
-            metric: A column, or an expression of columns, e.g. `hits / shots`.
-            at: Which percentiles.
-            by: Factors; a row for each combination of their values. Without any there is one row.
+    def paired(self, factor: str, first: float | str, second: float | str, metric: str) -> PairedDifference:
+        """Return what it changes to set a factor from one value to another, by runs of one seed.
 
-        Raises:
-            ConfigError: A percentile that is not from 0 to 100, or an expression that cannot be read.
-            UnknownNameError: There is no such column or factor.
-            VendorError: pandas is not installed.
-        """
-        if not all(0.0 <= q <= 100.0 for q in at):
-            raise ConfigError(f"percentiles are numbers from 0 to 100, got {list(at)}")
-        for factor in by:
-            self.factor_values(factor)
-        runs = Results(self.finished, self.experiment).table.assign(**{metric: self.values(metric)})
-        shares = [q / 100.0 for q in at]
-        found = runs.groupby(list(by))[metric].quantile(shares).unstack() if by else runs[[metric]].quantile(shares).T
-        return found.set_axis(list(at), axis=1)
-
-    def paired(
-        self,
-        factor: str,
-        first: float | str,
-        second: float | str,
-        metric: str,
-        *,
-        confidence: float = CONFIDENCE,
-        judge: Callable[..., PairedDifference] = paired_difference,
-    ) -> PairedDifference:
-        """What it changes to set a factor from one value to another: runs of the same seed are compared.
-
-        Runs are pairs that have the same seed and the same values of all other factors; pairs of one seed, which share
-        its luck, count as their mean.
+        Pairs have the same seed and the same values of all other factors; pairs of one seed, which share its luck,
+        count as their mean.
 
         Args:
-            factor: What differs.
+            factor: Name of what differs.
             first: Its value before.
             second: Its value after.
-            metric: A column or an expression; of a condition it is the share of successes.
-            confidence: Of the interval.
-            judge: `sequential_difference` where the number of seeds follows from what they have shown.
+            metric: A column; of a condition the share of successes.
 
         Raises:
             ConfigError: There are not two seeds with pairs.
@@ -258,16 +251,16 @@ class Results:
             seeds.setdefault(key[0], []).append((sides[first][key], sides[second][key]))
         if len(seeds) < 2:
             raise ConfigError(
-                f"paired: want 2 common seeds or more, got {len(seeds)} with {factor} = {first} and {second}"
+                f"paired: needs 2 common seeds or more, got {len(seeds)} with {factor} = {first} and {second}"
             )
         before, after = np.array([np.mean(pairs, axis=0) for pairs in seeds.values()]).T
-        return judge(before, after, confidence)
+        return paired_difference(before, after)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
-        """What each value of a factor changes against its first one; clear ones first.
+        """Return what each value of a factor changes against its first one; clear ones first.
 
         Args:
-            metric: A column or an expression.
+            metric: A column or a condition.
 
         Returns:
             Factor, first value, value and difference; of factors with 2 to 12 values that have common seeds.
@@ -283,7 +276,7 @@ class Results:
     # --- as a file --------------------------------------------------------------------------------------------------
 
     def save_table(self, folder: str | Path) -> Path:
-        """Write `results.csv`, which `read_rows` reads; missing folders are made.
+        """Write `results.csv` for tools such as pandas; missing folders are made.
 
         Raises:
             OutputError: It cannot be written.
@@ -295,121 +288,3 @@ class Results:
         path = Path(folder) / TABLE_NAME
         write_text("table", path, text.getvalue())
         return path
-
-
-def read_rows(folder: str | Path) -> list[Row]:
-    """The rows that `Results.save_table` wrote.
-
-    Raises:
-        ConfigError: There are none.
-    """
-    path = Path(folder) / TABLE_NAME
-    try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            return [
-                {name: text if name in _TEXTS else _plain(text) for name, text in row.items()}
-                for row in csv.DictReader(stream)
-            ]
-    except OSError as error:
-        raise ConfigError(f"{folder} has no {TABLE_NAME}: its sweep has not come to an end") from error
-
-
-def _plain(text: str) -> Any:
-    """What a cell has been: a number, a word, or nothing."""
-    for kind in (int, float):
-        with suppress(ValueError):
-            return kind(text)
-    return text or None
-
-
-# --- expressions --------------------------------------------------------------------------------------------------
-
-_EXAMPLE = "want columns, numbers, + - * /, comparisons, and, or, not, e.g. 'score >= 30 and brownouts == 0'"
-_ALLOWED = (
-    *(ast.Expression, ast.BoolOp, ast.boolop, ast.UnaryOp, ast.Not, ast.USub, ast.BinOp, ast.Add, ast.Sub, ast.Mult),
-    *(ast.Div, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Constant),
-)
-
-
-class ColumnExpression(ast.NodeTransformer):
-    """An expression of columns: names, numbers, words in quotes, `+ - * /`, comparisons, `and`, `or`, `not`.
-
-    >>> ColumnExpression("hits / shots >= 0.9 and battery.charge < 1").names
-    ['hits', 'shots', 'battery.charge']
-
-    Args:
-        text: Of the expression.
-        columns: Names that are taken whole, whatever is in them.
-
-    Raises:
-        ConfigError: It is none of these.
-    """
-
-    def __init__(self, text: str, columns: Sequence[str] = ()) -> None:
-        self.text = text
-        self.names: list[str] = []
-        """Columns that it reads, in order."""
-        if text in columns:  # which may have any characters
-            self.names.append(text)
-            tree: Any = ast.parse(f"row[{text!r}]", mode="eval")
-        else:
-            try:
-                tree = ast.fix_missing_locations(self.visit(ast.parse(text.strip(), mode="eval")))
-            except (SyntaxError, RecursionError) as error:
-                raise ConfigError(f"{text!r} cannot be read: {_EXAMPLE}") from error
-        self._code = compile(tree, "expression", "eval")
-
-    def is_known(self, row: Row) -> bool:
-        """Whether a row has all that it reads."""
-        return all(row.get(name) is not None and row[name] == row[name] for name in self.names)
-
-    def value(self, row: Row) -> Any:
-        """Its value in a row that has all that it reads: True or False of a condition, NaN where it divides by zero.
-
-        Raises:
-            ConfigError: It calculates with words.
-        """
-        try:
-            return eval(self._code, {"__builtins__": {}}, {"row": row})
-        except ZeroDivisionError:
-            return math.nan
-        except TypeError as error:
-            raise ConfigError(f"{self.text!r} calculates with words: {_EXAMPLE}") from error
-
-    def condition(self, row: Row) -> bool:
-        """Its value in a row, which is true or false; false where it divides by zero.
-
-        Raises:
-            ConfigError: It is something else.
-        """
-        value = self.value(row)
-        if not isinstance(value, bool) and value == value:
-            raise ConfigError(f"{self.text!r} is no condition: compare it with something, e.g. 'score >= 30'")
-        return value is True
-
-    def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Refuse what is no part of an expression, and turn names into columns of the row."""
-        name = _dotted(node)
-        if name is not None:
-            if name not in self.names:
-                self.names.append(name)
-            return ast.Subscript(ast.Name("row", ast.Load()), ast.Constant(name), ast.Load())
-        if not isinstance(node, _ALLOWED):
-            raise ConfigError(f"{self.text!r} has {ast.unparse(node)!r} in it: {_EXAMPLE}")
-        sides = (node.left, node.right) if isinstance(node, ast.BinOp) else ()
-        if any(isinstance(getattr(side, "value", None), str) for side in sides):
-            raise ConfigError(f"{self.text!r} calculates with words: {_EXAMPLE}")
-        return super().generic_visit(node)
-
-
-def _dotted(node: ast.AST) -> str | None:
-    """A name, or names joined by dots; None for anything else."""
-    if isinstance(node, ast.Name):
-        return node.id
-    if isinstance(node, ast.Attribute) and (owner := _dotted(node.value)) is not None:
-        return f"{owner}.{node.attr}"
-    return None
-
-
-def _succeeded(row: Row, expression: ColumnExpression) -> bool:
-    return not row["error"] and expression.is_known(row) and expression.condition(row)

@@ -1,10 +1,10 @@
-"""What a run is asked: numbers by name, and functions of a team's own."""
+"""Metrics of a run: numbers by name, and functions of a team's own."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -17,7 +17,7 @@ from simcore.match.run_record import ShotRecord
 from simcore.quantities import shown
 from simcore.typing import FloatArray
 
-__all__ = ["LANDINGS", "METRICS", "PlayedRun", "measure", "metric_name", "named_object"]
+__all__ = ["LANDINGS", "METRICS", "PlayedRun", "landings_of", "measure", "metric_name", "named_object"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class PlayedRun:
 
     @property
     def alliance(self) -> str:
-        """Of the first robot."""
+        """Alliance of the first robot."""
         return self.match.alliances[0]
 
 
@@ -38,9 +38,15 @@ def _score(run: PlayedRun) -> int:
     return run.match.score.blue if run.alliance == "blue" else run.match.score.red
 
 
+def _flying(run: PlayedRun) -> list[ShotRecord]:
+    """Return the shots that had not touched anything yet at the end."""
+    last = {shot.slot: shot for shot in run.match.record.shots}
+    return [last[slot] for slot in run.match.record.flying.tolist()]
+
+
 def _hit_share(run: PlayedRun) -> float:
-    shots = len(run.match.record.shots)
-    return run.match.record.hits / shots if shots else math.nan
+    ended = len(run.match.record.shots) - len(_flying(run))
+    return run.match.record.hits / ended if ended else math.nan
 
 
 def _last_shot(run: PlayedRun) -> float:
@@ -48,7 +54,9 @@ def _last_shot(run: PlayedRun) -> float:
 
 
 def _landings(run: PlayedRun) -> list[list[float]]:
-    return [[*(round(c, 3) for c in _landing(shot)), int(shot.scored)] for shot in run.match.record.shots]
+    flying = {id(shot) for shot in _flying(run)}
+    shots = [shot for shot in run.match.record.shots if id(shot) not in flying]
+    return [[*(round(c, 3) for c in _landing(shot)), int(shot.scored)] for shot in shots]
 
 
 METRICS: dict[str, Callable[[PlayedRun], Any]] = {
@@ -56,6 +64,7 @@ METRICS: dict[str, Callable[[PlayedRun], Any]] = {
     "score_of_others": lambda run: run.match.score.total - _score(run),
     "shots": lambda run: len(run.match.record.shots),
     "hits": lambda run: run.match.record.hits,
+    "flying": lambda run: len(_flying(run)),
     "hit_share": _hit_share,
     "taken_in": lambda run: len(run.match.record.taken_in),
     "last_shot_s": _last_shot,
@@ -67,19 +76,20 @@ METRICS: dict[str, Callable[[PlayedRun], Any]] = {
     "brownouts": lambda run: run.match.record.robots[0].battery.brownouts,
     "seconds": lambda run: run.match.time,
 }
-"""What is measured in every run, in this order: points of the robot's own alliance and of the other one; pieces shot,
-of those scored, and their share; pieces taken in; when the last one was shot, with which a shooter's cycle ends [s];
-pieces scored, placed and held by anybody at the end; way driven, not carried [m]; lowest battery voltage [V] and
-brown-outs; simulated time [s]. `breakdown.<name>` follows for what the game counts, and `landings`."""
+"""Numbers measured in every run, in this order: points of the robot's own alliance and of the other one; pieces shot,
+those scored, those still in the air at the end, and the share of hits among the others; pieces taken in; when the last
+one was shot, with which a shooter's cycle ends [s]; pieces scored, placed and held by anybody at the end; way driven,
+not carried [m]; lowest battery voltage [V] and brown-outs; simulated time [s]. `breakdown.<name>` follows for what the
+game counts, and `landings`."""
 
 LANDINGS = "landings"
 _ROWS: dict[str, Callable[[PlayedRun], Any]] = {LANDINGS: _landings, "path": lambda run: run.path[::5].tolist()}
-"""Arrays, as text. `landings`: of each shot x, y, z of where it first came down [m], and 1 if it scored. `path`: x, y,
-yaw of the robot, ten a second [m, m, rad]; only where it is named."""
+"""Arrays, as text. `landings`: of each shot that came down x, y, z of where it first did [m], and 1 if it scored.
+`path`: x, y, yaw of the robot, ten a second [m, m, rad]; only where it is named."""
 
 
 def measure(run: PlayedRun, names: Sequence[str]) -> dict[str, Any]:
-    """Metrics of a run, in plain types.
+    """Return metrics of a run, in plain types.
 
     Args:
         run: At its end.
@@ -105,8 +115,29 @@ def measure(run: PlayedRun, names: Sequence[str]) -> dict[str, Any]:
     return found
 
 
+def landings_of(texts: Iterable[object]) -> Mapping[str, FloatArray]:
+    """Return places of hits and misses from the metric `landings` of runs.
+
+    >>> {name: rows.tolist() for name, rows in landings_of(["[[4.6, 4.0, 1.8, 1], [3.0, 4.0, 0.1, 0]]", None]).items()}
+    {'hits': [[4.6, 4.0]], 'misses': [[3.0, 4.0]]}
+
+    Args:
+        texts: Of each run a JSON list of `x, y, z, scored`; None: a run without.
+
+    Returns:
+        `hits` and `misses`: x, y in the field frame [m], shape (n, 2).
+
+    Raises:
+        ValueError: A text is no such list.
+    """
+    rows = [row for text in texts if text is not None for row in json.loads(str(text))]
+    table = np.array(rows, dtype=float).reshape(len(rows), 4)
+    has_scored = table[:, 3] > 0.5
+    return {"hits": table[has_scored, :2], "misses": table[~has_scored, :2]}
+
+
 def metric_name(metric: str | Callable[[PlayedRun], Any]) -> str:
-    """The name of a metric, or `module:function` of a function.
+    """Return the name of a metric, or `module:function` of a function.
 
     Raises:
         ConfigError: It is a function that another process cannot find.
@@ -127,7 +158,7 @@ def metric_name(metric: str | Callable[[PlayedRun], Any]) -> str:
 
 
 def named_object(text: str, what: str) -> Any:
-    """What `module:name` names.
+    """Return what `module:name` names.
 
     Raises:
         ConfigError: There is no such module, or it has no such name.
@@ -140,7 +171,7 @@ def named_object(text: str, what: str) -> Any:
 
 
 def _landing(shot: ShotRecord) -> tuple[float, float, float]:
-    """Where a shot first came down: of a hit where it scored, else its lowest point before it first rose again."""
+    """Return where a shot came down: of a hit where it scored, else its lowest point before it first rose again."""
     if not shot.scored:
         points = shot.points
         for before, at, after in zip(points, points[1:], points[2:], strict=False):
@@ -150,7 +181,7 @@ def _landing(shot: ShotRecord) -> tuple[float, float, float]:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """As JSON knows it; arrays as text."""
+    """Return a value as JSON knows it, arrays as text."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -1,24 +1,38 @@
-"""Where rows of runs are kept: an SQLite file that each row is written to as it comes, so that a sweep can go on."""
+"""Rows of runs in an SQLite file, each written as it comes, so that a sweep can go on.
+
+`PRAGMA user_version` has the version of the tables. `experiment` has what was played last, with the keys of its runs;
+`runs` has a row a run, by a key of all that its result depends on.
+"""
 
 from __future__ import annotations
 
 import json
 import logging
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import ConfigError, OutputError
-from simcore.sweep.experiment import Experiment
+from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.sweep.experiment import Experiment, programs_outside
+from simcore.sweep.results import Results
+from simcore.sweep.run_metrics import landings_of
 
-__all__ = ["FILE_NAME", "RunStore"]
+__all__ = ["FILE_NAME", "VERSION", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
-_TABLES = """
-CREATE TABLE IF NOT EXISTS experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
-"""
+VERSION = 1
+"""Of the tables."""
+_TABLES = (
+    "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL, keys TEXT NOT NULL)",
+    "CREATE TABLE runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL)",
+    f"PRAGMA user_version = {VERSION}",
+)
+_COLUMNS: dict[str, type | tuple[type, ...]] = {
+    "run": int, "point": int, "seed": int, "version": str, "error": str, "cpu_seconds": (int, float)
+}  # fmt: skip
+"""Those that every row has, with their types."""
 _log = logging.getLogger(__name__)
 _AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
 _BUSY = 30.0  # [s]; another sweep may be writing to the same file
@@ -35,7 +49,7 @@ class RunStore:
         must_exist: Refuse a folder without the file.
 
     Raises:
-        OutputError: It cannot be made or read.
+        OutputError: It cannot be made, or is no store of this version.
     """
 
     def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
@@ -47,10 +61,22 @@ class RunStore:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._base = sqlite3.connect(self.path, timeout=_BUSY, isolation_level=None)
-            self._base.execute("PRAGMA synchronous = NORMAL")
-            self._base.executescript(_TABLES)
         except (OSError, sqlite3.Error) as error:
-            raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
+            raise self._unwritable(error) from error
+        try:
+            with self._reading():
+                self._base.execute("PRAGMA synchronous = NORMAL")
+                is_new = self._version() == 0 and not self._has_tables()
+            if is_new:
+                self._make()
+            with self._reading():
+                if self._version() != VERSION:
+                    raise ValueError(f"its tables have version {self._version()}, not {VERSION}")
+                self._base.execute("SELECT number, description, keys FROM experiment").fetchone()
+                self._base.execute("SELECT key, error, row FROM runs").fetchone()
+        except BaseException:
+            self._base.close()
+            raise
 
     def close(self) -> None:
         """Write what could not be written before, and close."""
@@ -59,38 +85,93 @@ class RunStore:
         if self._unsaved:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
-    def set_experiment(self, experiment: Experiment) -> None:
-        """Keep what is played, in place of what was played before."""
+    def set_experiment(self, experiment: Experiment, keys: Sequence[str]) -> None:
+        """Keep what is played, with the keys of its runs, in place of what was played before."""
+        row = (json.dumps(experiment.to_json()), json.dumps(list(keys)))
         try:
-            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?)", (json.dumps(experiment.to_json()),))
+            self._base.execute("INSERT OR REPLACE INTO experiment VALUES (0, ?, ?)", row)
         except sqlite3.Error as error:
-            raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
+            raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """The last that was played.
+        """Return what was played last; a warning names programs outside of the current folder that this loads or runs.
 
         Raises:
-            ConfigError: There is none.
+            ConfigError: There is nothing, or it cannot be played any more.
+            OutputError: The file is damaged.
         """
-        found = self._base.execute("SELECT description FROM experiment").fetchone()
-        if found is None:
-            raise ConfigError(f"{self.path} has no experiment in it")
-        return Experiment.from_json(json.loads(found[0]))
+        with self._reading():
+            data = json.loads(self._last("description"))
+            if programs := programs_outside(data, Path.cwd()):
+                _log.warning("%s runs code outside of the current folder: %s", self.path, ", ".join(programs))
+            return Experiment.from_json(data)
+
+    def results(self) -> Results:
+        """Return those runs of the last experiment that are there and have not failed; errors as `experiment`."""
+        experiment = self.experiment()
+        with self._reading():
+            keys = json.loads(self._last("keys"))
+            if not (isinstance(keys, list) and all(isinstance(key, str) for key in keys)):
+                raise ValueError("the keys of its runs are no list of words")
+        return Results(list(self.rows(keys).values()), experiment)
 
     def add(self, key: str, row: dict[str, Any]) -> None:
-        """Keep the row of a run; it replaces one of the same key."""
+        """Keep the row of a run; it replaces one of this key."""
         self._unsaved[key] = (row["error"], json.dumps(row))
         self._write()
 
     def rows(self, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Those of these runs that are there and have not failed, by key."""
+        """Return those of these runs that are there and have not failed, by key.
+
+        Raises:
+            OutputError: The file is damaged.
+        """
         found: dict[str, dict[str, Any]] = {}
-        for start in range(0, len(keys), _AT_ONCE):
-            some = keys[start : start + _AT_ONCE]
-            marks = ",".join("?" * len(some))
-            cursor = self._base.execute(f"SELECT key, row FROM runs WHERE error = '' AND key IN ({marks})", some)
-            found.update((key, json.loads(row)) for key, row in cursor)
+        with self._reading():
+            for start in range(0, len(keys), _AT_ONCE):
+                some = keys[start : start + _AT_ONCE]
+                marks = ",".join("?" * len(some))
+                cursor = self._base.execute(f"SELECT key, row FROM runs WHERE error = '' AND key IN ({marks})", some)
+                found.update((key, _checked(json.loads(row))) for key, row in cursor)
         return found
+
+    def _version(self) -> int:
+        return int(self._base.execute("PRAGMA user_version").fetchone()[0])
+
+    def _has_tables(self) -> bool:
+        return bool(self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0])
+
+    def _make(self) -> None:
+        try:
+            self._base.execute("BEGIN IMMEDIATE")
+            if not self._has_tables():  # else another sweep was first
+                for command in _TABLES:
+                    self._base.execute(command)
+            self._base.execute("COMMIT")
+        except sqlite3.Error as error:
+            raise self._unwritable(error) from error
+
+    def _last(self, column: str) -> str:
+        found = self._base.execute(f"SELECT {column} FROM experiment").fetchone()
+        if found is None:
+            raise ValueError("there is no experiment in it")
+        return str(found[0])
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Say in one sentence that what is read is not as this version writes it."""
+        try:
+            yield
+        except (ConfigError, UnknownNameError) as error:  # before its other base, ValueError
+            raise ConfigError(f"{self.path}: what was played cannot be played any more: {error}") from error
+        except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
+            raise OutputError(
+                f"{self.path} is damaged or of another version of simcore ({_reason(error)}): choose another folder, "
+                "or delete the file, and play the sweep again"
+            ) from error
+
+    def _unwritable(self, error: Exception) -> OutputError:
+        return OutputError(f"{self.path} cannot be written: {_reason(error)}")
 
     def _write(self) -> None:
         rows = [(key, error, row) for key, (error, row) in self._unsaved.items()]
@@ -102,7 +183,7 @@ class RunStore:
             self._base.execute("COMMIT")
         except sqlite3.Error as error:
             if not self._problem:
-                self._problem = f"{self.path} cannot be written: {_reason(error)}"
+                self._problem = str(self._unwritable(error))
                 _log.warning("%s; the runs go on, and are kept in memory", self._problem)
             if self._base.in_transaction:
                 self._base.execute("ROLLBACK")
@@ -111,5 +192,24 @@ class RunStore:
             self._unsaved.clear()
 
 
+def _checked(row: Any) -> dict[str, Any]:
+    """Return the row of a run if it is as this version writes it.
+
+    Raises:
+        ValueError: It is not.
+    """
+    if not isinstance(row, dict):
+        raise ValueError("a run is no row")
+    for name, kind in _COLUMNS.items():
+        if not isinstance(row.get(name), kind):
+            raise ValueError(f"a run has no {name}")
+    if not all(value is None or isinstance(value, (str, int, float)) for value in row.values()):
+        raise ValueError("a run has a value that is neither a number nor a word")
+    landings_of([row.get("landings")])
+    return row
+
+
 def _reason(error: Exception) -> str:
-    return str(getattr(error, "strerror", None) or error)
+    if isinstance(error, KeyError):
+        return f"it has no {error}"
+    return " ".join(str(getattr(error, "strerror", None) or error).split())

@@ -9,7 +9,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -23,19 +22,20 @@ from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
-from simcore.show.log_page import draw_log
+from simcore.show.log_page import write_log_page
 from simcore.sweep.api import sweep
-from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
+from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import parse_factor
-from simcore.sweep.one_run import play_values
-from simcore.sweep.results import ColumnExpression, Results
-from simcore.sweep.results_page import save_results, summary_text
+from simcore.sweep.one_run import planned_values, play_values
+from simcore.sweep.results import TABLE_NAME, Condition, Results
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
+from simcore.sweep.sweep_page import save_page, scene_of_results, summary_text, sweep_page
+from simcore.sweep.workers import Crew
 
 __all__ = [
-    "COUNT_FLAG", "ProgressReport", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "run",
-    "scatter_option", "sigterm_as_interrupt",
+    "COUNT_FLAG", "ProgressReport", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields",
+    "play_aloud", "run", "scatter_option", "sigterm_as_interrupt",
 ]  # fmt: skip
 
 COUNT_FLAG = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
@@ -45,12 +45,12 @@ _WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
 _TIMEOUT = 600.0  # [s]; a whole match takes some tens
 _REPORT_EVERY = 30.0  # [s]; where no bar can be drawn
 _MOST_SEEDS = 1_000_000
-_WIDTH = number_flag(Quantity("", 0.0, 0.5, is_open=True))
+_SAMPLES = 20  # of factors that are drawn, where nothing is said
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
+    """Add options of the command."""
     parser.allow_abbrev = False  # `--seed 7`, as of one run, would be `--seeds 7`
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
@@ -68,24 +68,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=text_flag(parse_factor),
         metavar="FACTOR=VALUES",
-        help="vary something: robot.mass=45:60:5, battery.charge=0.3,1, shooter.exit_efficiency=uniform(0.4,0.5), "
+        help="vary something: robot.mass=45:60:5, robot.battery.initial_charge=0.3,1, auto=left,right, "
         "robot.mass=normal(55,1); may be given again",
     )
     parser.add_argument(
-        "--design", choices=DESIGNS[:-1], help="how several factors are combined (default: grid, or latin)"
-    )
-    parser.add_argument(
-        "--samples", type=COUNT_FLAG, metavar="N", help=f"size of the designs {', '.join(SAMPLED)} (default: 20)"
+        "--samples", type=COUNT_FLAG, metavar="N", help="draw N combinations of the factors (default: all of a grid)"
     )
     scatter_option(parser)
     parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
-    parser.add_argument(
-        "--until",
-        type=_WIDTH,
-        metavar="WIDTH",
-        help="stop when the share of successes is known to +-WIDTH at every point, e.g. 0.1",
-    )
-    parser.add_argument("--most-errors", type=COUNT_FLAG, metavar="N", help="stop when so many runs have failed")
     parser.add_argument(
         "--metric",
         dest="metrics",
@@ -95,24 +85,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="measure this only, or a function of your own, module:function; may be given again",
     )
     add_played_options(parser)
-    parser.add_argument(
-        "--dask",
-        nargs="?",
-        const="",
-        metavar="ADDRESS",
-        help="play on a Dask cluster, e.g. tcp://10.0.0.5:8786; without an address on one of this machine",
-    )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows, table and page (default: out/AUTO)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="play on a Dask cluster, e.g. tcp://10.0.0.5:8786")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows and page (default: out/AUTO)")
+    parser.add_argument("--csv", action="store_true", help=f"write the table {TABLE_NAME}, too, e.g. for pandas")
     parser.add_argument(
         "--repeat",
         type=_RUN,
         metavar="RUN",
-        help="play one run of --out again, with all that it says, and leave its log, page and picture there",
+        help="play one run of --out again, with all that it says, and leave its log and page there",
     )
 
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
-    """How long and for whom, with which options of the game, on which engine, in how many processes, how patiently."""
+    """Add options of how runs are played, by whom, and in how many processes."""
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
@@ -133,13 +118,13 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
 
 
 def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
-    """What these options say, by the fields of `Experiment`."""
+    """Return what these options say, by the fields of `Experiment`."""
     names = "game auto alliance red blue seconds options engine robot project timeout"
     return {name: getattr(options, name) for name in names.split()}
 
 
 def scatter_option(parser: argparse.ArgumentParser) -> None:
-    """The option that `chosen_scatter` reads."""
+    """Add the option that `chosen_scatter` reads."""
     parser.add_argument(
         "--scatter",
         type=text_flag(Scatter.parse),
@@ -164,12 +149,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         with progress, sigterm_as_interrupt():
             results = sweep(
-                experiment,
-                workers=options.workers,
-                executor="joblib" if options.dask is None else "dask",
-                scheduler=options.dask or None,
-                out=out,
-                on_row=progress.add,
+                experiment, workers=options.workers or None, cluster=options.cluster, out=out, on_row=progress.add
             )
     except KeyboardInterrupt:
         _report(
@@ -178,13 +158,15 @@ def run(options: argparse.Namespace) -> int:
         return 130
     print(summary_text(results, options.success), flush=True)  # before files, for which the disk may be full
     _print_replays(results, out)
-    print(f"\n{save_results(results, out, options.success).get('page.html', out)}")
+    if options.csv:
+        print(f"\n{results.save_table(out)}")
+    print(f"\n{save_page(sweep_page(results, options.success, out, scene_of_results(results)), out)}")
     return 1 if results.failures else 0
 
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """A SIGTERM ends a sweep as Ctrl-C does, and its workers with it."""
+    """End a sweep by SIGTERM as by Ctrl-C, and its workers with it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -196,42 +178,32 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 def _experiment(options: argparse.Namespace) -> Experiment:
-    is_drawn = any(factor.distribution is not None for factor in options.factors)
-    design = options.design or ("latin" if is_drawn or options.samples else "grid")
-    samples = (options.samples or 20) if design in SAMPLED else 0
-    if options.until and not options.success:
-        raise ConfigError("--until needs --success: what a run should achieve, e.g. --success 'score >= 30'")
     if options.success:
-        _require_condition(options.success, options)
-    stop = StopRule(errors=options.most_errors)
-    if options.until:
-        stop = replace(stop, condition=options.success, width=options.until)
+        _require_columns(options.success, options)
+    is_drawn = any(factor.distribution is not None for factor in options.factors)
     return Experiment(
         **experiment_fields(options),
         scatter=chosen_scatter(options),
         factors=tuple(options.factors),
-        design=design,
-        samples=samples,
+        samples=options.samples or (_SAMPLES if is_drawn else 0),
         seeds=tuple(options.seeds),
         metrics=tuple(options.metrics),
-        stop=stop,
     )
 
 
-def _require_condition(text: str, options: argparse.Namespace) -> None:
-    """Refuse before the first run what cannot be told true or false of any: asked of a made-up one."""
-    expression, values = ColumnExpression(text), {factor.name: factor.at(0.5) for factor in options.factors}
+def _require_columns(text: str, options: argparse.Namespace) -> None:
+    """Refuse before the first run a condition of columns that no run will have."""
+    condition = Condition(text)
     if any(":" in metric for metric in options.metrics):
-        return  # nobody knows what it will be called, or whether it is a number
-    known = {*(options.metrics or METRICS), *values, "seed"}
-    for name in expression.names:
+        return  # nobody knows what it will be called
+    known = {*(options.metrics or METRICS), *(factor.name for factor in options.factors), "seed"}
+    for name in condition.names:
         if name not in known and not name.startswith("breakdown."):
             raise UnknownNameError("metric or factor (of --success)", name, known)
-    expression.condition({name: values.get(name, 1.0) for name in expression.names})
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
-    """As asked for; else a project's own, else the default one: without any, seeds would differ in little."""
+    """Return the scatter asked for, else a project's own, else the default: without, seeds would differ in little."""
     if options.scatter is not None:
         found: Scatter = options.scatter
         return found
@@ -241,13 +213,13 @@ def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
 
 
 def _print_replays(results: Results, out: Path) -> None:
-    """How to see one run of each error alone; the summary has the errors."""
+    """Say how to see one run of each error alone; the summary has the errors."""
     for number in {row["error"]: row["run"] for row in reversed(results.failures)}.values():
         print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play one run of a store in this process, and draw it; an error comes with where it was raised."""
+    """Play one run of a store with all that it says, and draw it; an error comes with where it was raised."""
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
     with closing(RunStore(options.out, must_exist=True)) as store:
@@ -260,17 +232,34 @@ def _repeat(options: argparse.Namespace) -> int:
     print(f"run {planned.number}: auto {experiment.auto or 'as chosen'}, seed {planned.seed}{values}", flush=True)
     log = options.out / f"run_{planned.number}.wpilog"
     try:
-        for name, value in play_values(experiment.common, planned, log).items():
+        for name, value in play_aloud(experiment, planned, log).items():
             print(f"    {name:24} {value}")
     finally:  # of a run that fails, up to there
         with suppress(SimcoreError):
-            draw_log(log)
+            write_log_page(log)
             print(f"log        {log}")
     return 0
 
 
+def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[str, Any]:
+    """Play one run with a log; return its metrics and digest, and let errors pass through.
+
+    A robot project has a process, as no second program can run in this one.
+
+    Raises:
+        SimcoreError: The run cannot be, or the robot's code has failed.
+    """
+    if experiment.project is None:
+        return play_values(experiment.common, planned, log)
+    with closing(Crew(is_quiet=False)) as crew:
+        row = crew.play(experiment.common, planned, log)
+    if row["error"]:
+        raise SimcoreError(row["error"])
+    return {name: value for name, value in row.items() if name not in (*planned_values(planned), "error")}
+
+
 class ProgressReport:
-    """How far it is, and how long it takes: a bar on a terminal, else now and then a line."""
+    """Progress of many runs: a bar on a terminal, else now and then a line."""
 
     def __init__(self, count: int) -> None:
         self._count = count
@@ -298,7 +287,7 @@ class ProgressReport:
         return (monotonic() - self._start) / 60.0
 
     def add(self, row: dict[str, Any], stored: int) -> None:
-        """One more run is there."""
+        """Count one more run."""
         if not self._fresh and stored:
             _report(f"{stored} of {self._count} runs were there already")
         self._fresh += 1
@@ -318,7 +307,7 @@ def _report(sentence: str) -> None:
 
 
 def _seeds(text: str) -> tuple[int, ...]:
-    """Seeds as the command line writes them.
+    """Read seeds as the command line writes them.
 
     >>> _seeds("3"), _seeds("5:8"), _seeds("1,7")
     ((0, 1, 2), (5, 6, 7), (1, 7))

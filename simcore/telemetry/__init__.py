@@ -1,1 +1,1 @@
-"""Snapshots of the simulation and where they go: logs, memory, NetworkTables, pictures."""
+"""Snapshots of the simulation and where they go: logs, memory, NetworkTables, pages."""

@@ -1,4 +1,4 @@
-"""A run kept in memory as columns: small enough to keep of every run, enough for its log, page and animation."""
+"""A run kept in memory as columns: small enough to keep of every run, enough for its log and page."""
 
 from __future__ import annotations
 

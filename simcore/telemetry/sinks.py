@@ -149,7 +149,7 @@ class GuardedSink:
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
-    """What to raise when `path`, a log or a picture, cannot be written."""
+    """What to raise when `path`, a log or a page, cannot be written."""
     example = Path("out") / ("run.wpilog" if kind == "log" else "run.png")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
@@ -163,7 +163,7 @@ def require_writable(kind: str, path: str | Path) -> Path:
     Missing folders are made; an existing file keeps its content, a missing one is not left behind.
 
     Args:
-        kind: What it is, for the error: `log`, `picture`.
+        kind: What it is, for the error: `log`, `page`.
         path: The file.
 
     Raises:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,8 @@ from simcore.match.scatter import Scatter, ScatterDraws, start_error
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import parse_factor
-from simcore.sweep.one_run import play_run
-from simcore.sweep.results import read_rows
+from simcore.sweep.run_store import RunStore
+from simcore.sweep.workers import Crew
 
 pytest.importorskip("pyfrc", reason="robot projects need the extra robotpy")
 pytest.importorskip("phoenix6", reason="this example's motors are CTRE's")
@@ -40,8 +41,9 @@ def test_what_a_sweep_varies_reaches_the_match_of_a_project(monkeypatch):
         project=PROJECT, auto="depot", seconds=0.1, metrics=("score", "path", "test_project_sweep:check_match")
     )
     spreads = {"scatter.spin": 0.25, "scatter.start_position": 0.05, "scatter.start_heading": 0.1}
-    values = {"robot.mass": 48.0, **spreads, "pieces.fuel.mass": 0.22}
-    row = play_run(experiment, PlannedRun(0, 0, 7, values))
+    values = {"robot.mass": 48.0, **spreads, "pieces.Fuel.mass": 0.22}
+    with closing(Crew()) as crew:
+        row = crew.play(experiment, PlannedRun(0, 0, 7, values))
     assert row["error"] == ""
     assert row["check_match"] == "[7, 0.25, 48.0, 0.22]"
     # people have missed the start of the auto, which its first loop writes into odometry, by as much as the seed says
@@ -85,6 +87,7 @@ def test_two_versions_of_a_project_are_compared_and_shown_on_one_page(tmp_path, 
         "old",
         "new",
     ]
-    row = play_run(Experiment(project="old", auto="depot", seconds=4.0, scatter=Scatter()), PlannedRun(0, 0, 0, {}))
-    (same,) = (r for r in read_rows("out/compare") if r["seed"] == 0 and r["project"] == "old")
+    (row,) = sweep(Experiment(project="old", auto="depot", seconds=4.0, scatter=Scatter())).rows
+    with closing(RunStore(Path("out/compare"), must_exist=True)) as store:
+        (same,) = (r for r in store.results().rows if r["seed"] == 0 and r["project"] == "old")
     assert same["digest"] == row["digest"], "the run as it is alone"

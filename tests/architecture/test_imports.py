@@ -25,7 +25,6 @@ TOOLS = {
     "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/sweep/one_run.py",  # measures what a run cost
-    "simcore/sweep/api.py",  # stops after some time
     "simcore/sweep/sweep_command.py",  # says how much is left
 }
 """No part of a simulation: may read a clock to say how long they took."""
@@ -50,7 +49,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
-    "sweep": CORE | {"players", "robot_file", "show"},  # pages and pictures of results are drawn as those of runs
+    "sweep": CORE | {"players", "robot_file", "show"},  # pages of results are drawn as those of runs
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; the page is a report
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed
@@ -193,7 +192,7 @@ def test_import_simcore_alone_is_light():
     code = "import simcore, sys; print(sorted(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
     loaded = ast.literal_eval(run.stdout)
-    assert not {"scipy", "trimesh", "PIL", "rich"} & set(loaded)
+    assert not {"scipy", "trimesh", "rich"} & set(loaded)
     ours = [name for name in loaded if name.startswith(("simcore.", "games"))]
     assert all(name.split(".")[1] in BASE for name in ours), ours
 

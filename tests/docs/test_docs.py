@@ -34,18 +34,10 @@ def anchor(heading: str) -> str:
 
 @pytest.mark.parametrize(("page", "line", "source"), list(blocks()))
 def test_a_python_block_runs_as_printed(page, line, source, tmp_path, monkeypatch):
-    """In an empty folder, because some write files; failures show the line of the page.
-
-    Recipes with somebody else's library are skipped where it is not installed.
-    """
+    """In an empty folder, because some write files; failures show the line of the page."""
     monkeypatch.chdir(tmp_path)
     code = compile("\n" * line + source, str(page), "exec")
-    try:
-        exec(code, {"__name__": "docs"})
-    except ModuleNotFoundError as error:
-        if error.name not in ("SALib", "optuna", "pandas"):
-            raise
-        pytest.skip(f"{error.name} is not installed")
+    exec(code, {"__name__": "docs"})
 
 
 def test_every_toml_block_is_understood(tmp_path):

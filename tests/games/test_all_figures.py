@@ -5,11 +5,13 @@ Those of an auto, of a failed test and of robot code are in `test_run_figures.py
 
 from __future__ import annotations
 
+import base64
 import contextlib
-import csv
+import gzip
 import io
 import json
 import re
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from simcore import cli
 from simcore.match.runner import print_report
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
+from simcore.sweep.run_store import RunStore
 from simcore.telemetry.snapshot import Snapshot, key_in_words
 from simcore.telemetry.wpilog import read_log
 
@@ -60,9 +63,7 @@ def told(request, tmp_path_factory) -> Told:
         print_report(report, console, **options)
 
     words = ["play", game.name, "--match", "--red", red, "--blue", blue, "--seconds", f"{SECONDS:g}", "--seed", "1"]
-    files = [
-        f"--{kind}={folder / name}" for kind, name in (("log", "a.wpilog"), ("picture", "a.svg"), ("page", "a.html"))
-    ]
+    files = [f"--{kind}={folder / name}" for kind, name in (("log", "a.wpilog"), ("page", "a.html"))]
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out):
         patch.setattr("simcore.show.play_command.print_report", keep)
         assert cli.main([*words, *files, "--verbose"]) == 0
@@ -172,7 +173,7 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
     """Word for word, but for how long computing took."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
-    for part in ("verdict", "tables", "phases", "key", "board"):
+    for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):
         assert one[part] == two[part], part
     for part in ("shots", "taken", "events"):
         assert len(one[part]) == len(two[part]), part
@@ -186,15 +187,16 @@ def test_the_page_of_the_log_is_the_page_of_the_run(told):
 # --- comparison and sweep -----------------------------------------------------------------------------------------
 
 
-def rows_of(folder: Path) -> list[dict[str, str]]:
-    with (folder / "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+def rows_of(folder: Path) -> list[dict[str, Any]]:
+    with closing(RunStore(folder, must_exist=True)) as store:
+        return [dict(row) for row in store.results().rows]
 
 
-def summary_of(page: Path) -> str:
-    found = re.search(r"<pre[^>]*>(.*?)</pre>", page.read_text(encoding="utf-8"), re.DOTALL)
+def blocks_of(page: Path) -> list[dict[str, Any]]:
+    found = re.search(r'id="report">([^<]*)<', page.read_text(encoding="utf-8"))
     assert found is not None
-    return found[1].replace("&gt;", ">").replace("&lt;", "<").replace("&#x27;", "'")
+    blocks: list[dict[str, Any]] = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    return blocks
 
 
 def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
@@ -207,15 +209,14 @@ def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, mo
     assert all(len(found) == 2 for found in scores.values()) and sum(scores["depot"]) > sum(scores["tour"]) == 0
     (difference,) = re.findall(r"^score, tour less depot: (.*)$", said, re.MULTILINE)
     assert float(difference.split()[0]) == pytest.approx(np.mean(scores["tour"]) - np.mean(scores["depot"]), rel=5e-3)
-    summary = summary_of(Path("out/compare/page.html"))
-    assert f"difference: {difference}" in summary
-    for name, found in scores.items():
-        assert f"median score, {name}: {np.median(found):g}" in summary
+    head, table, *_ = blocks_of(Path("out/compare/page.html"))
+    assert head["detail"] == f"score, tour less depot: {difference}"
+    assert [(row[0], row[3]) for row in table["rows"]] == [(name, np.median(found)) for name, found in scores.items()]
     both = PageReader(Path("out/compare/both.html"))
     assert difference in both.meta["notes"][0]
     seed = int(both.meta["title"].rpartition(" ")[2])
     for number, (name, file) in enumerate((("depot", "old"), ("tour", "new"))):
-        (row,) = (row for row in rows if (row["auto"], row["seed"]) == (name, str(seed)))
+        (row,) = (row for row in rows if (row["auto"], row["seed"]) == (name, seed))
         log = read_log(Path(f"out/compare/{file}.wpilog"))
         end = log.snapshot_at(log.span[1])
         assert int(row["score"]) == end.integers["Sim/Score/Blue"] == int(both.facts[f"score {name}"])
@@ -234,15 +235,17 @@ def test_a_sweep_says_the_same_on_console_page_table_and_of_each_run(tmp_path, m
     words = ["sweep", "rebuilt", "--seeds", "2", "--seconds", "3", "-j", "1", "--success", "score >= 1", "--out", "s"]
     assert cli.main(words) == 0
     said = capsys.readouterr().out
-    summary, rows = summary_of(Path("s/page.html")), rows_of(Path("s"))
-    for line in filter(str.strip, summary.splitlines()):
-        assert line.rstrip() in said, "the page says what the console has said"
-    for name in ("distance_m", "min_battery_v"):
-        (row,) = (line.split() for line in summary.splitlines() if line.startswith(name))
-        median = np.median([float(one[name]) for one in rows])
-        assert any(float(cell) == pytest.approx(median, rel=5e-3) for cell in row[1:])
+    blocks, rows = blocks_of(Path("s/page.html")), rows_of(Path("s"))
+    (table,) = (block for block in blocks if block.get("caption") == "Metrics of all runs")
+    for name, *cells in table["rows"]:
+        *_, line = (line.split() for line in said.splitlines() if line.startswith(f"{name} "))
+        assert [float(cell) for cell in line[1:]] == pytest.approx(cells, rel=5e-3), (
+            "the page says what the console has"
+        )
+        assert cells[2] == pytest.approx(np.median([float(one[name]) for one in rows]))
+    assert {"distance_m", "min_battery_v"} <= {row[0] for row in table["rows"]}
     held = [int(row["score"]) >= 1 for row in rows]
-    assert f"{sum(held)} of {len(held)}" in summary
+    assert blocks[0]["text"].startswith(f"{sum(held)} of {len(held)}, ") and f"{sum(held)} of {len(held)} = " in said
     assert cli.main(["sweep", "--out", "s", "--repeat", "1"]) == 0
     capsys.readouterr()
     (log,) = Path("s").rglob("*.wpilog")

@@ -84,13 +84,13 @@ def test_json_is_one_object_alone_on_stdout_with_the_promised_keys(here):
     fuel = report["pieces"]
     assert fuel["staged"] == sum(fuel[k] for k in ("on_field", "in_flight", "held", "scored", "off_field")) == 504
     assert len(bytes.fromhex(report["digest"])) == 32
-    assert (here / "out" / "depot.wpilog").is_file() and (here / "out" / "depot.png").is_file()
+    assert (here / "out" / "depot.wpilog").is_file() and (here / "out" / "depot.html").is_file()
 
 
 def test_the_readable_report_names_score_fuel_and_outputs(here, capsys):
     assert main(["--seconds", "0.1"]) == 0
     said = capsys.readouterr().out
-    for word in ("points", "504", "not in play yet", "battery", "times as fast", "depot.wpilog", "depot.png"):
+    for word in ("points", "504", "not in play yet", "battery", "times as fast", "depot.wpilog", "depot.html"):
         assert word in said
 
 
@@ -103,11 +103,11 @@ def test_the_list_names_all_autos_and_roles_and_runs_nothing(here, capsys):
 
 
 def test_outputs_go_where_they_are_told_and_folders_are_made(here, capsys):
-    assert main(["--seconds", "0.1", "--json", "--log", "a/b/run.wpilog", "--picture", "c/run.png"]) == 0
+    assert main(["--seconds", "0.1", "--json", "--log", "a/b/run.wpilog", "--page", "c/run.html"]) == 0
     outputs = json.loads(capsys.readouterr().out)["outputs"]
-    assert [Path(outputs[k]) for k in ("log", "picture")] == [Path("a/b/run.wpilog"), Path("c/run.png")]
+    assert [Path(outputs[k]) for k in ("log", "page")] == [Path("a/b/run.wpilog"), Path("c/run.html")]
     assert read_log(here / "a/b/run.wpilog").span[1] > 0.05
-    assert (here / "c/run.png").read_bytes().startswith(b"\x89PNG")
+    assert (here / "c/run.html").read_text().startswith("<!DOCTYPE html>")
     assert not (here / "out").exists()
 
 
@@ -150,14 +150,14 @@ def test_a_broken_mesh_is_named(here, capsys, content):
     assert "broken.obj" in refused(capsys, "--field", "broken.obj")
 
 
-@pytest.mark.parametrize(("what", "name"), [("--log", "folder.x"), ("--picture", "folder.png")])
+@pytest.mark.parametrize(("what", "name"), [("--log", "folder.x"), ("--page", "folder.html")])
 def test_an_output_that_is_a_folder_is_refused_before_the_run(here, capsys, what, name):
     (here / name).mkdir()
     said = refused(capsys, what, name, "--seconds", "160")
     assert name in said and "cannot write" in said
 
 
-@pytest.mark.parametrize(("what", "name"), [("--log", "run.x"), ("--picture", "run.png")])
+@pytest.mark.parametrize(("what", "name"), [("--log", "run.x"), ("--page", "run.html")])
 def test_an_output_below_a_file_is_refused(here, capsys, what, name):
     (here / "file").write_text("keep me")
     said = refused(capsys, what, f"file/{name}", "--seconds", "160")
@@ -200,7 +200,7 @@ def test_ctrl_c_ends_cleanly_with_the_report_and_a_readable_log(here, as_json):
         assert fuel["staged"] == sum(fuel[k] for k in ("on_field", "in_flight", "held", "scored", "off_field"))
     else:
         assert "points" in out and "interrupted after" in out
-    assert (here / "out" / "depot.png").is_file()
+    assert (here / "out" / "depot.html").is_file()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL on Windows")

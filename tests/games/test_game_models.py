@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from check_models import check_folder
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore import Match
 from simcore.show.scope_layout import game_snapshot
-from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
 ROOT = Path(__file__).resolve().parents[2]

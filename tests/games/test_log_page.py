@@ -15,7 +15,6 @@ from simcore.errors import LogError
 from simcore.match.runner import play_auto
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
-from simcore.show.picture import draw_summary
 from simcore.show.scene import scene_of
 from simcore.show.shots import shots_of
 from simcore.telemetry.recording import Recording
@@ -68,19 +67,17 @@ def test_a_log_of_an_older_version_gives_a_page_too(depot, tmp_path):
         arrays = {key: rows for key, rows in snapshot.pose_arrays.items() if "Held" not in key}
         old.write(replace(snapshot, poses=poses, pose_arrays=arrays, integer_arrays={}, strings={}))
     write_page(tmp_path / "old.html", old, scene_of_log(old))
-    draw_summary(tmp_path / "old.png", old, scene_of_log(old))
     page = PageReader(tmp_path / "old.html")
     assert (page.pieces(0.5)[:, 3] > 0).sum() > 400 and not page.meta["tables"]
-    assert (tmp_path / "old.png").stat().st_size > 10_000
 
 
-def test_the_command_writes_page_picture_and_animation_beside_the_log(depot, tmp_path, capsys):
+def test_the_command_writes_the_page_beside_the_log(depot, tmp_path, capsys):
     log = tmp_path / "run.wpilog"
     log.write_bytes(depot[2].read_bytes()[:300_000])  # its program was killed
-    assert main(["page", str(log), "--animation", str(tmp_path / "run.gif")]) == 0
-    assert {path.suffix for path in tmp_path.iterdir()} == {".wpilog", ".html", ".png", ".gif"}
+    assert main(["page", str(log)]) == 0
+    assert {path.suffix for path in tmp_path.iterdir()} == {".wpilog", ".html"}
     said = capsys.readouterr().out
-    assert said.count("\n") == 4 and said.startswith("game       rebuilt\n")
+    assert said.count("\n") == 2 and said.startswith("game       rebuilt\n")
 
 
 def test_logs_that_show_no_run(tmp_path, capsys):

@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from check_models import check_folder
+from scope_assets import write_assets
 
-from simcore.show.scope_assets import write_assets
 from simcore.show.scope_layout import game_snapshot, scope_layout
-from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
 

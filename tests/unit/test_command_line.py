@@ -15,7 +15,7 @@ from simcore.errors import ConfigError
 from simcore.robot_file.key_tables import read_toml
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
+SCRIPTS = sorted(path for path in (ROOT / "scripts").glob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
 
 
 def test_alone_it_prints_its_help_and_all_is_well(capsys):

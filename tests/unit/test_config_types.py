@@ -35,7 +35,7 @@ from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, Ta
 from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
 from simcore.robot.mechanisms import PistonConfig, RollerConfig, ServoConfig
 from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig
-from simcore.sweep.experiment import Experiment, StopRule
+from simcore.sweep.experiment import Experiment
 from simcore.sweep.factors import Distribution, Factor
 from simcore.sweep.results import Results
 from simcore.vision.camera import CameraConfig, PiecePipeline, TagPipeline
@@ -95,7 +95,6 @@ FOUND = (
     DrivetrainConfig(),
     WheelConfig(),
     Experiment(),
-    StopRule(),
     Factor("mass", distribution=Distribution("uniform", 40.0, 60.0)),
     CameraConfig(pipelines=(TagPipeline(), PiecePipeline(piece_class="fuel"))),
     QuestConfig(),

@@ -254,6 +254,10 @@ def test_what_a_page_may_not_ask_is_passed_over() -> None:
             wait_until(lambda: not view._asked.empty())
             time.sleep(0.2)
             assert view._act(None) is False and view.pacer.speed == 1.0 and view.wants_restart
+        with Match(REBUILT) as match:
+            for name in ([], {}, None, 3):
+                for what in ("human", "leave"):
+                    assert not view._act_on_field(match, what, {"alliance": name, "name": name, "robot": name})
     finally:
         view.close()
 

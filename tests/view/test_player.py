@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_up_run import SCENE, recorded
 from page_reader import PageReader
 
 from games.rebuilt import REBUILT
 from simcore.match.runner import play_auto
 from simcore.show.page import write_page
-from simcore.show.scene import scene_of
+from simcore.show.scene import LevelLook, scene_of
 from simcore.telemetry.recording import Recording
 
 READY = "window.simcore && simcore.run && simcore.run.groups.robots.n > 0"
@@ -144,3 +146,71 @@ def test_the_page_and_its_reader_agree_on_every_piece(browser, run) -> None:
             " found.push([x, y, z, state])); return found; })()"
         )
         assert np.array(seen) == pytest.approx(reader.pieces(time), abs=2e-3)
+
+
+@pytest.mark.slow
+def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> None:
+    """Names are texts; a tag lies across its normal; a place is marked while a piece is in it; the key counts."""
+    levels = [
+        LevelLook(name="BlueTop", alliance="blue", label="Top", places=("A", "B"), is_single=True, middle=(2.0, 1.5)),
+        LevelLook(name="BlueTray", alliance="blue", label="Tray", places=("",), middle=(2.0, 1.5)),
+        LevelLook(name="Shelf", label="Shelf", places=("",), middle=(5.5, 1.5)),
+    ]
+    recording, counts = Recording(), {"BlueTop": (0, 1), "BlueTray": (3,), "Shelf": (1,)}
+    for tick, one in enumerate(recorded().snapshots()):
+        now = {f"Sim/Places/{name}": np.array(row) * (tick > 25) for name, row in counts.items()}
+        recording.write(replace(one, integer_arrays={**one.integer_arrays, **now}))
+    path = tmp_path / "places.html"
+    write_page(path, recording, replace(SCENE, levels=levels))
+    page = opened(browser, path)
+    texts = "(selector) => [...document.querySelectorAll(selector)].map((node) => node.textContent)"
+    read = lambda selector: page.evaluate(f"({texts})({selector!r})")  # noqa: E731
+    assert "box <1>" in read(".top title") and read(".top box") == []
+    assert ["hit (1)", "miss (1)"] == [words.strip() for words in read(".key span") if "(" in words]
+    assert read(".places figcaption") == ["Placed for blue", "Placed"]
+    page.evaluate("simcore.show(0.2); 1")
+    assert read(".cell.full") == [] and read(".counts [data-cell]") == ["Top0", "Tray0", "Shelf0"]
+    page.evaluate("simcore.show(0.9); 1")
+    assert read(".cell.full") == ["Top B", "Tray3", "Shelf1"] and read(".counts [data-cell]") == [
+        "Top1",
+        "Tray3",
+        "Shelf1",
+    ]
+    page.evaluate("document.querySelector('.key input').click()")
+    cells = page.evaluate(
+        "[...document.querySelectorAll('[data-layer=heat] g[visibility=visible] rect')].map((node) => node.textContent)"
+    )
+    assert sum(int(words.split()[0]) for words in cells) == len(recording.times), "a robot is once somewhere at a time"
+    assert complaints(page) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("view", ["solid", "top"])
+def test_save_picture_is_a_png_of_what_is_seen_under_the_board(browser, run, view) -> None:
+    page = opened(browser, run[0], size=(1200, 800), query="#t=6")
+    page.evaluate(f"simcore.setView('{view}'); 1")
+    page.evaluate(
+        """HTMLAnchorElement.prototype.click = function () { window.file = this.download; };
+        URL.createObjectURL = (blob) => {
+          createImageBitmap(blob).then((image) => {
+            const { width, height } = image, context = new OffscreenCanvas(width, height).getContext('2d');
+            context.drawImage(image, 0, 0);
+            const { data } = context.getImageData(0, 0, width, height), rows = { ink: [], fuel: [] };
+            for (let k = 0; k < data.length; k += 4) {
+              const y = Math.floor(k / 4 / width), [r, g, b] = data.subarray(k, k + 3);
+              if (Math.max(r, g, b) < 60) rows.ink.push(y);
+              if (r > 200 && g > 160 && b < 80) rows.fuel.push(y);
+            }
+            const title = rows.ink.filter((y) => y < 60).length;
+            window.saved = [blob.type, width, height, title, rows.fuel.length, Math.min(...rows.fuel)];
+          });
+          return '';
+        }; 1"""
+    )
+    page.click("Save picture")
+    page.wait_for("window.saved")
+    kind, width, height, title, fuel, first = page.evaluate("saved")
+    assert (page.evaluate("file"), kind, width) == ("run_6.00s.png", "image/png", 1600)
+    assert 500 < height < 1500 and title > 500, "the title in dark letters"
+    assert fuel > 4000 and first > 120, "504 balls of it, all below the board"
+    assert {url.partition(":")[0] for url in page.requests[1:]} <= {"data"} and complaints(page) == []

@@ -3,6 +3,7 @@ import { inflate } from "./data.js";
 import { make } from "./dom.js";
 import { Charts, drawEvents, drawTables, tableOf } from "./panels.js";
 import { Player } from "./player.js";
+import { keyOf } from "./symbols.js";
 
 const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
@@ -139,6 +140,8 @@ export class Live {
     drawEvents(find(".timeline"), find(".events"), run, go);
     drawTables(find(".tables"), run, go);
     player.charts = new Charts(find(".charts-home"), run, go);
+    find(".key").replaceChildren(...keyOf(run));
+    player.heat();
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
     const sheet = find(".sheet");
     sheet.replaceChildren(make("h2", {}, meta.verdict), ...meta.tables.slice(0, 1).map((table) => tableOf(table, go)),

@@ -1,12 +1,11 @@
 // Everything around the drawings: score board, marks over the time, tables, boards of places and charts.
-import { ticks } from "./charts.js";
+import { chart } from "./charts.js";
 import { rowAt, unpack } from "./data.js";
 import { make, svg } from "./dom.js";
 
 const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
   bump: "\u25b2", "brown-out": "\u25bc", foul: "\u25c6", placed: "\u25a3" };
 const ROWS = [["mode", "put"], ["hit", "miss", "pass", "flying"], ["placed", "score", "foul"], ["slip", "bump", "brown-out"]];
-const PLOT = { total: 360, bottom: 178, left: 44, width: 306, top: 8, height: 132 };
 
 /** Score board: labels with a text each, and squares for strips of lights. */
 export class Board {
@@ -80,12 +79,44 @@ export function drawTables(home, run, go) {
     make("summary", {}, table.title), tableOf(table, go))));
 }
 
+const BOARD = { width: 360, left: 44, right: 306, row: 30 };
+
+/** Levels of one alliance as rows: places side by side, a filled mark where a piece is, and their number.
+ * @param {LevelData[]} levels */
+function placeBoard(levels) {
+  const widest = levels.reduce((one, other) => other.places.length > one.places.length ? other : one);
+  const word = (x, y, content, size, more = {}) => svg("text", { x, y, "font-size": size, fill: "var(--ink)", ...more }, content);
+  const bold = { "font-weight": "bold", "text-anchor": "end" }, small = { fill: "var(--muted)" }, side = levels[0].alliance || "neutral", parts = [];
+  if (widest.places.length <= 16 && widest.places.every((name) => name.length <= 3)) {
+    const wide = (BOARD.right - BOARD.left) / widest.places.length;
+    widest.places.forEach((name, k) => parts.push(word(BOARD.left + wide * (k + 0.5), 10, name, 11.5, { ...small, "text-anchor": "middle" })));
+  }
+  levels.forEach((level, row) => {
+    const y = 18 + BOARD.row * (row + 0.5), wide = (BOARD.right - BOARD.left) / Math.max(1, level.count), tall = BOARD.row;
+    parts.push(word(BOARD.left - 8, y + 5, level.label, 14, bold));
+    for (let k = 0; k < level.count; k++) {
+      const x = BOARD.left + wide * k, name = level.places[k], tip = svg("title", {}, name ? `${level.label} ${name}` : level.label);
+      const look = (shape, empty, full) => [svg(shape, { ...empty, fill: "none", stroke: "var(--control)" }), svg(shape, { ...full, class: "mark" })];
+      const at = { cx: x + 0.5 * wide, cy: y }, box = { x: x + 2, y: y - 0.4 * tall, width: wide - 4, height: 0.8 * tall, rx: 4 };
+      const marks = level.single ? look("circle", { ...at, r: 0.3 * Math.min(wide, tall) }, { ...at, r: 0.42 * Math.min(wide, tall), fill: `var(--${side})` }) :
+        [...look("rect", box, { ...box, fill: `var(--${side}-fill)`, stroke: `var(--${side})`, "stroke-width": 2 }),
+          word(x + 0.5 * wide, y + 5, "0", 14, { class: "n", "text-anchor": "middle" })];
+      parts.push(svg("g", { class: "cell", "data-cell": `${level.name}/${k}` }, tip, ...marks));
+    }
+    parts.push(svg("g", { "data-cell": level.name }, word(BOARD.right + 22, y + 5, "0", 14, { class: "n", ...bold })));
+    if (level.single) parts.push(word(BOARD.right + 26, y + 5, `of ${level.count}`, 11.5, small));
+  });
+  return svg("svg", { viewBox: `0 0 ${BOARD.width} ${22 + BOARD.row * levels.length}` }, ...parts);
+}
+
 /** Counts in places of the field and on their boards. */
 export class Places {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
-    home.innerHTML = run.meta.places.map((board) => `<figure>${board}</figure>`).join("");  // drawn and escaped in Python
-    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: run.meta.cells[node.getAttribute("data-cell")] ??= { times: [], values: [] } }));
+    const { levels, cells } = run.meta;
+    home.replaceChildren(...[...new Set(levels.map(({ alliance }) => alliance))].map((alliance) => make("figure", {},
+      make("figcaption", {}, make("strong", {}, alliance ? `Placed for ${alliance}` : "Placed")), placeBoard(levels.filter((level) => level.alliance === alliance)))));
+    this.cells = [...document.querySelectorAll("[data-cell]")].map((node) => ({ node, steps: cells[node.getAttribute("data-cell")] ??= { times: [], values: [] } }));
   }
 
   draw(time) {
@@ -97,118 +128,56 @@ export class Places {
   }
 }
 
-/** Curves over time, a cursor where the run is, and the values there; a click goes to its time. */
+/** Charts of curves over time with a cursor where the run is; a click goes to its time. */
 export class Charts {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run @param {(time: number) => void} go */
   constructor(home, run, go) {
     this.run = run;
-    this.charts = run.meta.charts.map((chart) => ({ ...chart, curves: chart.curves.map((curve) => this.curve(curve)) }));
+    this.dirty = new Set();
     const groups = new Map();
-    for (const chart of this.charts) {
-      if (!groups.has(chart.group)) groups.set(chart.group, []);
-      groups.get(chart.group).push(this.figure(chart, go));
-    }
+    this.charts = run.meta.charts.map((spec) => {
+      const node = make("figure"), series = spec.curves.map((curve) => this.curve(curve));
+      if (!groups.has(spec.group)) groups.set(spec.group, []);
+      groups.get(spec.group).push(node);
+      const levels = spec.limit === null ? [] : [{ y: spec.limit, label: `${spec.limit_label} ${spec.limit} ${spec.unit}` }];
+      const drawn = chart(node, { title: `${spec.title} [${spec.unit}]`, xLabel: "time [s]", series, levels, fromZero: spec.from_zero,
+        xRange: run.meta.live ? null : [run.start, run.end], cursor: run.start, onPick: go });
+      return { node, series, drawn };
+    });
     home.replaceChildren(...[...groups].map(([name, figures]) => name === "" ? make("div", { class: "charts" }, ...figures) :
       make("details", {}, make("summary", {}, `${name} (${figures.length} charts)`), make("div", { class: "charts" }, ...figures))));
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
   /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve */
-  curve(curve) {
-    if (!curve.data) return { ...curve, times: [], values: [] };
-    const rows = unpack(this.run.bytes, curve.data), times = [], values = [];
+  curve({ label, color, dashes, stepped, data, low, scale }) {
+    const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {
-      times.push(time += rows[k] / 1000);
-      values.push(curve.low + (rows[k + 1] + 32000) * curve.scale);
+      x.push(time += rows[k] / 1000);
+      y.push(low + (rows[k + 1] + 32000) * scale);
     }
-    return { ...curve, times, values };
-  }
-
-  /** @param {ChartData} chart @param {(time: number) => void} go */
-  figure(chart, go) {
-    chart.drawing = svg("svg", { viewBox: `0 0 ${PLOT.total} ${PLOT.bottom}`, role: "img", "aria-label": `${chart.title} over time` });
-    chart.labels = chart.curves.map((curve) => {
-      const value = make("span", { class: "value" }), sample = svg("svg", { viewBox: "0 0 20 6" });
-      sample.append(svg("path", { d: "M0 3h20", stroke: curve.color, "stroke-width": 2.5, "stroke-dasharray": curve.dashes }));
-      return [make("span", {}, sample, ` ${curve.label} `, value), value];
-    });
-    chart.drawing.addEventListener("click", (event) => {
-      const box = chart.drawing.getBoundingClientRect(), x = (event.clientX - box.left) / box.width * PLOT.total;
-      go(this.run.start + Math.min(1, Math.max(0, (x - PLOT.left) / PLOT.width)) * (this.run.end - this.run.start));
-    });
-    chart.node = make("figure", { class: "chart" }, make("figcaption", {}, make("strong", {}, `${chart.title} [${chart.unit}]`),
-      ...chart.labels.map(([label]) => label)), chart.drawing);
-    chart.isDrawn = false;
-    return chart.node;
-  }
-
-  /** Axes and curves, once; of a live run again as it grows. @param {ChartData} chart */
-  paint(chart) {
-    const { start, end } = this.run, all = chart.curves.flatMap((curve) => curve.values).filter(Number.isFinite);
-    let low = Math.min(...all, chart.from_zero ? 0 : Infinity), high = Math.max(...all, chart.from_zero ? 0 : -Infinity);
-    if (!Number.isFinite(low)) [low, high] = [0, 1];
-    const limit = chart.limit;
-    if (limit !== null && low - 0.5 * limit <= limit && limit <= high + 0.5 * limit) [low, high] = [Math.min(low, limit), Math.max(high, limit)];
-    const span = high - low || 1;
-    [low, high] = [low < 0 || !chart.from_zero ? low - 0.06 * span : low, low + span + 0.1 * span];
-    const x = (time) => PLOT.left + (time - start) / (end - start || 1) * PLOT.width, y = (value) => PLOT.top + (high - value) / (high - low) * PLOT.height;
-    const parts = [], words = (at, up, text, anchor, more = {}) => {
-      const node = svg("text", { x: at, y: up, "font-size": 11.5, "text-anchor": anchor, fill: "var(--muted)", ...more });
-      node.textContent = text;
-      parts.push(node);
-    };
-    const right = PLOT.left + PLOT.width, bottom = PLOT.top + PLOT.height;
-    for (const level of ticks(low, high, 5)) {
-      parts.push(svg("path", { d: `M${PLOT.left} ${y(level)}H${right}`, stroke: "var(--grid)" }));
-      words(PLOT.left - 5, y(level) + 4, String(level), "end");
-    }
-    for (const time of ticks(start, end || 1, 7)) words(x(time), bottom + 16, String(time), "middle");
-    words(right, PLOT.bottom - 5, "time [s]", "end");
-    words(0, 0, `[${chart.unit}]`, "middle", { transform: `translate(10 ${PLOT.top + PLOT.height / 2}) rotate(-90)` });
-    if (limit !== null && low <= limit && limit <= high) {
-      parts.push(svg("path", { d: `M${PLOT.left} ${y(limit)}H${right}`, stroke: "var(--ink)", "stroke-dasharray": "4 3" }));
-      words(right, y(limit) - 4, `${chart.limit_label} ${limit} ${chart.unit}`, "end");
-    }
-    for (const curve of chart.curves) {
-      let d = "", last = null;
-      curve.values.forEach((value, k) => {
-        if (!Number.isFinite(value)) return;
-        if (curve.stepped && last !== null && value !== last) d += `L${x(curve.times[k]).toFixed(1)} ${y(last).toFixed(1)}`;
-        d += `${last === null ? "M" : "L"}${x(curve.times[k]).toFixed(1)} ${y(value).toFixed(1)}`;
-        last = value;
-      });
-      parts.push(svg("path", { d, fill: "none", stroke: curve.color, "stroke-width": 1.6, "stroke-dasharray": curve.dashes }));
-    }
-    chart.cursor = svg("path", { class: "cursor", stroke: "var(--ink)" });
-    chart.drawing.replaceChildren(...parts, chart.cursor);
-    chart.isDrawn = true;
+    return { name: label, color, dashes, kind: stepped ? "steps" : "line", x, y };
   }
 
   draw(time) {
     this.now = time;
-    const { start, end } = this.run;
-    for (const chart of this.charts) {
-      if (chart.node.closest("details:not([open])")) continue;
-      if (!chart.isDrawn) this.paint(chart);
-      chart.cursor.setAttribute("d", `M${(PLOT.left + (time - start) / (end - start || 1) * PLOT.width).toFixed(1)} ${PLOT.top}v${PLOT.height}`);
-      chart.curves.forEach((curve, k) => {
-        const value = curve.values[rowAt(curve.times, time)];
-        chart.labels[k][1].textContent = value === undefined || !Number.isFinite(value) ? "" :
-          Math.abs(value) >= 100 || Math.abs(value - Math.round(value)) < 1e-4 ? String(Math.round(value) + 0) : value.toFixed(2);
-      });
+    for (const one of this.charts) {
+      if (one.node.closest("details:not([open])")) continue;
+      if (this.dirty.delete(one)) one.drawn.update(one.series);
+      one.drawn.setCursor(time);
     }
   }
 
-  /** Live: a value for each curve, in order. */
+  /** Add a value to each curve, in their order; they are drawn at the next `draw`. @param {number} time @param {(number | null)[]} values */
   append(time, values) {
     let k = 0;
-    for (const chart of this.charts) {
-      chart.isDrawn = false;
-      for (const curve of chart.curves) {
+    for (const one of this.charts) {
+      for (const { x, y } of one.series) {
         const value = values[k++];
         if (value === null || value === undefined) continue;
-        curve.times.push(time);
-        curve.values.push(value);
+        x.push(time);
+        y.push(value);
+        this.dirty.add(one);
       }
     }
   }

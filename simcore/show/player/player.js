@@ -2,8 +2,10 @@
 import { Run, rowAt } from "./data.js";
 import { make } from "./dom.js";
 import { Board, Charts, Places, drawEvents, drawTables } from "./panels.js";
+import { download, pictureOf } from "./picture.js";
 import { CAMERAS, Solid } from "./solid.js";
 import { Sounds } from "./sound.js";
+import { keyOf } from "./symbols.js";
 import { Top } from "./top.js";
 
 export const VIEWS = ["both", "top", "solid"];
@@ -31,7 +33,7 @@ export class Player {
     find("h1").textContent = meta.title;
     find(".notes").replaceChildren(...meta.notes.map((text) => make("p", { class: "note" }, text)));
     find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
-    find(".key").innerHTML = meta.key;  // drawn and escaped in Python
+    find(".key").replaceChildren(...keyOf(this.run));
     this.top = new Top(find(".top"), this.run);
     this.counts = new Places(find(".places"), this.run);
     this.board = new Board(find(".board"), this.run);
@@ -78,6 +80,7 @@ export class Player {
     const tools = [this.speed, ...this.solid ? [this.viewChoice, this.cameraChoice] : [], ...robots.length > 1 && this.solid ? [this.robotChoice] : [], this.trailChoice];
     if (meta.phases.length || this.isLive) tools.push(this.sounds.button);
     if (this.solid && window.MediaRecorder) tools.push(this.clipButton = make("button", { type: "button", onclick: () => this.clip() }, "clip"));
+    tools.push(make("button", { type: "button", onclick: () => this.savePicture() }, "Save picture"));
     find(".tools").replaceChildren(...tools);
     find(".bar").hidden = false;
     this.range();
@@ -90,9 +93,7 @@ export class Player {
   }
 
   heat() {
-    const boxes = Object.entries(this.run.meta.heat).map(([name, cells]) => {
-      const layer = document.createElementNS("http://www.w3.org/2000/svg", "g");
-      layer.innerHTML = cells;
+    const boxes = Object.entries(this.top.heatMaps()).map(([name, layer]) => {
       layer.setAttribute("visibility", "hidden");
       this.top.layers.heat.append(layer);
       const box = make("input", { type: "checkbox", onchange: () => layer.setAttribute("visibility", box.checked ? "visible" : "hidden") });
@@ -218,9 +219,7 @@ export class Player {
     const recorder = new MediaRecorder(this.solid.canvas.captureStream(30), { mimeType: type }), parts = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
     recorder.onstop = () => {
-      const link = make("a", { href: URL.createObjectURL(new Blob(parts, { type })), download: `clip.${type.slice(6)}` });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+      download(new Blob(parts, { type }), `clip.${type.slice(6)}`);
       this.clipButton.textContent = "clip";
     };
     this.clipButton.textContent = "recording";
@@ -229,6 +228,12 @@ export class Player {
     recorder.start();
     this.play();
     this.until = end;
+  }
+
+  /** What is seen now as a PNG file. */
+  async savePicture() {
+    const canvas = await pictureOf(this);
+    canvas.toBlob((blob) => download(blob, `run_${this.now.toFixed(2)}s.png`), "image/png");
   }
 
   nextCamera() {

@@ -145,7 +145,7 @@ export class Solid {
       this.scene.add(mesh);
     };
     block([[-0.5, -0.5], [length + 0.5, -0.5], [length + 0.5, width + 0.5], [-0.5, width + 0.5]], -0.03, -0.002, "#5c6168");
-    for (const [color, corners] of outlines) block(corners, 0, 0.3, color);
+    for (const [, , color, corners] of outlines) block(corners, 0, 0.3, color);
   }
 
   /** A plate with its number for each AprilTag. */

@@ -1,6 +1,7 @@
-// The field from above, as SVG in centimeters, y down: the ground comes drawn, what moves is moved here.
+// The field from above, as SVG in centimeters, y down: what moves, over the ground.
 import { turned, yawOf } from "./data.js";
 import { svg } from "./dom.js";
+import { fieldCounts, ghostSymbol, ground, heatMap, robotSymbol, viewOf } from "./symbols.js";
 
 const HIGH = 0.35;  // [m]; a flying piece whose center is higher is drawn darker and larger
 const LATELY = 5;  // [s] for which trails stay
@@ -22,9 +23,14 @@ export class Top {
     this.run = run;
     this.height = 100 * run.meta.field.size[1];
     this.trail = run.end - run.start < 31 && !run.meta.live ? "whole" : "lately";
-    home.innerHTML = run.meta.top;  // drawn in Python, which has escaped all names in it
-    const find = (name) => home.querySelector(`[data-layer="${name}"]`);
-    this.layers = Object.fromEntries(["heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes"].map((name) => [name, find(name)]));
+    const { field, robots, levels } = run.meta, layer = (name) => [name, svg("g", { "data-layer": name })];
+    this.layers = Object.fromEntries(["heat", "trails", "shots", "pieces", "lines", "ghosts", "robots", "flashes"].map(layer));
+    this.drawing = svg("svg", { viewBox: viewOf(field).map((size) => size.toFixed(1)).join(" "), role: "img", "aria-label": "the field from above" },
+      ...ground(field), ...Object.values(this.layers), fieldCounts(levels, this.height));
+    home.replaceChildren(this.drawing);
+    const named = robots.length > 1;
+    this.layers.robots.append(...robots.map((robot, k) => robotSymbol(robot, named ? robot.name || String(k) : "")));
+    this.layers.ghosts.append(...robots.map(ghostSymbol));
     this.robots = [...this.layers.robots.children];
     this.ghosts = [...this.layers.ghosts.children];
     this.nodes = run.pieces.map(({ kind }) => {
@@ -134,6 +140,18 @@ export class Top {
     this.path(this.layers.shots, "hits", marks.hit, { stroke: "var(--paper)", "stroke-width": 1, style: "fill: var(--hit)" });
     this.path(this.layers.shots, "misses", marks.miss, { stroke: "var(--miss)", "stroke-width": 3 });
     this.path(this.layers.shots, "taken", marks.taken, { stroke: "var(--path)", "stroke-width": 2 });
+  }
+
+  /** What can be shown as a heat map, by name: where robots were, and where shots came down that missed. */
+  heatMaps() {
+    const { run } = this, { meta } = run, driven = [], fallen = [];
+    for (const time of run.groups.robots.times.subarray(0, run.groups.robots.n)) {
+      meta.robots.forEach((_, k) => { const pose = run.robot(k, time); if (pose) driven.push(pose.place); });
+    }
+    for (const shot of meta.shots) if (shot.result === "miss") fallen.push(...run.wayOf(shot.piece, shot.time, shot.end).slice(-1));
+    const maps = { robot: [driven, "path"], misses: [fallen, "miss"] };
+    return Object.fromEntries(Object.entries(maps).filter(([, [places]]) => places.length)
+      .map(([name, [places, color]]) => [name, heatMap(meta.field.size, places, color)]));
   }
 
   /** A ring where something has scored. @param {ArrayLike<number>} place */

@@ -9,7 +9,7 @@ import pytest
 from simcore.cli import main
 from simcore.errors import ConfigError
 from simcore.match.registry import find_game, installed_games
-from simcore.sweep.results_page import _title
+from simcore.sweep.sweep_page import _title
 
 NAN = """from dataclasses import replace
 from games.rebuilt import REBUILT
@@ -94,7 +94,7 @@ class Mine(Rules):
 GAME = replace(GAME, rules=Mine)
 """
     )
-    outputs = ["--log", "run.wpilog", "--picture", "run.png", "--page", "run.html"]
+    outputs = ["--log", "run.wpilog", "--page", "run.html"]
     assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 1
     said = capsys.readouterr().err.strip().splitlines()
     assert said[-1] == "AttributeError: 'Mine' object has no attribute 'point'"
@@ -103,7 +103,7 @@ GAME = replace(GAME, rules=Mine)
 
 def test_the_page_of_a_log_whose_game_is_broken_says_so(installed, capsys):
     installed(OTHER)
-    outputs = ["--log", "run.wpilog", "--picture", "run.png", "--page", "run.html"]
+    outputs = ["--log", "run.wpilog", "--page", "run.html"]
     assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 0
     installed("raise RuntimeError('half written')\n", fresh=False)
     capsys.readouterr()

@@ -95,7 +95,7 @@ def test_the_page_says_the_best_shot_and_maps_what_goes_in(made) -> None:
         (["shots", "rebuilt", "--target", "BlueHubb"], "Did you mean 'BlueHub'"),
         (["shots", "rebuilt", "--shooter", "3"], "shooters 0 to 0, got 3"),
         (["shots", "rebuilt", "--robot", "gone.toml"], "no file 'gone.toml'"),
-        (["shots", "rebuilt", "--set", "shooter.exit_eficiency=0.4"], "exit_efficiency"),
+        (["shots", "rebuilt", "--set", "robot.shooters.*.exit_eficiency=0.4"], "exit_efficiency"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(tmp_path, monkeypatch, capsys, words, sentence) -> None:

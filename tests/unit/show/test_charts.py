@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from made_up_run import SCENE, recorded
 
-from simcore.show.charts import Chart, Curve, bounds, charts_of, thinned
+from simcore.show.charts import Curve, charts_of, thinned
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import RobotLook
 from simcore.telemetry.recording import Recording
@@ -57,13 +57,3 @@ def test_a_spike_survives_thinning() -> None:
     assert thin.times[thin.values == 9.0] == 7777 * 0.02
     assert (thin.times[0], thin.times[-1]) == (0.0, 9999 * 0.02)
     assert (np.diff(thin.times) > 0.0).all()
-
-
-def test_bounds_hold_all_values_and_a_limit_that_is_near() -> None:
-    volts = curve(np.array([12.0, 9.0]))
-    low, high = bounds(Chart(title="", unit="V", curves=[volts], limit=6.75, from_zero=False))
-    assert low < 6.75 and high > 12.0
-    low, high = bounds(Chart(title="", unit="ms", curves=[curve(np.array([1.0, 2.0]))], limit=20.0))
-    assert low == 0.0 and 2.0 < high < 20.0, "far below the budget the budget would flatten the curve"
-    low, high = bounds(Chart(title="", unit="", curves=[curve(np.array([np.nan, np.inf]))]))
-    assert low < high

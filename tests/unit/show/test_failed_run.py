@@ -14,14 +14,13 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
 
 
-def test_log_picture_and_page_are_left_and_named(tmp_path: Path) -> None:
+def test_log_and_page_are_left_and_named(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
     assert left.problems == ()
-    assert {left.log, left.picture, left.page} == set((tmp_path / "new").iterdir())
-    assert all(path is not None and path.stem == "test_auto_red_3" and str(path) in str(left) for path in
-               (left.log, left.picture, left.page))  # fmt: skip
+    assert {left.log, left.page} == set((tmp_path / "new").iterdir())
+    for path in (left.log, left.page):
+        assert path is not None and path.stem == "test_auto_red_3" and str(path) in str(left)
     assert left.page is not None and PageReader(left.page).meta["notes"] == ["assert 3 >= 20"]
-    assert left.picture is not None and left.picture.read_bytes().startswith(b"\x89PNG")
     assert DataLogReader(str(left.log)).isValid()
 
 
@@ -53,7 +52,7 @@ def _records(path: Path) -> list[tuple[object, ...]]:
 
 def test_a_game_that_shows_no_scene_gets_a_bare_field(tmp_path: Path) -> None:
     left = save_failed_run(recorded(), tmp_path, name="bare")
-    assert left.problems == () and left.page is not None and left.picture is not None
+    assert left.problems == () and left.page is not None
 
 
 def test_an_end_before_the_first_tick_is_said(tmp_path: Path) -> None:
@@ -65,20 +64,20 @@ def test_an_end_before_the_first_tick_is_said(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_said_and_raises_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     left = save_failed_run(recorded(3), tmp_path / "file", scene=SCENE)
-    assert (left.log, left.picture, left.page) == (None, None, None)
-    assert len(left.problems) == 3 and str(left).startswith("nothing of the run could be kept; no log: ")
+    assert (left.log, left.page) == (None, None)
+    assert len(left.problems) == 2 and str(left).startswith("nothing of the run could be kept; no log: ")
 
 
 def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(path: Path, *_: object, **__: object) -> None:
         path.touch()  # what a full disk leaves
-        raise RuntimeError("no fonts")
+        raise RuntimeError("it broke")
 
-    monkeypatch.setattr(failed_run, "draw_summary", fail)
+    monkeypatch.setattr(failed_run, "write_page", fail)
     left = save_failed_run(recorded(3), tmp_path, name="x", scene=SCENE)
-    assert left.picture is None and left.page is not None and left.log is not None
-    assert left.problems == ("no picture: no fonts",)
-    assert not (tmp_path / "x.png").exists()
+    assert left.page is None and left.log is not None
+    assert left.problems == ("no page: it broke",)
+    assert not (tmp_path / "x.html").exists()
 
 
 @pytest.mark.parametrize(

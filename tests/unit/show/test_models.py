@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from check_models import check_folder
 
 from simcore.errors import ModelError, UnknownNameError
-from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
 

@@ -13,10 +13,28 @@ from made_up_run import HELD, PIECES, SCENE, places, pose, recorded
 from page_reader import PageReader, yaw_of
 
 from simcore.errors import OutputError
+from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
+from simcore.match.game import Game
+from simcore.match.runner import split_level
+from simcore.pieces.resting_places import RestingPlace
+from simcore.show import page as page_module
 from simcore.show.page import page_html, write_page
-from simcore.show.scene import PieceLook, Scene
+from simcore.show.scene import PieceLook, Scene, bare_scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
+
+PLACES = (
+    RestingPlace(name="Blue A Top", level="BlueTop", zone=CylinderZone((2.0, 1.0), 0.1, 1.0, 1.2), capacity=1),
+    RestingPlace(name="Blue B Top", level="BlueTop", zone=CylinderZone((2.0, 2.0), 0.1, 1.0, 1.2), capacity=1),
+    RestingPlace(name="Blue tray", level="BlueTray", zone=CapsuleZone((1.5, 1.5, 0.5), (2.5, 1.5, 0.5), 0.1)),
+    RestingPlace(name="shelf", level="Shelf", zone=BoxZone((5.0, 1.0, 0.3), (6.0, 2.0, 0.6))),
+    RestingPlace(name="not counted", zone=BoxZone((7.0, 1.0, 0.3), (7.5, 2.0, 0.6))),
+)
+COUNTS = [  # time, and pieces in each place of each level
+    (0.0, {"BlueTop": (0, 0), "BlueTray": (0,), "Shelf": (2,)}),
+    (1.0, {"BlueTop": (0, 1), "BlueTray": (0,), "Shelf": (2,)}),
+    (2.0, {"BlueTop": (0, 0), "BlueTray": (3,), "Shelf": (1,)}),
+]
 
 
 def page(tmp_path: Path, recording: Recording | None = None, scene: Scene = SCENE, **words: str) -> PageReader:
@@ -84,7 +102,36 @@ def test_a_name_is_a_text_and_cannot_break_the_page(tmp_path: Path) -> None:
     run = page(tmp_path, recording, title="</title><script>alert(1)</script>", subtitle="<b>&")
     assert "<script>alert" not in run.text and "&lt;/title&gt;" in run.text
     assert run.board("period", 0.0) == "<!--<script>" and run.meta["notes"] == ["<b>&"]
-    assert "box &lt;1" in run.meta["top"] and "box <1" not in run.meta["top"], "what is drawn is escaped"
+    assert [name for name, *_ in run.meta["field"]["outlines"]] == ["blue_hub", "box <1>"]
+    player = Path(page_module.__file__).with_name("player")
+    assert not [path.name for path in player.glob("*.js") if "innerHTML" in path.read_text(encoding="utf-8")]
+
+
+def test_levels_have_their_places_and_what_is_in_each(tmp_path: Path) -> None:
+    game = Game.bare(size=SCENE.field_size, places=PLACES, robot=lambda: pytest.fail("no robot is asked for"))
+    recording = Recording()
+    for tick, (time, levels) in enumerate(COUNTS):
+        counts = {f"Sim/Places/{name}": np.array(row) for name, row in levels.items()}
+        totals = {f"Sim/Placed/{name}": sum(row) for name, row in levels.items()}
+        recording.write(Snapshot(time=time, tick=tick, integer_arrays=counts, integers=totals))
+    run = page(tmp_path, recording, replace(SCENE, levels=bare_scene(game).levels))
+    assert [tuple(level.values()) for level in run.meta["levels"]] == [
+        ("BlueTop", "blue", "Top", ["A", "B"], 2, True, [2.0, 1.5]),
+        ("BlueTray", "blue", "Tray", [""], 1, False, [2.0, 1.5]),
+        ("Shelf", "", "Shelf", [""], 1, False, [5.5, 1.5]),
+    ]
+    assert {"placed, blue top +1", "placed, shelf -1"} <= {text for _, _, text in run.meta["events"]}
+    steps = {name: list(zip(*changes.values(), strict=True)) for name, changes in run.meta["cells"].items()}
+    assert steps == {
+        "BlueTop/0": [(0.0, 0)], "BlueTop/1": [(0.0, 0), (1.0, 1), (2.0, 0)],
+        "BlueTop": [(0.0, 0), (1.0, 1), (2.0, 0)], "BlueTray/0": [(0.0, 0), (2.0, 3)], "BlueTray": [(0.0, 0), (2.0, 3)],
+        "Shelf/0": [(0.0, 2), (2.0, 1)], "Shelf": [(0.0, 2), (2.0, 1)],
+    }  # fmt: skip
+    assert page(tmp_path, recording).meta["levels"] == [], "of a game without places"
+
+
+def test_levels_that_are_called_like_an_alliance_alone_are_nobodys() -> None:
+    assert [split_level(name) for name in ("RedL1", "Red", "Reef")] == [("red", "L1"), ("", "Red"), ("", "Reef")]
 
 
 def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:

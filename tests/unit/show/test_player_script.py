@@ -30,7 +30,7 @@ def test_the_reader_and_what_needs_no_browser(tmp_path: Path) -> None:
     layout = FrameLayout(SCENE, (), piece_kinds(recording, SCENE))
     expected = []
     for snapshot in filled(recording):
-        ((_, poses, states),) = layout.pieces(snapshot)
+        pieces = layout.row("pieces", snapshot).reshape(-1, 4) / (1e3, 1e3, 1e3, 1.0)
         true, believed = snapshot.poses["Sim/Robot/Pose3d"], snapshot.poses["Sim/Robot/EstimatedPose"]
         yaw, turned = (2.0 * np.arctan2(row[6], row[3]) for row in (true, believed))
         expected.append(
@@ -38,7 +38,7 @@ def test_the_reader_and_what_needs_no_browser(tmp_path: Path) -> None:
                 "time": snapshot.time,
                 "robot": [*true[:3].tolist(), float(yaw)],
                 "belief": [*believed[:2].tolist(), float(turned)],
-                "pieces": np.column_stack((poses[:, :3], states)).tolist(),
+                "pieces": pieces.tolist(),
             }
         )
     text = json.dumps(meta, allow_nan=False).encode()

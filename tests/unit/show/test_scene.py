@@ -1,41 +1,15 @@
-"""Outlines of pieces from above."""
+"""Looks of pieces and robots."""
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from simcore.errors import ConfigError
 from simcore.show.scene import PLAIN_PIECE, PieceLook, RobotLook, Scene
 
 
-def rows(*rotations: Rotation) -> np.ndarray:
-    """Poses at (1, 2, 0.5) with these rotations, shape (n, 7)."""
-    return np.array([(1.0, 2.0, 0.5, *rotation.as_quat(scalar_first=True)) for rotation in rotations])
-
-
-def test_a_box_is_seen_from_above_as_it_lies() -> None:
-    look = PieceLook(size=(0.3, 0.12, 0.1), color="#ffffff")
-    seen = look.rectangles(
-        rows(
-            Rotation.identity(),
-            Rotation.from_euler("z", 130, degrees=True),
-            Rotation.from_euler("x", 90, degrees=True),
-            Rotation.from_euler("y", 90, degrees=True),
-            Rotation.from_euler("y", 30, degrees=True),
-        )
-    )
-    tilted = 0.3 * math.cos(math.radians(30)) + 0.1 * math.sin(math.radians(30))
-    assert seen[:, :2] == pytest.approx(np.array([(0.3, 0.12), (0.3, 0.12), (0.3, 0.1), (0.12, 0.1), (tilted, 0.12)]))
-    assert seen[:, 2] == pytest.approx([0.0, math.radians(-50), 0.0, math.pi / 2, 0.0])
-
-
-def test_a_disk_and_derived_colors() -> None:
+def test_derived_colors() -> None:
     look = PieceLook(radius=0.1, color="#804020")
-    assert look.rectangles(rows(Rotation.identity())).tolist() == [[0.2, 0.2, 0.0]]
     assert (look.air_color, look.edge_color) == ("#603018", "#402010")
 
 

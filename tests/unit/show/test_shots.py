@@ -10,7 +10,7 @@ from made_up_run import SCENE, flight, recorded
 
 from simcore.show.run_events import ChangeRecord, board_now, events_of
 from simcore.show.scene import Goal
-from simcore.show.shots import intake_places, shots_of
+from simcore.show.shots import shots_of
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 
@@ -51,7 +51,7 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
 
 
 def test_a_log_of_before_there_was_a_record_has_neither_shots_nor_intakes() -> None:
-    assert shots_of(Recording(), SCENE) == [] and intake_places(Recording()).shape == (0, 2)
+    assert shots_of(Recording(), SCENE) == []
 
 
 def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import functools
+import gzip
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,9 +17,19 @@ from simcore.sweep.results import Results
 def described(*factors, **rest):
     """What Results asks of an experiment."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
-    stop = SimpleNamespace(condition="")
-    told = {"factors": named, "game": "made", "auto": "depot", "stop": stop, **rest}
+    told = {"factors": named, "game": "made", "auto": "depot", **rest}
     return SimpleNamespace(project=None, red="", blue="", **told)
+
+
+def blocks_of(page):
+    """Return the blocks of a report from the text of its page."""
+    text = re.search(r'id="report">([^<]*)<', page)[1]
+    return json.loads(gzip.decompress(base64.b64decode(text)))
+
+
+def same(results):
+    """Return what must be equal to the bit: all of the rows but the time that runs cost."""
+    return [{name: value for name, value in row.items() if name != "cpu_seconds"} for row in results.rows]
 
 
 def runs_of(points, columns, *, seeds=1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -41,7 +42,12 @@ def hang():
         pass
 
 
+def leave():
+    sys.exit(3)
+
+
 def die():
+    print("so much for that", flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 
 
@@ -53,8 +59,13 @@ def die_once():
 
 
 def ticks(run):
-    """A metric of one's own."""
+    """Count ticks: a metric of one's own."""
     return run.match.ticks
+
+
+def process(run):
+    """Tell the process that plays."""
+    return os.getpid()
 
 
 def rush(match, alliance, level):
@@ -70,6 +81,6 @@ with Match.bare() as match:
         roles={"rusher": Role(name="rusher", summary="", controller=rush)},
         autos={
             deed.__name__: Auto(name=deed.__name__, summary="", controller=partial(controller, deed), start=(4, 4, 0))
-            for deed in (drive, fail, hang, die, die_once)
+            for deed in (drive, fail, hang, leave, die, die_once)
         },
     )

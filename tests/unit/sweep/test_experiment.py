@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import SimcoreError
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import choose_engine
 from simcore.sweep.code_version import project_digest
-from simcore.sweep.experiment import Experiment, StopRule
+from simcore.sweep.experiment import Experiment, programs_outside
 from simcore.sweep.factors import parse_factor
 
-MASS, CHARGE = parse_factor("robot.mass=45,60"), parse_factor("battery.charge=0.3,0.6,1")
+MASS, CHARGE = parse_factor("robot.mass=45,60"), parse_factor("robot.battery.initial_charge=0.3,0.6,1")
 DRAWN = parse_factor("robot.mass=normal(55,1)")
 
 
@@ -30,39 +31,24 @@ def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
     assert [run.point for run in runs[6:]] == list(range(6))
 
 
-@pytest.mark.parametrize("design", ["random", "latin", "sobol"])
-def test_sampled_designs_are_the_same_every_time(design):
-    experiment = Experiment(factors=(DRAWN, CHARGE), design=design, samples=8)
+def test_random_points_are_the_same_every_time():
+    experiment = Experiment(factors=(DRAWN, CHARGE), samples=8)
     points = experiment.design_points()
     assert len(points) == 8 == experiment.count == len(experiment.runs())
-    assert points == experiment.design_points()
+    assert points == experiment.design_points() and len({mass for mass, _ in points}) == 8
     assert {charge for _, charge in points} <= {0.3, 0.6, 1.0}
     assert all(45.0 < mass < 65.0 for mass, _ in points)
-
-
-def test_a_latin_hypercube_has_one_point_in_each_slice():
-    factor = parse_factor("robot.mass=uniform(0,10)")
-    points = Experiment(factors=(factor,), design="latin", samples=10).design_points()
-    assert sorted(int(mass) for (mass,) in points) == list(range(10))
-
-
-def test_lists_and_points_are_taken_as_they_are():
-    pairs = Experiment(factors=(MASS, parse_factor("battery.charge=0.3,1")), design="list")
-    assert pairs.design_points() == [(45.0, 0.3), (60.0, 1.0)]
-    assert Experiment(factors=(MASS, CHARGE), design="points", points=[(50, 1)]).design_points() == [(50, 1)]
 
 
 def test_it_survives_json():
     experiment = Experiment(
         auto="depot",
         factors=(DRAWN, CHARGE),
-        design="sobol",
         samples=4,
         seeds=range(3),
         scatter=Scatter().scaled(0.5),
         metrics=("score", "landings"),
         timeout=9.0,
-        stop=StopRule(condition="score > 1", width=0.2),
     )
     again = Experiment.from_json(json.loads(json.dumps(experiment.to_json())))
     assert again == experiment and again.run_keys(again.runs()) == experiment.run_keys(experiment.runs())
@@ -82,6 +68,7 @@ def test_a_run_keeps_its_name_where_more_is_asked_for():
 def test_a_run_has_another_name_with_another_mesh_or_engine_package(tmp_path, monkeypatch):
     (tmp_path / "meshed_game.py").write_text("""
 from dataclasses import replace
+from pathlib import Path
 from pathlib import Path
 from simcore.match.registry import find_game
 
@@ -115,13 +102,9 @@ def test_a_project_has_another_name_when_its_code_changes(tmp_path):
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"factors": (DRAWN,)}, "must be one of random, latin"),
-        ({"factors": (MASS, CHARGE), "design": "list"}, "as many values of each"),
-        ({"factors": (MASS,), "design": "latin"}, "samples > 0"),
-        ({"factors": (MASS,), "design": "points"}, "needs points"),
-        ({"factors": (MASS,), "design": "points", "points": ((1, 2),)}, "a point needs 1 values"),
+        ({"factors": (DRAWN,)}, "say how many samples"),
+        ({"samples": 3}, "got 3 of none"),
         ({"factors": (MASS, MASS)}, "must differ"),
-        ({"design": "gird"}, "Did you mean 'grid'"),
         ({"seeds": ()}, "at least one"),
         ({"seeds": (1, 1)}, "different"),
         ({"seeds": (-1,)}, "whole number from 0"),
@@ -144,6 +127,16 @@ def test_a_function_is_named_so_that_workers_find_it():
     assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
 
 
-def test_stop_rules_are_judged():
-    with pytest.raises(ConfigError, match="width must be"):
-        StopRule(width=0.0)
+def test_programs_outside_of_a_folder_are_named_without_a_look_into_them(tmp_path, monkeypatch):
+    for name in ("inside", "outside"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}_code.py").write_text("raise SystemExit\n")
+        monkeypatch.syspath_prepend(str(tmp_path / name))
+    here, there = str(tmp_path / "inside" / "robot"), str(tmp_path / "outside" / "robot")
+    told = {
+        "project": here, "factors": [{"name": "project", "values": [here, there]}], "game": "rebuilt",
+        "robot": "outside_code:robot", "metrics": ["score", "inside_code:a", "outside_code:b"],
+    }  # fmt: skip
+    wanted = [str(Path(there, "robot.py")), str(tmp_path / "outside" / "outside_code.py")]
+    assert programs_outside(told, tmp_path / "inside") == wanted
+    assert programs_outside(told, tmp_path) == []

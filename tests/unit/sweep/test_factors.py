@@ -37,7 +37,6 @@ def test_distributions_give_quantiles():
 
 @pytest.mark.parametrize("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
                                   "a=uniform(2,1)", "a=normal(1)", "a=normal(1,0)", "a=gauss(1,2)", "a..b=1",
-                                  "a=45-60", "a=45..60", "a=uniform 1,2",
                                   "a=0:1e9:0.001", "a=1e300,2"])  # fmt: skip
 def test_what_cannot_be_read_is_said(text):
     with pytest.raises(ConfigError):
@@ -60,14 +59,14 @@ def test_names_reach_the_robot():
         SETUP,
         {
             "robot.bumper.0": 0.82,
-            "battery.charge": 0.3,
-            "shooter.exit_efficiency": 0.45,  # of the shooter
-            "shooter.inertia": 0.01,  # of the mechanism of the same name
-            "hood.gearing": 80.0,  # in the mechanism's gearbox
-            "drivetrain.wheel_cof": 1.1,  # of all modules
+            "robot.battery.initial_charge": 0.3,
+            "robot.shooters.*.exit_efficiency": 0.45,
+            "robot.mechanisms.shooter.inertia": 0.01,
+            "robot.mechanisms.hood.gearbox.gearing": 80.0,
+            "robot.drivetrain.modules.*.wheel_cof": 1.1,  # of all modules
             "robot.drivetrain.modules.2.drive_kp": 2.0,  # of one
             "robot.storage.capacity": 30.0,
-            "battery.brownout_enabled": "false",
+            "robot.battery.brownout_enabled": "false",
         },
     ).robot
     assert robot.bumper == (0.82, 0.8)
@@ -85,19 +84,16 @@ def test_a_heavier_robot_is_as_wide_as_before():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
-    assert vary(SETUP, {"mass": 66.0}).robot == after
     assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
     told = replace(SETUP, robot=replace(before, chassis=replace(before.body, yaw_inertia=4.0)))
-    assert vary(told, {"mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
-    with pytest.raises(ConfigError, match="yaw_inertia"):  # of the drivetrain, or of the chassis?
-        vary(told, {"robot.yaw_inertia": 5.0})
+    assert vary(told, {"robot.mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
 
 
 def test_names_reach_how_it_is_played():
     varied = vary(
         SETUP,
         {"start.y": 6.1, "auto": "neutral", "preload": 4.0, "seconds": 5.0, "alliance": "red", "scatter": 0.5,
-         "scatter.spin": 0.2, "pieces.fuel.mass": 0.22, "pieces.restitution": 0.4},
+         "scatter.spin": 0.2, "pieces.Fuel.mass": 0.22, "pieces.*.restitution": 0.4},
     )  # fmt: skip
     neutral = REBUILT.auto("neutral")
     assert varied.auto == replace(neutral, start=(neutral.start[0], 6.1, neutral.start[2]), preload=4)
@@ -116,24 +112,27 @@ def test_names_reach_how_it_is_played():
     [
         ({"robot.mas": 3.0}, "Did you mean 'mass'"),
         ({"robt.mass": 3.0}, "Did you mean 'robot'"),
-        ({"battery.chage": 1.0}, "Did you mean 'initial_charge'"),
-        ({"shooter.exit_eficiency": 0.4}, "Did you mean 'exit_efficiency'"),
-        ({"hoood.mass": 1.0}, "Did you mean 'hood'"),
+        ({"battery.initial_charge": 1.0}, "Did you mean 'robot.battery'"),
+        ({"robot.battery.initial_chage": 1.0}, "Did you mean 'initial_charge'"),
+        ({"robot.shooters.0.exit_eficiency": 0.4}, "Did you mean 'exit_efficiency'"),
+        ({"robot.mechanisms.hoood.mass": 1.0}, "Did you mean 'hood'"),
         ({"auto": "dpot"}, "Did you mean 'depot'"),
         ({"scatter.only": "spim"}, "Did you mean 'spin'"),
         ({"scatter.exit": 0.1}, "Did you mean 'exit_speed'"),
-        ({"pieces.fuel.mas": 0.2}, "Did you mean 'mass'"),
+        ({"pieces.Fuel.mas": 0.2}, "Did you mean 'mass'"),
+        ({"pieces.fuel.mass": 0.2}, "Did you mean 'Fuel'"),
         ({"start.z": 0.2}, "Known: ['alliance'"),
-        ({"robot.drivetrain.modules.7.x": 0.2}, "Known: ['*', '0'"),
+        ({"robot.drivetrain.modules.7.x": 0.2}, "Known: ['0', '1'"),
         ({"robot.mass": -3.0}, "above 0 and up to 1000 kg, got -3.0"),
         ({"robot.mass": "heavy"}, "got 'heavy'"),
-        ({"battery.charge": 1.5}, "from 0 to 1, got 1.5"),
+        ({"robot.battery.initial_charge": 1.5}, "from 0 to 1, got 1.5"),
         ({"robot.storage.capacity": 3.5}, "whole number"),
-        ({"battery.brownout_enabled": 2.0}, "true or false"),
+        ({"robot.battery.brownout_enabled": 2.0}, "true or false"),
         ({"alliance": "green"}, "'blue' or 'red', got 'green'"),
-        ({"gyro": 3.0}, "name a number in it, as robot.gyro.{"),
-        ({"robot.bumper": 3.0}, "robot.bumper.{*,0,1}"),
-        ({"robot.mass.x": 3.0}, "to vary"),
+        ({"robot.gyro": 3.0}, "name a number in it, as robot.gyro.{"),
+        ({"robot.bumper": 3.0}, "robot.bumper.{0,1}"),
+        ({"robot.mass.x": 3.0}, "no part of robot named 'mass'"),
+        ({"robot.storage.capacity.x": 3.0}, "to vary"),
     ],
 )
 def test_what_cannot_be_is_said_with_what_could(values, said):

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
-from simcore.sweep.results import ColumnExpression, Results, read_rows
-from simcore.sweep.results_page import summary_text
-from simcore.sweep.sweep_statistics import wilson_share
+from simcore.sweep.results import Condition, Results
+from simcore.sweep.sweep_page import summary_text
 
 from . import made_sweep
 
@@ -24,13 +23,13 @@ def tired_battery():
 
 
 def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
-    table = tired_battery.table
     share = tired_battery.success("score >= 25")
-    assert (share.k, share.n) == ((table["score"] >= 25).sum(), 120) and share.lower < share.value < share.upper
+    held = [row["score"] >= 25 for row in tired_battery.rows]
+    assert (share.k, share.n) == (sum(held), 120) and share.lower < share.value < share.upper
     by = tired_battery.success_by("battery.charge", "score >= 25")
     assert list(by) == [0.3, 0.65, 1.0] and sum(s.k for s in by.values()) == share.k
     assert by[0.3].value < by[1.0].value
-    both = tired_battery.success("score >= 25 and battery.charge < 0.5 or not (shots == 32)")
+    both = tired_battery.success("score >= 25 and battery.charge < 0.5 and hits <= shots")
     assert both.k == by[0.3].k
 
 
@@ -39,17 +38,9 @@ def test_a_run_with_an_error_is_no_success_and_in_no_percentile(tired_battery):
     rows[0] |= {"score": None, "error": "EngineError: no contact"}
     rows[1]["error"] = "TimeoutError"  # whatever number it has
     hurt = replace(tired_battery, rows=rows)
-    assert hurt.success("score < 1000").k == 118 and hurt.success("not (score > 1000)").k == 118
+    assert hurt.success("score < 1000").k == 118
     assert hurt.success("score < 1000").n == 120 and len(hurt.failures) == 2
-    assert hurt.percentiles("score").loc["score", 50.0] == np.median([row["score"] for row in rows[2:]])
-
-
-def test_percentiles_are_those_of_each_combination_of_factors(tired_battery):
-    found = tired_battery.percentiles("score", (0, 50, 100), by=("battery.charge", "robot.mass"))
-    assert found.shape == (6, 3)
-    mine = tired_battery.table.query("`battery.charge` == 0.3 and `robot.mass` == 60.0")["score"]
-    assert found.loc[(0.3, 60.0)].tolist() == [mine.min(), mine.median(), mine.max()]
-    assert tired_battery.percentiles("hits / shots", (50,)).loc["hits / shots", 50] <= 1.0
+    assert hurt.percentiles("score")[2] == np.median([row["score"] for row in rows[2:]])
 
 
 def test_paired_runs_share_their_luck(tired_battery):
@@ -76,24 +67,10 @@ def test_pairs_of_one_seed_count_as_their_mean():
 
 
 def test_a_run_in_which_nothing_was_measured_is_in_no_pair(tired_battery):
-    """Hits of no shots at all."""
-    rows = [{**row, "shots": 0 if row["seed"] == 3 or row["run"] == 0 else row["shots"]} for row in tired_battery.rows]
-    assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "hits / shots").n == 19
-
-
-def test_runs_of_one_seed_are_one_witness(tired_battery):
-    """All of 3 seeds' 18 runs score: three of three, 44 to 100 % by Wilson; one run a seed is Wilson's share."""
-    few = replace(tired_battery, rows=[row for row in tired_battery.rows if row["seed"] < 3])
-    share = few.success("score >= 0")
-    assert (share.k, share.n, share.seeds, share.upper) == (18, 18, 3, 1.0)
-    assert share.lower == pytest.approx(wilson_share(3, 3).lower) == pytest.approx(0.4385, abs=1e-4)
-    assert str(share) == "18 of 18 = 100 % (95 % interval 44 to 100 % by 3 seeds)"
-    rows = [row for row in tired_battery.rows if row["point"] == 0]
-    alone = replace(tired_battery, rows=rows).success("score >= 22")
-    assert 0 < alone.k < 20 and (alone.lower, alone.upper) == (
-        wilson_share(alone.k, 20).lower,
-        wilson_share(alone.k, 20).upper,
-    )
+    rows = [{**row, "hits": None if row["seed"] == 3 or row["run"] == 0 else row["hits"]} for row in tired_battery.rows]
+    hurt = replace(tired_battery, rows=rows)
+    assert hurt.paired("battery.charge", 0.3, 1.0, "hits").n == 19
+    assert hurt.success("hits >= 0").k == 120 - 7 and hurt.success("hits <= shots").k == 120 - 7
 
 
 def test_a_sure_difference_comes_first_however_large_the_luck_of_seeds():
@@ -126,8 +103,8 @@ def test_what_is_not_there_is_said_with_what_is(tired_battery):
         tired_battery.paired("battery", 0.3, 1.0, "score")
     with pytest.raises(UnknownNameError, match=r"no value of battery.charge named '0.5'.*0.65"):
         tired_battery.paired("battery.charge", 0.3, 0.5, "score")
-    with pytest.raises(ConfigError, match="'score' is no condition"):
-        tired_battery.success("score")
+    with pytest.raises(ConfigError, match="'score >= 3 and digest != error' compares words"):
+        tired_battery.success("score >= 3 and digest != error")
     with pytest.raises(ConfigError, match="'digest' is text"):
         tired_battery.percentiles("digest")
     with pytest.raises(ConfigError, match="a row has no run"):
@@ -136,44 +113,34 @@ def test_what_is_not_there_is_said_with_what_is(tired_battery):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "'a' * 99999999999 == score",
-        "score >=",
-        "__import__('os').system('true')",
-        "score if hits else 0",
-        "[score]",
-        "score ** 2",
-        "lambda: 1",
-    ],
-)
-def test_what_is_no_expression_is_refused(tired_battery, text):
-    with pytest.raises(ConfigError, match="want columns, numbers"):
-        tired_battery.success(text)
+    ["", "score", "score >=", ">= 3", "score = 3", "score >= 30 or hits > 3", "10 <= score <= 30", "score >= 3 and",
+     "__import__('os').system('true')"],
+)  # fmt: skip
+def test_what_is_no_condition_is_refused(text):
+    try:
+        names = Condition(text).names
+    except ConfigError as error:
+        assert "compare columns, as 'score >= 30" in str(error)
+    else:
+        assert text == "score >= 30 or hits > 3" and names == (), "never taken for one"
 
 
 @given(low=st.integers(-5, 40), high=st.integers(-5, 40))
-def test_a_chain_of_comparisons_means_what_it_means_in_python(low, high):
-    expression = ColumnExpression(f"{low} <= score < {high} and robot.mass / 2 > 21")
-    for score, mass in zip(range(30), np.linspace(40.0, 60.0, 30).tolist(), strict=True):
-        assert expression.condition({"score": score, "robot.mass": mass}) == (low <= score < high and mass / 2 > 21)
+def test_a_condition_means_what_it_means_in_python(low, high):
+    condition = Condition(f"score>={low} and score < {high} and breakdown.hub shots != hits")
+    assert condition.names == ("score", "breakdown.hub shots", "hits")
+    for score in range(30):
+        row = {"score": score, "hits": 7, "breakdown.hub shots": score, "error": ""}
+        assert condition.holds(row) == (low <= score < high and score != 7)
 
 
-def test_what_divides_by_zero_is_no_number(tired_battery):
-    rows = [{**row, "shots": row["run"] % 2 * row["shots"]} for row in tired_battery.rows]
-    shares = replace(tired_battery, rows=rows).values("hits / shots")
-    assert np.isnan(shares[::2]).all() and np.isfinite(shares[1::2]).all()
-    assert replace(tired_battery, rows=rows).success("hits / shots >= 0").k == 60
-
-
-def test_rows_come_back_from_their_table_as_they_were(tired_battery, tmp_path):
+def test_rows_stand_in_their_table(tired_battery, tmp_path):
     rows = [dict(row) for row in tired_battery.rows]
     rows[3] |= {"score": None, "error": "an error, with a comma"}
-    tired_battery = replace(tired_battery, rows=rows)
-    path = tired_battery.save_table(tmp_path / "new" / "folder")
-    assert read_rows(path.parent) == rows
-    assert pd.read_csv(path).shape == tired_battery.table.shape
+    path = replace(tired_battery, rows=rows).save_table(tmp_path / "new" / "folder")
+    with path.open(newline="", encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    assert [{name: "" if value is None else str(value) for name, value in row.items()} for row in rows] == found
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write the table"):
         tired_battery.save_table(tmp_path / "file")
-    with pytest.raises(ConfigError, match=r"has no results\.csv"):
-        read_rows(tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,11 +10,11 @@ import pytest
 
 from simcore.match.run_record import RunRecord
 from simcore.pieces.pool import PieceStatus
-from simcore.sweep.run_metrics import _landings
+from simcore.sweep.run_metrics import METRICS, _landings
 
 
-def landing(heights, *, touched, scored):
-    """Of a shot that is at x = 0, 1, 2 ... m and at a height in each tick, as a row of the metric.
+def played(heights, *, touched, scored):
+    """Return the run of a shot that is at x = 0, 1, 2 ... m and at a height in each tick.
 
     Args:
         heights: In ticks, the first as it leaves [m].
@@ -32,7 +33,12 @@ def landing(heights, *, touched, scored):
         elif tick == scored:
             record.note_scored(0)
         record.after_tick(0.02 * tick)
-    ((x, _, z, hit),) = _landings(SimpleNamespace(match=SimpleNamespace(record=record)))
+    return SimpleNamespace(match=SimpleNamespace(record=record))
+
+
+def landing(heights, *, touched, scored):
+    """Return how far it came down, from the row of the metric."""
+    ((x, _, z, hit),) = _landings(played(heights, touched=touched, scored=scored))
     assert z == pytest.approx(heights[int(x)]) and hit == (scored is not None)
     return x
 
@@ -42,7 +48,13 @@ BOUNCES = [1.0, 1.2, 1.0, 0.4, 0.4, 0.8, 0.6, 0.1, 0.5, 0.2]
 
 def test_a_miss_came_down_where_it_fell_no_further():
     assert landing(BOUNCES, touched=4, scored=None) == 3, "of two equal heights the first"
-    assert landing(BOUNCES[:4], touched=4, scored=None) == 3, "it is still in the air"
+
+
+def test_a_shot_in_the_air_at_the_end_is_neither_hit_nor_miss():
+    run = played(BOUNCES[:4], touched=4, scored=None)
+    assert _landings(run) == [] and METRICS["flying"](run) == 1 and math.isnan(METRICS["hit_share"](run))
+    run = played(BOUNCES, touched=4, scored=None)
+    assert len(_landings(run)) == 1 and METRICS["flying"](run) == 0 and METRICS["hit_share"](run) == 0.0
 
 
 @pytest.mark.parametrize("tick", [2, 8, 180])

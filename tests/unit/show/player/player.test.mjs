@@ -8,6 +8,7 @@ const { AWAY, Run, inflate, rowAt, turned, unpack, yawOf } = await import(new UR
 const { edges, thinned, ticks, words } = await import(new URL("charts.js", player).href);
 const { shadow } = await import(new URL("robot_views.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
+const { viewOf } = await import(new URL("symbols.js", player).href);
 const { rectangle } = await import(new URL("top.js", player).href);
 
 const near = (seen, wanted, within) => wanted.forEach((value, k) =>
@@ -96,9 +97,23 @@ test("triangles of a shadow turn one way, and those seen from their edge are lef
 });
 
 test("a box from above is the rectangle along its longest edge", () => {
-  const half = Math.PI / 12;
+  const half = Math.PI / 12, size = [0.3, 0.12, 0.1], turnedBy = (degrees, axis) => {
+    const angle = degrees * Math.PI / 360;
+    return [..."xyz"].map((name) => name === axis ? Math.sin(angle) : 0).concat(Math.cos(angle));
+  };
   near(rectangle([0.6, 0.2, 0.1], [0, 0, Math.sin(half), Math.cos(half)]), [0.6, 0.2, Math.PI / 6], 1e-9);
+  near(rectangle(size, turnedBy(130, "z")), [0.3, 0.12, 130 * Math.PI / 180], 1e-9);
+  near(rectangle(size, turnedBy(90, "x")), [0.3, 0.1, 0], 1e-9);
+  near(rectangle(size, turnedBy(90, "y")), [0.12, 0.1, Math.PI / 2], 1e-9);
+  near(rectangle(size, turnedBy(30, "y")), [0.3 * Math.cos(Math.PI / 6) + 0.1 * Math.sin(Math.PI / 6), 0.12, 0], 1e-9);
   near(rectangle([0.1, 0.2, 0.6], [0, 0, 0, 1]).slice(0, 2), [0.2, 0.1], 1e-9);
+});
+
+test("what stands across the field's edge is seen to its end, and what is far away does not shrink the field", () => {
+  const outline = (...corners) => ["name", "blue", "#9db4dd", corners];
+  const size = [8, 4], station = outline([-0.7, 3], [1, 4.6], [0, 5]), far = outline([8, 0], [38, 0], [8, -30]);
+  const [left, top, width, height] = viewOf({ ...meta.field, size, outlines: [station, far] });
+  assert.deepEqual([left, top, left + width, top + height], [-97.5, -100, 950, 550]);
 });
 
 test("a match sounds when it begins, changes and ends, and not when time is moved", () => {

@@ -13,33 +13,36 @@ interface ColumnGroup { width: number; times?: Place; rows?: Place }
 interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
 interface RobotData {
   name: string; alliance: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
+  own_ink: string; is_run: boolean; intakes: [number, number][][];
 }
 interface KindData {
   name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
 }
 interface CurveData {
   label: string; color: string; dashes: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
-  times?: number[]; values?: number[];
 }
 interface ChartData {
   title: string; unit: string; limit: number | null; limit_label: string; from_zero: boolean; group: string; curves: CurveData[];
-  drawing?: SVGElement; labels?: [HTMLElement, HTMLElement][]; node?: HTMLElement; isDrawn?: boolean; cursor?: SVGElement;
+}
+/** Places where pieces stay, which are counted together; `middle` is that of all of them [m]. */
+interface LevelData {
+  name: string; alliance: string; label: string; places: string[]; count: number; single: boolean; middle: [number, number] | null;
 }
 interface TableData { title: string; head: string[]; rows: Cell[][]; open: boolean; wide: boolean }
 interface ShotData { time: number; end: number; robot: number; result: "hit" | "miss" | "pass" | "flying"; piece: number }
 
 interface Meta {
-  title: string; notes: string[]; top: string; key: string; heat: Record<string, string>; live: boolean; start: number; end: number;
+  title: string; notes: string[]; live: boolean; start: number; end: number;
   groups: Record<string, ColumnGroup>;
   field: {
-    size: [number, number]; solids: SolidData[]; outlines: [string, [number, number][]][]; stations: [number, number][];
+    size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, color: string, corners: [number, number][]][]; stations: [number, number][];
     tags: [id: number, x: number, y: number, z: number, qw: number, qx: number, qy: number, qz: number][]; tag_size: number;
   };
   models: { body: SolidData[]; parts: SolidData[][] }[];
-  robots: RobotData[]; kinds: KindData[];
+  robots: RobotData[]; kinds: KindData[]; looks: { name: string; box: boolean; color: string; edge: string }[];
   facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string>)[]; lamps: Record<string, Changes<boolean>>;
   phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
-  tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: Point[]; places: string[]; cells: Record<string, Changes<number>>;
+  tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: [time: number, x: number, y: number][]; levels: LevelData[]; cells: Record<string, Changes<number>>;
   // of a live run
   seed?: number; run?: number; spawn?: string[]; people?: [name: string, summary: string][]; view?: string; camera?: string;
   drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
@@ -53,7 +56,7 @@ interface SeriesSpec {
 interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }
 interface ChartSpec extends DrawingSpec {
   series: SeriesSpec[]; marks?: { x: number; label?: string }[]; levels?: { y: number; label?: string }[]; xNames?: string[] | null;
-  xRange?: [number, number]; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
+  xRange?: [number, number] | null; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
 }
 interface HeatSpec extends DrawingSpec {
   x: number[]; y: number[]; xNames?: string[] | null; yNames?: string[] | null; values: (number | null)[][]; unit?: string;

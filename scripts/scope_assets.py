@@ -1,35 +1,37 @@
-"""Plain models of any game for AdvantageScope: its field as the engine has it, its pieces, a robot in blue and in red.
+"""Writes plain models of any game for AdvantageScope: field, pieces, a robot in blue and in red.
 
-For a game that has no models of its own yet: what is seen is what is hit.
+    python scripts/scope_assets.py FOLDER [GAME]
+
+For a game that has no models of its own yet: what is seen is what is hit. FOLDER is AdvantageScope's custom assets
+folder; `simcore layout GAME --models FOLDER` makes a layout that shows them.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import model_parts
 import numpy as np
 
-from simcore.errors import OutputError
+from simcore.errors import OutputError, SimcoreError
 from simcore.match.camera_rig import tag_layout
-from simcore.show.palette import flat, rgb, tint
-from simcore.typing import FloatArray
+from simcore.match.game import FieldDefinition, Game
+from simcore.match.registry import find_game
+from simcore.show.palette import COLORS, rgb
+from simcore.show.scope_layout import RED
+from simcore.typing import FloatArray, alliance_in
 from simcore.units import inches
 
-if TYPE_CHECKING:
-    from simcore.match.game import FieldDefinition, Game
-
-__all__ = ["HANGING", "IN_FLIGHT", "RED", "april_tags", "field_config", "write_assets", "write_field", "write_robots"]
+__all__ = ["IN_FLIGHT", "april_tags", "field_config", "write_assets", "write_field", "write_robots"]
 
 IN_FLIGHT = " in flight"
 """What follows the name of a piece in that of its model in the air, if the field has one."""
-HANGING = "Hanging"
-"""Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
-RED = " (red)"
-"""What follows the name of a robot in that of its model with red bumpers, if there is one."""
 
 _STATION_SPACING = inches(69.0)  # AdvantageScope's own, for a field whose stations are not given
 _PART = {"rotations": [], "position": [0, 0, 0]}
@@ -44,15 +46,15 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     Raises:
         OutputError: They cannot be written.
     """
-    from simcore.show import model_parts
-
     word = re.sub(r"\W", "", game.name.title())
     field, name = folder / f"Field3d_{word}", f"Simcore {game.heading}"
     meshes = {"carpet": model_parts.carpet(game.field.size)}
     for element in game.field.load().elements:
         mesh = model_parts.shape_mesh(element.shape)
         mesh.apply_translation(element.position)
-        meshes[element.name] = model_parts.painted(mesh, rgb(flat(tint(element.name)[0])))
+        meshes[element.name] = model_parts.painted(
+            mesh, rgb(COLORS[f"{alliance_in(element.name) or 'neutral'}-fill"][0])
+        )
     pieces = {}
     for kind in (supply.kind for supply in game.pieces):
         for what, color, scale in ((kind.name, rgb(kind.color), 1.0), (kind.name + IN_FLIGHT, model_parts.ORANGE, 1.1)):
@@ -77,8 +79,6 @@ def write_field(folder: Path, meshes: Mapping[str, Any], pieces: Sequence[Any], 
         pieces: A mesh for each of `gamePieces` of the config.
         config: See `field_config`.
     """
-    from simcore.show import model_parts  # trimesh takes a while, and a layout needs none
-
     model_parts.emptied_folder(folder)
     size = (inches(config["widthInches"]), inches(config["heightInches"]))
     for mesh in meshes.values():
@@ -108,8 +108,6 @@ def write_robots(
     Returns:
         Both folders.
     """
-    from simcore.show import model_parts
-
     components = [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in parts]
     blue, red = folder, folder.with_name(f"{folder.name}Red")
     for path, suffix, color in ((blue, "", model_parts.BLUE), (red, RED, model_parts.RED)):
@@ -181,3 +179,22 @@ def to_model(points: FloatArray, size: tuple[float, float]) -> FloatArray:
     middle = np.array((size[0] / 2.0, size[1] / 2.0, 0.0))
     moved: FloatArray = (points - middle) * (-1.0, -1.0, 1.0)
     return moved
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Write the models and print their folders; returns 0 written, 1 refused."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("game", nargs="?", help="default: the newest that is installed")
+    options = parser.parse_args(argv)
+    try:
+        for path in write_assets(find_game(options.game), options.folder):
+            print(path)
+    except SimcoreError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

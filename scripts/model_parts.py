@@ -19,7 +19,8 @@ import trimesh.visual
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.show.palette import linear_rgba
+from simcore.show.palette import rgb
+from simcore.show.solids import chassis_boxes
 from simcore.units import inches
 
 __all__ = [
@@ -38,6 +39,18 @@ _visual: Any = trimesh.visual
 
 Color = tuple[int, ...]
 Point = tuple[float, float, float]
+
+
+def linear_rgba(color: Color) -> list[float]:
+    """Return a color as on a screen (RGB or RGBA, 0 to 255) as glTF wants it: linear in light, 0 to 1.
+
+    Source: IEC 61966-2-1 (sRGB).
+
+    >>> [round(c, 3) for c in linear_rgba((255, 128, 0))]
+    [1.0, 0.216, 0.0, 1.0]
+    """
+    red, green, blue, alpha = (*(c / 255.0 for c in color), 1.0)[:4]
+    return [*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)), alpha]
 
 
 def painted(mesh: Any, color: Color) -> Any:
@@ -104,29 +117,13 @@ def shape_mesh(shape: Shape) -> Any:
 
 def chassis(body: ChassisConfig, color: Color) -> dict[str, Any]:
     """Frame, wheels and bumpers in a color. These are named so: the browser view paints them itself."""
-    length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
-    low, high = body.clearance + 0.02, body.bumper_top
-    frame_x, frame_y = length - thick, width - thick
-    middle = 0.5 * (low + high)
     meshes = {
-        "bumper_front": box((frame_x, -width, low), (length, width, high), color),
-        "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), color),
-        "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), color),
-        "front_mark": box((length, -0.11, middle - 0.04), (length + 0.004, 0.11, middle + 0.04), WHITE),
-        "front_arrow": painted(_arrow(length - thick / 2.0, high), YELLOW),
+        name: box(low, high, rgb(paint) if paint else color) for name, (low, high, paint) in chassis_boxes(body).items()
     }
-    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of what is cut out
-    meshes["belly_pan"] = box((end, -frame_y, body.clearance), (frame_x, frame_y, low), DARK)
-    for side, sign in (("left", 1), ("right", -1)):
-        inner, outer = sorted((sign * half, sign * width))
-        meshes[f"bumper_back_{side}"] = box((-length, inner, low), (-frame_x, outer, high), color)
-        inner, outer = sorted((sign * half, sign * frame_y))
-        if end > -frame_x:
-            meshes[f"belly_pan_{side}"] = box((-frame_x, inner, body.clearance), (end, outer, low), DARK)
+    meshes["front_arrow"] = painted(_arrow((body.bumper_length - body.bumper_thickness) / 2.0, body.bumper_top), YELLOW)
     for i, (x, y) in enumerate(body.wheel_positions):
         tire, stripe = wheel(body.wheel_radius, 0.038, BLACK, DARK, at=(x, y, body.wheel_radius))
         meshes |= {f"drive_wheel_{i}": tire, f"drive_wheel_mark_{i}": stripe}
-        meshes[f"swerve_module_{i}"] = bar((x, y, 0.13), (0.08, 0.08, 0.05), STEEL)
     return meshes
 
 

@@ -1,0 +1,93 @@
+"""Takes the picture of a page for the docs: plays the auto depot and opens its page in a headless Chromium.
+
+    python scripts/take_picture.py [PICTURE.png] [--page PAGE.html] [--at 9.3] [--size 1366x720]
+
+Needs Chromium or Chrome; simcore itself does not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from simcore.match.registry import find_game
+from simcore.match.runner import play_auto
+from simcore.show.page import write_page
+from simcore.show.scene import scene_of
+from simcore.telemetry.recording import Recording
+
+ROOT = Path(__file__).resolve().parents[1]
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+_FLAGS = (
+    "--headless=new", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+    "--no-first-run", "--disable-background-networking", "--virtual-time-budget=5000",
+)  # fmt: skip
+
+
+def find_browser() -> str:
+    """Return the path of a Chromium.
+
+    Raises:
+        SystemExit: There is none on the path.
+    """
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        raise SystemExit(
+            f"take_picture: no Chromium or Chrome on this computer's path: looked for {', '.join(BROWSERS)}"
+        )
+    return found
+
+
+def take_picture(page: Path, picture: Path, *, at: float, size: tuple[int, int]) -> None:
+    """Write what a browser shows of a page.
+
+    Args:
+        page: A page of a run.
+        picture: A PNG file; its folder is there.
+        at: Time of the run [s].
+        size: Width and height of the window [px].
+
+    Raises:
+        SystemExit: There is no browser, or it takes no picture.
+    """
+    browser = find_browser()
+    picture.unlink(missing_ok=True)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [browser, *_FLAGS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            command.append("--no-sandbox")  # Chromium's own does not start for the administrator
+        command += [f"--screenshot={picture.resolve()}", f"{page.resolve().as_uri()}#t={at:g}"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    if not picture.is_file():
+        raise SystemExit(f"take_picture: {browser} took no picture: {done.stderr.strip()[-500:]}")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Take the picture; returns 0."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("picture", type=Path, nargs="?", default=ROOT / "docs" / "images" / "page.png")
+    parser.add_argument("--page", type=Path, help="of a run; default: that of the auto depot, which is played")
+    parser.add_argument("--at", type=float, default=9.3, help="time of the run [s]")
+    parser.add_argument("--size", default="1366x720", help="of the window [px]")
+    options = parser.parse_args(argv)
+    find_browser()  # before a run is played for nothing
+    with tempfile.TemporaryDirectory() as folder:
+        page = options.page or Path(folder) / "depot.html"
+        if options.page is None:
+            recording = Recording()
+            run = play_auto(find_game("rebuilt"), "depot", seconds=20.0, sinks=[recording])
+            write_page(page, recording, scene_of(run.match), title="REBUILT, auto 'depot', blue, seed 0")
+            run.match.close()
+        width, height = map(int, options.size.split("x"))
+        take_picture(page, options.picture, at=options.at, size=(width, height))
+    print(options.picture)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,260 @@
+"""Processes that play runs: those of this machine, or of a Dask cluster. All give equal rows, to the bit.
+
+Each process is a pool of one by joblib's loky, so that whoever waits for a run knows whose process has died, and can
+end the one that takes too long. The process of a robot project plays one run; others are kept for the next one.
+On a cluster a Dask worker does the same on its machine. (`joblib.Parallel` is not used: with Dask it waits for ever for
+a task whose worker was lost, as no callback of its backend is told.)
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import logging
+import multiprocessing
+import os
+import re
+import signal
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, TimeoutError, wait
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import joblib
+from joblib.externals.loky import BrokenProcessPool, ProcessPoolExecutor
+
+from simcore.errors import ConfigError, SimcoreError, VendorError
+from simcore.install_text import install_command
+from simcore.sweep.code_version import code_version
+from simcore.sweep.experiment import Experiment, PlannedRun
+from simcore.sweep.one_run import failed_row, play_run
+
+__all__ = ["Crew", "play_all"]
+
+_CONNECT = 10.0  # [s] in which a scheduler must answer and have a worker
+_LOOKS = 0.5  # [s] between two looks whether the parent lives
+_IDLE = 60.0  # [s] after which a process that nobody needs ends
+_LAST_WORDS = 300  # characters of what a dead process has said
+_FROM_START = {"PYTHONHASHSEED": "0", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Environment of a process: sets of robot code have one order, and numpy starts no thread a core."""
+
+Row = dict[str, Any]
+
+
+def play_all(
+    experiment: Experiment, runs: Sequence[PlannedRun], *, workers: int | None = None, cluster: str | None = None
+) -> Iterator[Row]:
+    """Play runs, and give each one's row as soon as it is there; closing the iterator ends the processes.
+
+    Args:
+        experiment: Whose runs they are.
+        runs: In the order in which they begin.
+        workers: Processes on this machine; None: one for each core; 0: none, this one plays (but for a project's runs).
+        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play in place of this machine.
+
+    Raises:
+        ConfigError: The scheduler cannot be reached, or its workers have another simcore.
+        VendorError: Dask is not installed.
+        SimcoreError: The scheduler was lost.
+    """
+    common = experiment.common
+    if workers == 0 and cluster is None and experiment.project is None:
+        yield from (play_run(common, planned) for planned in runs)
+        return
+    count = min(workers or joblib.cpu_count(), len(runs))
+    rest, under_way = iter(runs), dict[Future[Row], PlannedRun]()
+    with _dask(cluster) if cluster is not None else _threads(count) as (submit, width):
+        while True:
+            for planned in islice(rest, width - len(under_way)):
+                under_way[submit(common, planned)] = planned
+            if not under_way:
+                return
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                planned = under_way.pop(future)
+                try:
+                    yield future.result()
+                except CancelledError as error:
+                    raise SimcoreError(
+                        "the Dask scheduler is lost; runs that were stored are kept, and the same sweep goes on with "
+                        "them"
+                    ) from error
+                except Exception as error:
+                    yield failed_row(planned, f"its worker failed: {' '.join(str(error).split())}")
+
+
+class Crew:
+    """Processes of this machine, as many as play at once.
+
+    Args:
+        is_quiet: Keep what runs say from the terminal; of a process that dies its last words are in the row.
+    """
+
+    def __init__(self, *, is_quiet: bool = True) -> None:
+        self._is_quiet = is_quiet
+        self._lock = threading.Lock()
+        self._said: dict[ProcessPoolExecutor, str] = {}  # of each process the file with what it has said
+        self._idle: list[ProcessPoolExecutor] = []
+        self._is_closed = False
+
+    def play(self, common: Experiment, planned: PlannedRun, log: Path | None = None) -> Row:
+        """Play a run in a process, and return its row; a second time if the process dies, which may be no fault of its.
+
+        Args:
+            common: What all runs of the experiment share.
+            planned: Which run.
+            log: File for its telemetry; None: none.
+        """
+        for is_last in (False, True):
+            process, can_go_on = self._take(), False
+            try:
+                process.submit(_prepare, common.project is not None).result()
+                row: Row = process.submit(play_run, common, planned, log).result(common.timeout)
+                can_go_on = common.project is None
+                return row
+            except TimeoutError:
+                return failed_row(planned, f"took longer than {common.timeout:g} s of wall time, and was ended")
+            except BrokenProcessPool as error:
+                if is_last or self._is_closed:
+                    return failed_row(planned, self._death(process, error))
+            finally:
+                if can_go_on:
+                    self._idle.append(process)
+                else:
+                    self._end(process)
+        raise AssertionError
+
+    def close(self) -> None:
+        """End all processes, also those that play."""
+        self._is_closed = True
+        for process in list(self._said):
+            self._end(process)
+
+    def _take(self) -> ProcessPoolExecutor:
+        with self._lock:
+            if self._is_closed:
+                raise SimcoreError("the sweep is over")
+            if self._idle:
+                return self._idle.pop()
+            said = ""
+            if self._is_quiet:
+                descriptor, said = tempfile.mkstemp(prefix="simcore-run-")
+                os.close(descriptor)
+            # loky starts the process with the first task
+            process = ProcessPoolExecutor(
+                1, timeout=_IDLE, initializer=_begin, initargs=(os.getpid(), said), env=_FROM_START
+            )
+            self._said[process] = said
+            return process
+
+    def _end(self, process: ProcessPoolExecutor) -> None:
+        process.shutdown(wait=True, kill_workers=True)
+        if said := self._said.pop(process, ""):
+            with suppress(OSError):
+                os.unlink(said)
+
+    def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
+        """Say how a process has died, with its last words."""
+        found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
+        text = ""
+        with suppress(OSError, KeyError):
+            text = Path(self._said[process]).read_text("utf-8", "replace")
+        at = text.rfind("Current thread ")  # of faulthandler's last dump, in which the place comes first
+        words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
+        return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last words: {words}" if words else "")
+
+
+# --- in the process of a run ----------------------------------------------------------------------------------------
+
+
+def _begin(parent: int, said: str) -> None:
+    """Leave Ctrl-C to the parent, end soon after it, however it ends (not on Windows), and say all into a file."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    never = threading.Event()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            never.wait(_LOOKS)
+        os._exit(1)
+
+    if os.name == "posix":
+        threading.Thread(target=watch, name="end with parent", daemon=True).start()
+    if said:
+        words, nothing = os.open(said, os.O_WRONLY | os.O_APPEND), os.open(os.devnull, os.O_RDONLY)
+        for descriptor, target in ((0, nothing), (1, words), (2, words)):
+            os.dup2(target, descriptor)
+    faulthandler.enable()
+
+
+def _prepare(is_project: bool) -> None:
+    """Import what plays, which is no part of a run's time."""
+    import_module("simcore.robotpy.project_run" if is_project else "simcore.match.runner")
+
+
+# --- who asks for processes -----------------------------------------------------------------------------------------
+
+Submit = Callable[[Experiment, PlannedRun], "Future[Row]"]
+
+
+@contextmanager
+def _threads(count: int) -> Iterator[tuple[Submit, int]]:
+    crew = Crew()
+    with ThreadPoolExecutor(max(1, count)) as pool:
+        try:
+            yield lambda common, planned: pool.submit(crew.play, common, planned), count
+        finally:
+            crew.close()
+
+
+_crew = Crew()
+"""Of a worker of a cluster."""
+
+
+def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
+    if version != code_version():
+        return failed_row(planned, f"a worker has simcore {code_version()}, the sweep was started with {version}")
+    multiprocessing.current_process().daemon = False  # Dask's workers are, and such may start no process
+    return _crew.play(common, planned)
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[tuple[Submit, int]]:
+    """Connect to a scheduler.
+
+    Raises:
+        ConfigError: None answers, or its workers have another simcore.
+        VendorError: Dask is not installed.
+    """
+    try:
+        distributed = import_module("distributed")
+    except ImportError as error:
+        raise VendorError(f"a cluster needs Dask: {install_command('cluster')}") from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is said below
+    try:
+        client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:  # a TimeoutError is an OSError
+        raise _no_scheduler(address) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_CONNECT)
+        except OSError as error:
+            raise _no_scheduler(address) from error
+        for worker, version in client.run(code_version).items():
+            if version != code_version():
+                raise ConfigError(
+                    f"worker {worker} has simcore {version}, but the sweep is started with {code_version()}: install "
+                    "the same on all machines"
+                )
+        pool = client.get_executor(pure=False)
+        width = 2 * sum(client.nthreads().values())  # so that no worker waits for its next run
+        yield lambda common, planned: pool.submit(_play_on_cluster, common, planned, code_version()), width
+
+
+def _no_scheduler(address: str) -> ConfigError:
+    return ConfigError(
+        f"no Dask scheduler with a worker answers at {address} within {_CONNECT:g} s; start one with `dask scheduler`, "
+        "and workers with `dask worker ADDRESS --nthreads 1`"
+    )
