@@ -29,7 +29,7 @@ from simcore.loop.contact import (
     steps_for,
 )
 from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
-from simcore.loop.robot_state import STEP, Records
+from simcore.loop.robot_state import STEP
 from simcore.loop.solids import Solids, nearest_point
 from simcore.loop.state import (
     AWAKE,
@@ -37,7 +37,6 @@ from simcore.loop.state import (
     JUST_PUT,
     NOBODY,
     REMEMBERED,
-    Balls,
     sleeps,
     speed,
     to_body,
@@ -542,7 +541,7 @@ def _turn(quat, spin, i, h):
 
 
 @compiled
-def any_moves(balls: Balls, bodies: Records) -> bool:
+def any_moves(balls, bodies):
     """Return whether a ball is awake, or a body moves that balls may touch."""
     for i in range(len(balls.status)):
         if balls.is_ball[i] and (balls.status[i] == AWAKE or balls.status[i] == IN_FLIGHT):

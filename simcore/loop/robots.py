@@ -287,9 +287,11 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     high = body.center[2]
     robot.plan_mass[0] = 1.0 / (1.0 / body.mass + high * high / body.inertia[1])
     robot.plan_mass[1] = 1.0 / (1.0 / body.mass + high * high / body.inertia[0])
+    ground_x, ground_y, ground_turn = _ground_velocity(fleet, robot, bodies)
     vx, vy, _ = rotate_back(quat, body.vel[0], body.vel[1], body.vel[2])
-    vx -= wy * high
-    vy += wx * high
+    vx -= wy * high + ground_x
+    vy += wx * high - ground_y
+    wz -= ground_turn
     half = 0.5 * old_turn * h
     c = math.cos(2.0 * half)
     s = math.sin(2.0 * half)
@@ -339,7 +341,38 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     body.vel[1] += h * gy / body.mass
     body.vel[2] += h * gz / body.mass
     mx, my, mz = rotate_back(quat, mx, my, mz)
+    wz += ground_turn
     return wx + h * mx / body.inertia[0], wy + h * my / body.inertia[1], wz + h * mz / body.inertia[2]
+
+
+@compiled
+def _ground_velocity(fleet, robot, bodies):
+    """Return the mean velocity of what the wheels of a robot stand on, its own axes [m/s, m/s, rad/s]."""
+    body = bodies[robot.body]
+    total = 0.0
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    turn = 0.0
+    for k in range(robot.last_wheel - robot.first_wheel):
+        point = fleet.points[robot.first_point + k]
+        total += point.load
+        if point.on < 0:
+            continue
+        plate = bodies[point.on]
+        ax = point.arm[0] + body.com[0] - plate.com[0]
+        ay = point.arm[1] + body.com[1] - plate.com[1]
+        az = point.arm[2] + body.com[2] - plate.com[2]
+        rate = plate.rate
+        x += point.load * (rate[1] * az - rate[2] * ay)
+        y += point.load * (rate[2] * ax - rate[0] * az)
+        z += point.load * (rate[0] * ay - rate[1] * ax)
+        _, _, own = rotate_back(body.quat, rate[0], rate[1], rate[2])
+        turn += point.load * own
+    if turn == 0.0 and x == 0.0 and y == 0.0 and z == 0.0:
+        return 0.0, 0.0, 0.0
+    gx, gy, _ = rotate_back(body.quat, x / total, y / total, z / total)
+    return gx, gy, turn / total
 
 
 @compiled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
 
@@ -73,6 +73,9 @@ class BumperPart:
     """Factor, as of a surface [-]."""
     stiffness: float
     """Force over depth and length of the side that touches [N/m^2]."""
+
+
+_kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class _Wheels(Protocol):
@@ -354,7 +357,7 @@ class RobotDynamics:
                 continue
             (vx, vy, vz), (wx, wy, wz) = engine.velocity(row)
             ux, uy, uz, px, py, pz = body["mean_twist"].tolist()
-            kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
+            _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
 
     def _choose_outlines(self) -> None:
         """Choose the outlines that the field has at the heights of all parts."""

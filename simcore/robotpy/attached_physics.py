@@ -16,7 +16,7 @@ from simcore.devices.ownership import Ownership
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, game_names
-from simcore.physics.engine_choice import choose_engine
+from simcore.physics.engine_choice import require_known
 from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, practice_match
@@ -187,7 +187,8 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
     found = find_game(game or settings.game, say=str)  # said when it is played
     if match is not None:
         players_beside(found, match)
-    choose_engine(engine or settings.engine)
+    if name := engine or settings.engine:
+        require_known(name)
     AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
 
 
