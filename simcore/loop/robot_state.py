@@ -235,6 +235,7 @@ BODY = np.dtype(
         ("com", _f, (3,)),  # center of mass, or pivot, field frame [m]
         ("vel", _f, (3,)),  # of the center of mass, 0 of a pivot [m/s]
         ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
+        ("pull", _f, (3,)),  # angular acceleration that the engine gave it in its last step, of what carries [rad/s^2]
         ("mean_twist", _f, (6,)),  # of both over the last call [m/s, rad/s]
         ("impulse", _f, (6,)),  # by balls in the last call: impulse [N s], angular impulse about the center [N m s]
     ],

@@ -18,6 +18,7 @@ from simcore.physics.bodies import Bodies
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
 from simcore.physics.solids_builder import SolidsBuilder
+from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ class BallDynamics:
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
         self._others: list[int] = []  # numbers of the bodies but robots that a ball may touch in this tick
         self._fixed: set[int] = set()  # numbers of those that sleep
+        self._told: dict[int, FloatArray] = {}  # rates that the engine got before its last step, of what carries robots
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
         """All of them."""
         self.memory = make_memory(0)
@@ -115,14 +117,16 @@ class BallDynamics:
         bodies.records["is_active"][self._others] = 1
         self._fixed = {bodies.number_of[row] for row in fixed}
 
-    def read_bodies(self, engine: Engine) -> None:
-        """Take poses and velocities of the engine's bodies that a ball may touch."""
+    def read_bodies(self, engine: Engine, h: float) -> None:
+        """Take poses and velocities of the engine's bodies that balls or robots may touch, for a step of h [s]."""
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
             body["pos"], body["quat"] = engine.pose(bodies.rows[number])
             vel, body["rate"] = engine.velocity(bodies.rows[number])
             body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
+            if body["carries"]:
+                body["pull"] = (body["rate"] - self._told.get(number, body["rate"])) / h
 
     def push_bodies(self, engine: Engine) -> None:
         """Give the engine's bodies what balls gave them, before its step."""
@@ -130,6 +134,8 @@ class BallDynamics:
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
             impulse = body["impulse"]
+            if body["carries"]:
+                self._told[number] = np.array(engine.velocity(bodies.rows[number])[1])
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
@@ -139,6 +145,8 @@ class BallDynamics:
             vel, rate = engine.velocity(row)
             spin = rate + turn
             linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
+            if body["carries"]:
+                self._told[number] = spin
             engine.wake(row)
             engine.set_velocity(row, linear.tolist(), spin.tolist())
 

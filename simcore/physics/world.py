@@ -578,7 +578,7 @@ class PhysicsWorld:
         """
         bodies = self.bodies
         if self.has_engine:
-            self.balls.read_bodies(self.engine)
+            self.balls.read_bodies(self.engine, h)
             self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
         self.robots.before_step()
         lost = advance(
