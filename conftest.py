@@ -36,9 +36,9 @@ if find_spec("wpimath") is None or find_spec("wpimath.geometry") is None:  # the
 def pytest_configure(config):
     """Compile the physics before the tests part into workers, each of which would do it."""
     if not hasattr(config, "workerinput"):
-        from simcore.physics.world import prepare_loop
+        from simcore.loop.step import prepare
 
-        prepare_loop()
+        prepare()
 
 
 def pytest_addoption(parser):

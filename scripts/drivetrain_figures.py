@@ -27,7 +27,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheeled_drive import PlanarChassis, normal_loads
+from simcore.testing.benches import DriveBench
 from simcore.units import GRAVITY
 
 TRACKWIDTH = 0.527
@@ -114,7 +114,7 @@ def launch(drive: SwerveDrive, *, spin: bool = False, seconds: float = 3.0, top:
     """12 V from rest; speeds are m/s or, for a spin, rad/s. t50, t90, t95 are shares of `top`, or of the end speed."""
     if spin:
         drive.reset(angles=tangential(drive))
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     drive.set_volts([12.0] * 4, [0.0] * 4)
     times, speeds, x, odometry = [0.0], [0.0], 0.0, 0.0
     lowest = drive.bus_voltage
@@ -143,14 +143,15 @@ def held(drive: SwerveDrive, v: float = 0.0, *, seconds: float = 0.04) -> float:
 
     In short steps: within a step the chassis is free, and at 68 m/s^2 (tread 10) it would be off in 5 ms.
     """
+    bench = DriveBench(drive)
     for _ in range(round(seconds / 2e-4)):
-        drive.step(2e-4, (v, 0.0, 0.0))
+        bench.hold(2e-4, (v, 0.0, 0.0))
     return float(drive.wheel_forces[:, 0].sum())
 
 
-def bisect(low: float, high: float, too_high: Callable[[float], bool]) -> float:
+def bisect(low: float, high: float, too_high: Callable[[float], bool], rounds: int = 40) -> float:
     """Where a condition starts to hold."""
-    for _ in range(40):
+    for _ in range(rounds):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if too_high(middle) else (middle, high)
     return 0.5 * (low + high)
@@ -182,7 +183,7 @@ def grip_current(module: SwerveModuleConfig) -> float:
 def time_constant(module: SwerveModuleConfig) -> float:
     """Of the chassis on its motors at 12 V: time to 63 % of the speed [s], on a tread of 10 that hardly slips."""
     drive = robot(module, wheel_cof=10.0, slip_ratio=0.001)
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     drive.set_volts([12.0] * 4, [0.0] * 4)
     top = 12.0 * module.drive_motor.kv / module.drive_gearing * module.wheel_radius
     while chassis.vx < top * (1.0 - math.exp(-1.0)):
@@ -250,46 +251,52 @@ def slopes() -> Iterator[Row]:
     """A 15 degree ramp."""
     s, slope = "5.1", math.radians(15.0)
     parked = robot(IDEAL)
-    chassis = PlanarChassis(parked, slope=slope)
+    chassis = DriveBench(parked, slope=slope)
     chassis.run(1.0, h=STEP)
     yield row(s, "15 deg: force that holds", 139.6, float(parked.wheel_forces[:, 0].sum()), 0.05, "N")
 
     def climbs(amps: float) -> bool:
         drive = robot(IDEAL)
         drive.set_torque_currents([amps] * 4, [0.0] * 4)
-        on = PlanarChassis(drive, slope=slope)
+        on = DriveBench(drive, slope=slope)
         on.run(0.2, h=STEP)
         return on.vx > 0.0
 
     yield row(s, "15 deg: current that holds", 13.6, bisect(1.0, 60.0, climbs), 0.05, "A")
     climbing = robot(IDEAL)
     climbing.set_volts([12.0] * 4, [0.0] * 4)
-    chassis = PlanarChassis(climbing, slope=slope)
+    chassis = DriveBench(climbing, slope=slope)
     chassis.run(0.2, h=STEP)
     yield row(s, "15 deg: grip", 625.0, float(climbing.wheel_forces[:, 0].sum()), 0.05, "N")
     yield row(s, "15 deg: climbing acceleration", 8.83, chassis.vx / chassis.time, 0.05, "m/s^2")
 
 
 def loads() -> Iterator[Row]:
-    """Load transfer, from the pure function."""
+    """Load transfer and tipping of a robot that slides with held wheels."""
     s = "5.1"
+    held = replace(MK4I, rolling_resistance=0.0, drive_friction_volts=20.0)
+
+    def slide(cof: float, height: float, seconds: float) -> DriveBench:
+        bench = DriveBench(robot(replace(held, wheel_cof=cof), height=height))
+        bench.reset(vx=5.0)
+        bench.run(seconds, h=STEP)
+        return bench
+
     for height, accel in ((0.20, 12.9), (0.25, 10.3), (0.30, 8.6)):
-        config = robot(MK4I, height=height).config
 
-        def lifts(a: float, config: SwerveConfig = config) -> bool:
-            return min(normal_loads(config, [True] * 4, (0.0, 0.0, -GRAVITY), (a, 0.0, 0.0))) <= 0.0
+        def lifts(a: float, height: float = height) -> bool:
+            return slide(a / GRAVITY, height, 0.2).chassis.roll_pitch_yaw[1] > math.radians(0.5)
 
-        yield row(s, f"tip-over, center of mass at {height:.2f} m", accel, bisect(1.0, 30.0, lifts), 0.05, "m/s^2")
-    config = robot(MK4I, height=0.25).config
-    at = [sum(normal_loads(config, [True] * 4, (0.0, 0.0, -GRAVITY), (a, 0.0, 0.0))[:2]) for a in (0.0, 1.0)]
-    yield row(s, "load transfer per axle and m/s^2", 26.1, at[0] - at[1], 0.05, "N")
+        yield row(s, f"tip-over, center of mass at {height:.2f} m", accel, bisect(6.0, 16.0, lifts, 8), 0.05, "m/s^2")
+    front = sum(slide(1.0 / GRAVITY, 0.25, 0.2).loads[:2])
+    yield row(s, "load transfer per axle and m/s^2", 26.1, front - 0.5 * 55.0 * GRAVITY, 0.05, "N")
 
 
 def turn_radius(v: float) -> float:
     """Tightest path at a speed: asked for a turn 10 % tighter than grip allows, what do the tires make of it? [m]."""
     omega = v / (0.9 * v * v / (1.2 * GRAVITY))
     drive = robot(IDEAL)
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     chassis.reset(vx=v, omega=omega)
     wheels = [(v - omega * y, omega * x) for x, y in drive.config.positions]
     drive.reset(angles=[math.atan2(wy, wx) for wx, wy in wheels])
@@ -323,9 +330,9 @@ def steer_time(name: str) -> float:
     """A quarter turn of the azimuths at 12 V, in the air [s]."""
     drive = robot(MK4I, steer_motor=motor(name))
     drive.set_volts([0.0] * 4, [12.0] * 4)
-    t = 0.0
+    t, bench = 0.0, DriveBench(drive)
     while drive.steer_angles[0] < math.pi / 2.0:
-        drive.step(0.001, (0.0, 0.0, 0.0), [0.0] * 4)
+        bench.hold(0.001, (0.0, 0.0, 0.0), in_air=True)
         t += 0.001
     return t
 
@@ -428,7 +435,7 @@ def stops() -> Iterator[Row]:
         ("0 V brake, 60 A", 60.0, 0.530, 11.0, 0.943, 0.930),
     ):
         drive = robot(MK4I, drive_stator_limit=limit)
-        chassis = PlanarChassis(drive)
+        chassis = DriveBench(drive)
         chassis.reset(vx=4.5)
         drive.state.wheel_speed[:] = [4.5 / MK4I.wheel_radius] * 4
         drive.set_volts([0.0] * 4, [0.0] * 4)
@@ -456,7 +463,7 @@ def stops() -> Iterator[Row]:
     shorted.step(1e-5, (4.5, 0.0, 0.0))
     yield row(s, "0 V brake: back-EMF current", 346.0, -shorted.drive_motors.current[0], 0.03, "A", m.name)
     drive = robot(MK4I)
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     chassis.reset(vx=4.5)
     drive.reset(angles=[math.pi / 2.0] * 4)
     while chassis.vx > 1e-3:
@@ -474,7 +481,7 @@ def stops() -> Iterator[Row]:
 def cost(robots: int, step: float) -> float:
     """Median wall time of one 20 ms tick [ms]: closed loop, battery, limits, loads, encoders drained, pose."""
     module = replace(MK4I, drive_stator_limit=80.0, drive_supply_limit=60.0)
-    fleet = [PlanarChassis(robot(module, BatteryConfig(), height=0.2)) for _ in range(robots)]
+    fleet = [DriveBench(robot(module, BatteryConfig(), height=0.2)) for _ in range(robots)]
     spent = []
     for tick in range(200):
         total = 0.0

@@ -1,15 +1,15 @@
 """Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
 
-`advance` moves the balls of a world for a few milliseconds. It lists who may touch whom, then takes steps of 1 ms: all
-drift for half a step, every contact gives its force, forces change velocities, all drift for the other half (leapfrog).
-Contacts of balls with each other are looked at once a step. A ball whose contacts with solids are too stiff for it, or
-that is fast, goes through the step in shorter ones of its own; nobody else notices.
+`list_contacts` lists who may touch whom within a few milliseconds; `step_balls` takes one step of at most 1 ms: every
+contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the next step
+(leapfrog). Contacts of balls with each other are looked at once a step. A ball whose contacts with solids are too stiff
+for it, or that is fast, goes through the step in shorter ones of its own; nobody else notices.
 
-Robots and other bodies of the engine move on with the velocity that they have, and what balls do to them changes it at
-once. The engine gets the same impulse afterwards.
+What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
+and get the same impulse afterwards.
 
 A sleeping ball stands still and costs nothing. It wakes when what touches it moves, or pushes otherwise than when it
-fell asleep.
+fell asleep; it takes the impulse of the push that wakes it.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from simcore.loop.body import give
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
     air_acceleration,
@@ -29,6 +29,7 @@ from simcore.loop.contact import (
     steps_for,
 )
 from simcore.loop.neighbours import cell_range, grid_of, is_outside, listed_balls, near_pairs, near_solids
+from simcore.loop.robot_state import STEP
 from simcore.loop.solids import Solids, nearest_point
 from simcore.loop.state import (
     AWAKE,
@@ -36,27 +37,21 @@ from simcore.loop.state import (
     JUST_PUT,
     NOBODY,
     REMEMBERED,
-    Balls,
-    Bodies,
-    Floor,
-    Memory,
     sleeps,
     speed,
     to_body,
     to_field,
 )
-from simcore.typing import FloatArray
 
-__all__ = ["advance", "any_moves", "depth_at"]
+__all__ = ["any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts", "step_balls"]
 
-_LISTED = 0.005  # [s], longest time for which one list of neighbours is used
-_STEP = 0.001  # [s]
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
+_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow begins anew to count as still
 _WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
 _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
@@ -189,21 +184,6 @@ def _without_edges(found, which, count):
     return kept
 
 
-@inlined
-def _give(b, jx, jy, jz, ax, ay, az, vel, rate, yielding, impulse):
-    """Give a body an impulse [N s] at a place about its center [m]."""
-    turn = ax * jy - ay * jx
-    impulse[b, 0] += jx
-    impulse[b, 1] += jy
-    impulse[b, 2] += jz
-    impulse[b, 3] += ay * jz - az * jy
-    impulse[b, 4] += az * jx - ax * jz
-    impulse[b, 5] += turn
-    vel[b, 0] += yielding[b, 0] * jx
-    vel[b, 1] += yielding[b, 0] * jy
-    rate[b, 2] += yielding[b, 1] * turn
-
-
 # --- contacts of balls with each other ------------------------------------------------------------------------------
 
 
@@ -302,26 +282,6 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
 
 
 @compiled
-def _drift_bodies(bodies, h):
-    """Bodies move on for h [s] with the velocity that they have."""
-    pos, axes, center, vel, rate = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
-    for b in range(pos.shape[0]):
-        if not bodies.is_active[b]:
-            continue
-        wx, wy, wz = rate[b, 0], rate[b, 1], rate[b, 2]
-        ox, oy, oz = pos[b, 0] - center[b, 0], pos[b, 1] - center[b, 1], pos[b, 2] - center[b, 2]
-        pos[b, 0] += h * (vel[b, 0] + wy * oz - wz * oy)
-        pos[b, 1] += h * (vel[b, 1] + wz * ox - wx * oz)
-        pos[b, 2] += h * (vel[b, 2] + wx * oy - wy * ox)
-        for k in range(3):
-            center[b, k] += h * vel[b, k]
-            x, y, z = axes[b, 0, k], axes[b, 1, k], axes[b, 2, k]
-            axes[b, 0, k] += h * (wy * z - wz * y)
-            axes[b, 1, k] += h * (wz * x - wx * z)
-            axes[b, 2, k] += h * (wx * y - wy * x)
-
-
-@compiled
 def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ahead):
     """All listed balls through a step of h [s], from its middle on to where they are `ahead` [s] later.
 
@@ -330,12 +290,11 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
     queue, count, start, near, has_bodies, found, which = lists
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, air, still, load = balls.foam, balls.surface, balls.air, balls.still, balls.load
-    hold, contacts, seen, mark, leaves = balls.hold, balls.contacts, balls.bodies, bodies.mark, balls.leaves
+    hold, contacts, seen, leaves = balls.hold, balls.contacts, balls.bodies, balls.leaves
     key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
     owner, box, material = solids.body, solids.box, solids.surface
     first, plane, corner = solids.first, solids.plane, solids.corner
-    origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
-    yielding, impulse = bodies.yielding, bodies.impulse
+    origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
     gravity, is_floor = floor.gravity, floor.is_there
     floor_friction, floor_restitution, floor_rolling = floor.friction, floor.restitution, floor.rolling
     is_touched, press, is_put = balls.is_touched, balls.press, balls.is_put
@@ -453,15 +412,16 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                 rolling += resistance * push
                 if b >= 0:
                     by_bodies += push
-                    seen[i] |= mark[b]
-                    _give(b, -part * gx, -part * gy, -part * gz, ax, ay, az, moving, turning, yielding, impulse)
+                    seen[i] |= bodies[b].mark
+                    give(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
             touched += n
             is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
             if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
                 most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
-                if abs(by_bodies - load[i]) > most:
-                    _wake(status, still, hold, i)
-                break
+                if abs(by_bodies - load[i]) <= most:
+                    break
+                _wake(status, still, hold, i)
+                is_asleep = False
             load[i] = by_bodies
             # what they do to it
             gx, gy, gz = air_acceleration(vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])
@@ -489,16 +449,16 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
 
 
 @compiled
-def _advance_listed(balls, memory, solids, bodies, floor, table, h):
-    """Move everything for h [s], with one list of neighbours."""
+def list_contacts(balls, bodies, solids, with_pairs, h):
+    """List the balls that may move within h [s], who of them may touch each other, and what solids they may touch."""
     grid = grid_of(balls)
     way = np.empty(balls.pos.shape[0])  # of each ball within h [m]
     for i in range(len(way)):
         way[i] = speed(balls.vel, i) * h
     queue, depth, count = listed_balls(balls, bodies, grid, way, h)
+    room, pairs = 64 + 8 * count if with_pairs else 0, -1 if with_pairs else 0
     if count == 0:
-        return
-    room, pairs = 64 + 8 * count if floor.with_pairs else 0, -1 if floor.with_pairs else 0
+        room, pairs = 0, 0
     first, second = np.empty(room, np.int64), np.empty(room, np.int64)
     while pairs < 0:
         pairs, count = near_pairs(balls, grid, way, queue, depth, count, first, second)
@@ -506,38 +466,67 @@ def _advance_listed(balls, memory, solids, bodies, floor, table, h):
             room *= 2
             first, second = np.empty(room, np.int64), np.empty(room, np.int64)
     start, near = near_solids(balls, bodies, solids, way, queue, count, h)
-    force = np.zeros((balls.pos.shape[0], 8))
     has_bodies, owner = np.zeros(count, np.uint8), solids.body
     for k in range(count):
         for entry in range(start[k], start[k + 1]):
             if owner[near[entry]] >= 0:
                 has_bodies[k] = 1
     found, which = np.empty((_MOST_SURFACES, 7)), np.empty((_MOST_SURFACES, 2), np.int64)
-    lists = (queue, count, start, near, has_bodies, found, which)
-    status, pos, vel, contacts = balls.status, balls.pos, balls.vel, balls.contacts
-    left, step = h, min(_STEP, h)
+    return (queue, count, start, near, has_bodies, found, which), (first, second, pairs)
+
+
+@compiled
+def drift_balls(balls, lists, h):
+    """Let all listed balls that are awake move on for h [s]."""
+    queue, count = lists[0], lists[1]
     for k in range(count):
         i = queue[k]
-        if not sleeps(status, i):
+        if not sleeps(balls.status, i):
             for c in range(3):
-                pos[i, c] += 0.5 * step * vel[i, c]
-    _drift_bodies(bodies, 0.5 * step)
-    while step > 0.0:
-        memory.clock[0] += 1
-        cuts = _collide(balls, memory, floor.gravity, table, first, second, pairs, force, step)
-        left -= step
-        following = min(_STEP, step / cuts if cuts > 1 else 2.0 * step, left) if left > 1e-9 else 0.0
-        ahead = 0.5 * (step + following)
-        _move_balls(balls, memory, solids, bodies, floor, table, lists, force, step, ahead)
-        _drift_bodies(bodies, ahead)
-        step = following
-    spin, radius, still = balls.spin, balls.radius, balls.still
+                balls.pos[i, c] += h * balls.vel[i, c]
+
+
+@compiled
+def step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force, h, left):
+    """Take one step of h [s]; balls are in its middle, and go on to the middle of the next one.
+
+    Args:
+        balls: All of them.
+        memory: Of their friction.
+        solids: What they touch.
+        bodies: All, in the middle of the step.
+        floor: The floor, and gravity.
+        table: `DAMPING_RATIOS`.
+        lists: Of `list_contacts`.
+        pairs: Likewise.
+        force: Room for forces of balls on each other, all 0, shape (n, 8).
+        h: Step [s].
+        left: Time after the step for which the lists hold [s].
+
+    Returns:
+        Length of the next step, 0 for none [s].
+    """
+    memory.clock[0] += 1
+    cuts = _collide(balls, memory, floor.gravity, table, pairs[0], pairs[1], pairs[2], force, h)
+    following = min(STEP, h / cuts if cuts > 1 else 2.0 * h, left) if left > 1e-9 else 0.0
+    _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, 0.5 * (h + following))
+    return following
+
+
+@compiled
+def end_balls(balls, lists, h):
+    """Turn the attitudes of all listed balls, and note which of them are still, after h [s]."""
+    queue, count = lists[0], lists[1]
+    spin, radius, still, vel = balls.spin, balls.radius, balls.still, balls.vel
     for k in range(count):
         i = queue[k]
-        if not sleeps(status, i):
+        if not sleeps(balls.status, i):
             _turn(balls.quat, spin, i, h)
-            is_quiet = contacts[i] > 0 and max(speed(vel, i), speed(spin, i) * radius[i]) < _QUIET_SPEED
-            still[i] = still[i] + h if is_quiet else 0.0
+            fast = max(speed(vel, i), speed(spin, i) * radius[i])
+            if still[i] == 0.0 or fast > balls.calm[i] + _GAINS:  # what gains speed is not in balance
+                balls.calm[i] = fast
+                still[i] = 0.0
+            still[i] = still[i] + h if balls.contacts[i] > 0 and fast < _QUIET_SPEED else 0.0
 
 
 @compiled
@@ -552,80 +541,18 @@ def _turn(quat, spin, i, h):
 
 
 @compiled
-def _take_poses(bodies):
-    """Work out what the loop needs of the active bodies from what the engine says of them."""
-    pose, twist, middle = bodies.pose, bodies.twist, bodies.middle
-    pos, axes, center, vel, rate = bodies.pos, bodies.axes, bodies.center, bodies.vel, bodies.rate
-    for b in range(pos.shape[0]):
-        if not bodies.is_active[b]:
-            continue
-        x, y, z, w = pose[b, 3], pose[b, 4], pose[b, 5], pose[b, 6]
-        axes[b, 0, 0], axes[b, 0, 1], axes[b, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
-        axes[b, 1, 0], axes[b, 1, 1], axes[b, 1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-        axes[b, 2, 0], axes[b, 2, 1], axes[b, 2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
-        mx, my, mz = to_field(axes, b, middle[b, 0], middle[b, 1], middle[b, 2])
-        for k in range(6):
-            bodies.impulse[b, k] = 0.0
-        for k in range(3):
-            pos[b, k] = pose[b, k]
-            vel[b, k], rate[b, k] = twist[b, k], twist[b, 3 + k]
-            center[b, k] = pos[b, k] + (mx if k == 0 else my if k == 1 else mz)
-            if bodies.swings[b]:
-                center[b, k], vel[b, k] = middle[b, k], 0.0
-
-
-@compiled
-def any_moves(
-    is_ball: npt.NDArray[np.uint8], status: npt.NDArray[np.uint8], is_active: npt.NDArray[np.uint8], twist: FloatArray
-) -> bool:
-    """Whether a ball is awake, or a body moves that balls may touch; the arrays are of `Balls` and `Bodies`."""
-    for i in range(len(status)):
-        if is_ball[i] and (status[i] == AWAKE or status[i] == IN_FLIGHT):
+def any_moves(balls, bodies):
+    """Return whether a ball is awake, or a body moves that balls may touch."""
+    for i in range(len(balls.status)):
+        if balls.is_ball[i] and (balls.status[i] == AWAKE or balls.status[i] == IN_FLIGHT):
             return True
-    for b in range(len(is_active)):
-        if is_active[b]:
-            for k in range(6):
-                if abs(twist[b, k]) > _STANDING:
+    vel, rate = bodies.vel, bodies.rate
+    for b in range(len(bodies)):
+        if bodies[b].is_active:
+            for k in range(3):
+                if abs(vel[b, k]) > _STANDING or abs(rate[b, k]) > _STANDING:
                     return True
     return False
-
-
-@compiled
-def _push_bodies(bodies):
-    """Work out the velocities of the bodies that balls have pushed, as the engine gets them."""
-    impulse, twist = bodies.impulse, bodies.twist
-    for b in range(len(bodies.is_active)):
-        bodies.is_pushed[b] = 0
-        size = 0.0
-        for k in range(6):
-            size += abs(impulse[b, k])
-        if not bodies.is_active[b] or size == 0.0:
-            continue
-        bodies.is_pushed[b] = 1
-        x, y, z, w = bodies.pose[b, 3], bodies.pose[b, 4], bodies.pose[b, 5], bodies.pose[b, 6]
-        turned = (
-            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-        )
-        for k in range(3):
-            twist[b, k] += bodies.lightness[b, 0] * impulse[b, k]
-        for axis in range(3):  # each principal axis in the field, and the spin about it
-            a, c, d = bodies.principal[b, 0, axis], bodies.principal[b, 1, axis], bodies.principal[b, 2, axis]
-            px = turned[0][0] * a + turned[0][1] * c + turned[0][2] * d
-            py = turned[1][0] * a + turned[1][1] * c + turned[1][2] * d
-            pz = turned[2][0] * a + turned[2][1] * c + turned[2][2] * d
-            spin = bodies.lightness[b, 1 + axis] * (px * impulse[b, 3] + py * impulse[b, 4] + pz * impulse[b, 5])
-            twist[b, 3] += spin * px
-            twist[b, 4] += spin * py
-            twist[b, 5] += spin * pz
-        if bodies.swings[b]:
-            ax = bodies.pose[b, 0] - bodies.middle[b, 0]
-            ay = bodies.pose[b, 1] - bodies.middle[b, 1]
-            az = bodies.pose[b, 2] - bodies.middle[b, 2]
-            twist[b, 0] = twist[b, 4] * az - twist[b, 5] * ay
-            twist[b, 1] = twist[b, 5] * ax - twist[b, 3] * az
-            twist[b, 2] = twist[b, 3] * ay - twist[b, 4] * ax
 
 
 @compiled
@@ -643,25 +570,3 @@ def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> flo
                     distance, _, _, _, _ = nearest_point(s, x, y, z, radius, solids.first, solids.plane, solids.corner)
                     least = min(least, distance)
     return radius - least
-
-
-@compiled
-def advance(
-    balls: Balls, memory: Memory, solids: Solids, bodies: Bodies, floor: Floor, table: FloatArray, h: float
-) -> None:
-    """Move all balls for h [s].
-
-    Args:
-        balls: All of them; those on the field move.
-        memory: Of their friction.
-        solids: What they touch.
-        bodies: Of the engine, at the start of h; left as they would be at its end if only balls touched them.
-        floor: The floor, and gravity.
-        table: `DAMPING_RATIOS`.
-        h: How long [s].
-    """
-    _take_poses(bodies)
-    parts = max(1, math.ceil(h / _LISTED - 1e-9))
-    for _ in range(parts):
-        _advance_listed(balls, memory, solids, bodies, floor, table, h / parts)
-    _push_bodies(bodies)

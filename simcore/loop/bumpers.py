@@ -1,4 +1,4 @@
-"""Bumpers against walls and robots, in the plane of the floor: spring, damper and Coulomb friction at flat sides.
+"""Bumpers of upright robots against walls and each other: spring, damper and Coulomb friction at flat sides.
 
 Two convex outlines touch along sides that overlap, so they have up to two contacts, one at each end of the overlap: the
 pressure between them is spread and holds the heading. At each a spring and a damper push,
@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
+from simcore.loop.body import find_spring, note_touch, push
 from simcore.loop.compiled import compiled
-from simcore.loop.robot_state import TOUCHES
 
 __all__ = ["place_parts", "touch_outlines", "touch_robots"]
 
@@ -30,8 +30,9 @@ _MOST_RESTITUTION = 0.25
 """More than bumpers give back [-]; up to here no hit, however oblique, gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
 """Share of the speed that a damper takes in a step, at most: beyond 1 it would turn it round."""
-_RISES = 0.05
-"""Bumpers that were put into something come out with no more than this [m/s]: nobody has squeezed them."""
+_OUT_TIME, _OUT_SPEED = 0.03, 0.05
+"""How fast bumpers come out of what they were put into, by place and not by velocity: nobody has squeezed them [s] and
+[m/s]."""
 _LEAST_SIDE = 0.1
 """Length over which a corner presses a bumper in [m]."""
 _NONE = np.zeros(4, np.uint8)
@@ -57,23 +58,23 @@ _RATIOS = np.interp(np.linspace(0.0, 1.0, 101), [_restitution(ratio) for ratio i
 
 
 @compiled
-def place_parts(robots, r, parts):
+def place_parts(fleet, r, body):
     """Put the outlines of a robot's bumpers where it is."""
-    robot = robots[r]
-    c = math.cos(robot.yaw)
-    s = math.sin(robot.yaw)
-    ax = c * robot.along[0] - s * robot.along[1]
-    ay = s * robot.along[0] + c * robot.along[1]
-    bx = c * robot.aside[0] - s * robot.aside[1]
-    by = s * robot.aside[0] + c * robot.aside[1]
+    robot = fleet.robots[r]
+    axes = body.axes
+    ax = axes[0, 0]
+    ay = axes[1, 0]
+    bx = axes[0, 1]
+    by = axes[1, 1]
+    size_a = math.sqrt(ax * ax + ay * ay)
+    size_b = math.sqrt(bx * bx + by * by)
     for p in range(robot.first_part, robot.last_part):
-        part = parts[p]
-        # Of the middle of its height from the center of mass, in a robot that leans.
+        part = fleet.parts[p]
         high = 0.5 * (part.bottom + part.top)
-        lean_x = robot.upward[0] * high - robot.center_ahead[0]
-        lean_y = robot.upward[1] * high - robot.center_ahead[1]
-        x = robot.x + c * lean_x - s * lean_y + ax * part.x + bx * part.y
-        y = robot.y + s * lean_x + c * lean_y + ay * part.x + by * part.y
+        x = body.pos[0] + axes[0, 2] * high + ax * part.x + bx * part.y
+        y = body.pos[1] + axes[1, 2] * high + ay * part.x + by * part.y
+        part.low = body.pos[2] + axes[2, 2] * high - 0.5 * (part.top - part.bottom)
+        part.high = part.low + part.top - part.bottom
         lx = part.half_length * ax
         ly = part.half_length * ay
         wx = part.half_width * bx
@@ -86,8 +87,6 @@ def place_parts(robots, r, parts):
         part.corners[2, 1] = y - ly + wy
         part.corners[3, 0] = x - lx - wx
         part.corners[3, 1] = y - ly - wy
-        size_a = math.sqrt(ax * ax + ay * ay)
-        size_b = math.sqrt(bx * bx + by * by)
         # The side after each corner runs along y, back along x, back along y and along x.
         part.normals[0, 0] = by / size_b
         part.normals[0, 1] = -bx / size_b
@@ -195,59 +194,25 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
 
 
 @compiled
-def _note_touch(robot, row):
-    """Note the engine row of what a robot touches."""
-    for k in range(robot.touched):
-        if robot.touches[k] == row:
-            return
-    if robot.touched < TOUCHES:
-        robot.touches[robot.touched] = row
-        robot.touched += 1
-
-
-@compiled
-def _velocity(robot, x, y, height):
-    """Of a robot at a place [m] and a height of the field [m], in plan [m/s, m/s]."""
-    above = height - robot.pos[2]
+def _velocity(body, x, y, height):
+    """Return the velocity in plan of a place of a body at a height of the field [m/s, m/s]."""
+    ax = x - body.com[0]
+    ay = y - body.com[1]
+    az = height - body.com[2]
     return (
-        robot.vx - robot.omega * (y - robot.y) + robot.leaning[0] * above,
-        robot.vy + robot.omega * (x - robot.x) + robot.leaning[1] * above,
+        body.vel[0] + body.rate[1] * az - body.rate[2] * ay,
+        body.vel[1] + body.rate[2] * ax - body.rate[0] * az,
     )
 
 
 @compiled
-def _mobility(robot, x, y, nx, ny):
-    """Inverse of the mass that a robot shows at a place along a direction [1/kg]."""
-    lever = (x - robot.x) * ny - (y - robot.y) * nx
-    return 1.0 / robot.mass + lever * lever / robot.inertia[2]
+def _mobility(body, x, y, nx, ny):
+    """Return the inverse of the mass that a robot shows at a place along a direction [1/kg].
 
-
-@compiled
-def _push(robot, x, y, fx, fy):
-    """Let a force [N] act on a robot at a place [m]."""
-    robot.contact[0] += fx
-    robot.contact[1] += fy
-    robot.contact[2] += (x - robot.x) * fy - (y - robot.y) * fx
-
-
-@compiled
-def _spring(springs, r, key, stamp, depth, is_put, h):
-    """The spring of a contact of robot r: the one it has, or a free or old one, relaxed."""
-    oldest = 0
-    for k in range(springs.shape[1]):
-        one = springs[r, k]
-        if one.key == key and one.stamp >= stamp - 1 and not is_put:
-            one.stamp = stamp
-            one.put = max(0.0, min(one.put, depth) - _RISES * h)
-            return k
-        if one.stamp < springs[r, oldest].stamp:
-            oldest = k
-    one = springs[r, oldest]
-    one.key = key
-    one.stamp = stamp
-    one.stretch = 0.0
-    one.put = depth if is_put else 0.0
-    return oldest
+    Roll and pitch are left out: its wheels hold them.
+    """
+    lever = (x - body.com[0]) * ny - (y - body.com[1]) * nx
+    return 1.0 / body.mass + lever * lever / body.inertia[2]
 
 
 @compiled
@@ -258,40 +223,45 @@ def _ratio(restitution):
 
 @compiled
 def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key, stamp, is_put, h):
-    """Force along the normal and across it at a contact [N, N]; v_n is that of the gap, v_t to the left of n [m/s]."""
+    """Find the force of a contact of bumpers; v_n is that of the gap, v_t to the left of n [m/s].
+
+    Returns:
+        Force along the normal and across it [N, N], and the way out of what people have put it into [m].
+    """
     k = 0.5 * stiffness * found[n, 5]
     c = min(2.0 * ratio * math.sqrt(k * mass), _MOST_DAMPING * mass / h)
-    spring = springs[r, _spring(springs, r, key, stamp, found[n, 4], is_put, h)]
-    normal = max(0.0, k * (found[n, 4] - spring.put) - c * v_n)
-    spring.stretch += v_t * h
-    across = k * spring.stretch + c * v_t
+    slot, _ = find_spring(springs, r, key, stamp)
+    spring = springs[r, slot]
+    if is_put:
+        spring.put_in = found[n, 4]
+        spring.stretch[0] = 0.0
+    spring.put_in = min(spring.put_in, found[n, 4])
+    way = min(spring.put_in, (spring.put_in / _OUT_TIME + _OUT_SPEED) * h) if spring.put_in > 0.0 else 0.0
+    normal = max(0.0, k * (found[n, 4] - spring.put_in) - c * v_n)
+    stretch = spring.stretch[0] + v_t * h
+    across = k * stretch + c * v_t
     most = friction * normal
     if across > most or across < -most:
         across = most if across > 0.0 else -most
-        spring.stretch = max(-most / k, min(most / k, spring.stretch))
-    return normal, across
+        stretch = max(-most / k, min(most / k, stretch))
+    spring.stretch[0] = stretch
+    return normal, across, way
 
 
 @compiled
-def touch_outlines(robots, r, parts, outlines, corners, normals, hidden, springs, stamp, h, found):
+def touch_outlines(fleet, r, body, h, found):
     """Let a robot touch what stands on the field.
 
     Args:
-        robots: All.
+        fleet: All robots; the parts of this one are in place.
         r: Which.
-        parts: Of all robots; its own are in place.
-        outlines: Of the field.
-        corners: Of all outlines [m], shape (n, 2).
-        normals: Of the sides after them, shape (n, 2).
-        hidden: Whether each side is covered by another outline, shape (n,).
-        springs: Of friction, shape (robots, m).
-        stamp: Number of the step.
+        body: Of it.
         h: Step [s].
         found: Room for two contacts, shape (2, 6).
     """
-    robot = robots[r]
+    robot = fleet.robots[r]
     for p in range(robot.first_part, robot.last_part):
-        part = parts[p]
+        part = fleet.parts[p]
         low_x = math.inf
         low_y = math.inf
         high_x = -math.inf
@@ -302,53 +272,47 @@ def touch_outlines(robots, r, parts, outlines, corners, normals, hidden, springs
             low_y = min(low_y, part.corners[i, 1])
             high_y = max(high_y, part.corners[i, 1])
         for o in range(part.first_outline, part.last_outline):
-            one = outlines[o]
+            one = fleet.outlines[o]
             if one.low_x > high_x or one.high_x < low_x or one.low_y > high_y or one.high_y < low_y:
                 continue
             count = _manifold(
-                part.corners, part.normals, 0, 4, _NONE, corners, normals, one.first, one.last, hidden, found
-            )
+                part.corners, part.normals, 0, 4, _NONE, fleet.corners, fleet.normals, one.first, one.last,
+                fleet.hidden, found,
+            )  # fmt: skip
             for n in range(count):
                 x = found[n, 0]
                 y = found[n, 1]
                 nx = found[n, 2]
                 ny = found[n, 3]
                 height = 0.5 * (max(part.low, one.bottom) + min(part.high, one.top))
-                ux, uy = _velocity(robot, x, y, height)
-                mass = 1.0 / _mobility(robot, x, y, nx, ny)
-                normal, across = _force(
+                ux, uy = _velocity(body, x, y, height)
+                mass = 1.0 / _mobility(body, x, y, nx, ny)
+                normal, across, way = _force(
                     found, n, part.stiffness, _ratio(part.restitution * one.restitution), mass,
                     part.friction * one.friction, -(nx * ux + ny * uy), nx * uy - ny * ux,
-                    springs, r, ((p + 1) * 100000 + o) * 2 + n, stamp, robot.is_put, h,
+                    fleet.springs, r, ((p + 1) * 100000 + o) * 2 + n, fleet.clock[0], robot.is_put, h,
                 )  # fmt: skip
+                robot.shift[0] -= way * nx
+                robot.shift[1] -= way * ny
                 if normal > 0.0:
-                    fx = -nx * normal + ny * across
-                    fy = -ny * normal - nx * across
-                    _push(robot, x, y, fx, fy)
-                    _lean(robot, fx, fy, height, h)
-                    _note_touch(robot, one.row)
+                    push(
+                        robot, x - body.com[0], y - body.com[1], height - body.com[2],
+                        -nx * normal + ny * across, -ny * normal - nx * across, 0.0,
+                    )  # fmt: skip
+                    note_touch(robot, one.row)
 
 
 @compiled
-def _lean(robot, fx, fy, height, h):
-    """Note that a force acts at a height [m] of the field: above the center of mass it tips, below it loads."""
-    lever = height - robot.pos[2] - robot.center[2]
-    robot.hit_moment[0] -= h * lever * fy
-    robot.hit_moment[1] += h * lever * fx
-    share = (height - robot.pos[2]) / robot.center[2] if robot.center[2] > 1e-6 else 0.0
-    robot.contact_load[0] += (1.0 - share) * fx / robot.mass
-    robot.contact_load[1] += (1.0 - share) * fy / robot.mass
-
-
-@compiled
-def touch_robots(robots, a, b, parts, springs, stamp, h, found):
+def touch_robots(fleet, a, b, bodies, h, found):
     """Let two robots touch; their parts are in place. For the arguments see `touch_outlines`."""
-    one = robots[a]
-    other = robots[b]
+    one = fleet.robots[a]
+    other = fleet.robots[b]
+    body = bodies[one.body]
+    met = bodies[other.body]
     for p in range(one.first_part, one.last_part):
-        mine = parts[p]
+        mine = fleet.parts[p]
         for q in range(other.first_part, other.last_part):
-            theirs = parts[q]
+            theirs = fleet.parts[q]
             low = max(mine.low, theirs.low)
             high = min(mine.high, theirs.high)
             if low >= high:
@@ -362,23 +326,26 @@ def touch_robots(robots, a, b, parts, springs, stamp, h, found):
                 nx = found[n, 2]
                 ny = found[n, 3]
                 height = 0.5 * (low + high)
-                ux, uy = _velocity(other, x, y, height)
-                vx, vy = _velocity(one, x, y, height)
+                ux, uy = _velocity(met, x, y, height)
+                vx, vy = _velocity(body, x, y, height)
                 ux -= vx
                 uy -= vy
-                mass = 1.0 / (_mobility(one, x, y, nx, ny) + _mobility(other, x, y, nx, ny))
+                mass = 1.0 / (_mobility(body, x, y, nx, ny) + _mobility(met, x, y, nx, ny))
                 stiffness = mine.stiffness * theirs.stiffness / (mine.stiffness + theirs.stiffness)
-                normal, across = _force(
+                normal, across, way = _force(
                     found, n, stiffness, _ratio(mine.restitution * theirs.restitution), mass,
-                    mine.friction * theirs.friction, nx * ux + ny * uy, nx * uy - ny * ux,
-                    springs, a, -((p + 1) * 100000 + q) * 2 - n, stamp, one.is_put or other.is_put, h,
+                    mine.friction * theirs.friction, nx * ux + ny * uy, nx * uy - ny * ux, fleet.springs, a,
+                    -((p + 1) * 100000 + q) * 2 - n, fleet.clock[0], one.is_put or other.is_put, h,
                 )  # fmt: skip
+                share = met.mass / (body.mass + met.mass)
+                one.shift[0] -= share * way * nx
+                one.shift[1] -= share * way * ny
+                other.shift[0] += (1.0 - share) * way * nx
+                other.shift[1] += (1.0 - share) * way * ny
                 if normal > 0.0:
                     fx = nx * normal + ny * across
                     fy = ny * normal - nx * across
-                    _push(other, x, y, fx, fy)
-                    _push(one, x, y, -fx, -fy)
-                    _lean(other, fx, fy, height, h)
-                    _lean(one, -fx, -fy, height, h)
-                    _note_touch(one, other.row)
-                    _note_touch(other, one.row)
+                    push(other, x - met.com[0], y - met.com[1], height - met.com[2], fx, fy, 0.0)
+                    push(one, x - body.com[0], y - body.com[1], height - body.com[2], -fx, -fy, 0.0)
+                    note_touch(one, met.row)
+                    note_touch(other, body.row)

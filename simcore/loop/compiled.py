@@ -88,7 +88,7 @@ def _files(folder: Path, name: str) -> list[Path]:
     return []
 
 
-_PREPARED = ("balls.advance", "robots.move_robots")
+_PREPARED = ("step.advance",)
 cache_folder = None if _config.DISABLE_JIT else _choose_folder()
 """Folder of compiled functions; None if there is none."""
 

@@ -74,12 +74,13 @@ def listed_balls(balls, bodies, grid, way, h):
             if depth[i] < 0 and (way[i] > _SLOW) == fast and _is_here(is_ball, status, pos, i):
                 if not sleeps(status, i):
                     queue[count], depth[i], count = i, 0, count + 1
-    for b in range(bodies.pos.shape[0]):
-        if not bodies.is_active[b]:
+    origin, moving, turning, extent = bodies.pos, bodies.vel, bodies.rate, bodies.reach
+    for b in range(len(bodies)):
+        if not bodies[b].is_active:
             continue
-        reach = bodies.reach[b] + (speed(bodies.vel, b) + speed(bodies.rate, b) * bodies.reach[b]) * h + _MARGIN + edge
-        x0, x1 = cell_range(bodies.pos[b, 0] - reach, bodies.pos[b, 0] + reach, low_x, edge, nx)
-        y0, y1 = cell_range(bodies.pos[b, 1] - reach, bodies.pos[b, 1] + reach, low_y, edge, ny)
+        reach = extent[b] + (speed(moving, b) + speed(turning, b) * extent[b]) * h + _MARGIN + edge
+        x0, x1 = cell_range(origin[b, 0] - reach, origin[b, 0] + reach, low_x, edge, nx)
+        y0, y1 = cell_range(origin[b, 1] - reach, origin[b, 1] + reach, low_y, edge, ny)
         for cx in range(x0, x1 + 1):
             for cy in range(y0, y1 + 1):
                 i = head[cx * ny + cy]
@@ -153,7 +154,7 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
     pos, radius, boxes = balls.pos, balls.radius, solids.box
     cell_first, cell_solid, cell_low = solids.cell_first, solids.cell_solid, solids.cell_low
     origin, frame, moving, turning = bodies.pos, bodies.axes, bodies.vel, bodies.rate
-    is_active, extent, own_solids = bodies.is_active, bodies.reach, bodies.solids
+    is_active, extent = bodies.is_active, bodies.reach
     start, near, size = np.zeros(count + 1, np.int64), np.empty(8 * count + 64, np.int64), 0
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     for k in range(count):
@@ -188,7 +189,7 @@ def near_solids(balls, bodies, solids, way, queue, count, h):
                 continue
             lx, ly, lz = to_body(frame, b, dx, dy, dz)
             far = reach + moved
-            for s in range(own_solids[b, 0], own_solids[b, 1]):
+            for s in range(bodies[b].first_solid, bodies[b].last_solid):
                 if is_outside(boxes, s, lx, ly, lz, far):
                     continue
                 near = _grown(near, size)

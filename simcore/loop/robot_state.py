@@ -1,21 +1,24 @@
 """State of robots, as arrays of records: each has the constants, the requests and the state of one thing.
 
-Numbers that belong to a robot's plane are in plan axes: those of the field where it stands level, else the robot's own
-x and y axes turned back by its heading. Shafts and wheels are numbered within their robot.
+A robot is a body with shafts, wheels and bumpers; what the engine moves (tubes, cages) is a body alone. Shafts and
+wheels are numbered within their robot.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
+from simcore.typing import FloatArray, IntArray
+
 __all__ = [
     "AZIMUTH",
     "BATTERY",
+    "BODY",
     "CURRENT",
     "DUTY",
     "MECHANISM",
@@ -23,6 +26,7 @@ __all__ = [
     "OUTLINE",
     "PART",
     "PISTON",
+    "POINT",
     "ROBOT",
     "SERVO",
     "SHAFT",
@@ -33,8 +37,10 @@ __all__ = [
     "VOLTS",
     "WHEEL",
     "WHEELS",
+    "Fleet",
     "Records",
     "join",
+    "no_robots",
     "records",
 ]
 
@@ -44,7 +50,9 @@ Records: TypeAlias = npt.NDArray[Any]
 STEP = 1e-3
 """Longest step of motors, shafts, tires and bumpers [s]."""
 TOUCHES = 24
-"""Bodies that a robot can touch at once, of which it is told."""
+"""Bodies and elements of the field that a robot can touch at once, of which it is told."""
+SPRINGS = 96
+"""Contacts of a robot whose friction is remembered."""
 
 # Kinds of shafts.
 WHEELS, AZIMUTH, MECHANISM, PISTON, SERVO = 0, 1, 2, 3, 4
@@ -149,7 +157,6 @@ WHEEL = np.dtype(
         ("cof", _f),  # coefficient of friction along the wheel [-]
         ("rolling", _f),  # drag over load [-]
         ("is_lowered", _b),
-        ("is_down", _b),  # whether it is on the ground
         ("load", _f),  # [N]
         ("slip", _f),  # that makes its force [m/s]
         ("force_x", _f),  # of the ground, robot axes, in the last step [N]
@@ -207,82 +214,93 @@ BATTERY = np.dtype(
 )
 """A battery, and the roboRIO that it feeds."""
 
+BODY = np.dtype(
+    [
+        ("row", _i),  # its number among the bodies of the world
+        ("is_robot", _b),  # whether the loop moves it; the engine moves all others
+        ("is_active", _b),  # whether a ball may touch it now
+        ("swings", _b),  # whether it turns about a pivot
+        ("carries", _b),  # whether robots drive on it
+        ("mark", _i),  # bit that it leaves in `Balls.bodies`
+        ("first_solid", _i),
+        ("last_solid", _i),  # the one behind its last
+        ("reach", _f),  # of the ball around its origin that holds it [m]
+        ("mass", _f),  # [kg]
+        ("center", _f, (3,)),  # of mass, in its frame, or pivot, in that of the field [m]
+        ("inertia", _f, (3,)),  # principal moments about it [kg m^2]
+        ("principal", _f, (3, 3)),  # principal axes in its frame, as columns
+        ("pos", _f, (3,)),  # origin, field frame [m]
+        ("quat", _f, (4,)),  # attitude x, y, z, w
+        ("axes", _f, (3, 3)),  # its axes as columns
+        ("com", _f, (3,)),  # center of mass, or pivot, field frame [m]
+        ("vel", _f, (3,)),  # of the center of mass, 0 of a pivot [m/s]
+        ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
+        ("pull", _f, (3,)),  # angular acceleration that the engine gave it in its last step, of what carries [rad/s^2]
+        ("mean_twist", _f, (6,)),  # of both over the last call [m/s, rad/s]
+        ("impulse", _f, (6,)),  # by balls in the last call: impulse [N s], angular impulse about the center [N m s]
+    ],
+    align=True,
+)
+"""A rigid body."""
+
 ROBOT = np.dtype(
     [
         # --- what it consists of ---
-        ("row", _i),  # of its body in the engine
+        ("body", _i),
         ("first_shaft", _i),
         ("last_shaft", _i),
         ("drive_shafts", _i),  # how many have wheels; they come first
         ("first_wheel", _i),
         ("last_wheel", _i),
+        ("first_point", _i),  # of what touches the field: its wheels first
+        ("last_point", _i),
         ("first_part", _i),  # of its bumpers
         ("last_part", _i),
-        ("mass", _f),  # [kg]
-        ("center", _f, (3,)),  # of mass, robot axes [m]
-        ("inertia", _f, (3,)),  # about it [kg m^2]
-        ("tip", _f, (2,)),  # angular momentum in roll and pitch that its weight has still to take up [N m s]
-        ("half_base", _f),  # from it to the nearest line through outer wheels, in plan [m]
+        ("reach", _f),  # of bumpers and wheels around its vertical axis [m]
+        ("low", _f),  # lowest and highest part of its bumpers and frame, robot frame [m]
+        ("high", _f),
         ("is_enabled", _b),
         ("other_current", _f),  # from the battery beside that of its motors [A]
-        # --- body, field frame ---
-        ("seen", _f, (13,)),  # center of mass, attitude and velocities as the engine has them [m, m/s, rad/s]
-        ("pos", _f, (3,)),  # of its origin [m]
-        ("quat", _f, (4,)),
-        ("vel", _f, (3,)),  # of its center of mass [m/s]
-        ("rate", _f, (3,)),  # [rad/s]
-        ("given", _f, (6,)),  # velocity that the engine got in the last step
-        ("rest", _f, (6,)),  # that is to be added to what the engine made of it
-        ("early", _f),  # share of a step by which the engine's velocities are ahead of the loop's mean
-        ("h_before", _f),  # length of the last step, 0 after a start [s]
-        ("is_on_flat", _b),  # whether there is nothing but the floor under its wheels
-        ("is_level", _b),  # on the flat carpet, with nothing that lifts or tips it
-        ("force", _f, (3,)),  # from outside on the center of mass [N]
+        # --- requests ---
+        ("force", _f, (3,)),  # from outside on the center of mass, field frame [N]
         ("torque", _f, (3,)),  # [N m]
-        ("drive", _f, (3,)),  # acceleration by these, and by a driver without wheels, plan axes [m/s^2, rad/s^2]
-        ("gravity", _f, (3,)),  # robot axes [m/s^2]
-        ("has_fixed_loads", _b),  # whether its wheels' loads are given
-        ("felt", _f, (3,)),  # acceleration by what the engine does, robot axes [m/s^2]
-        # --- in its plane ---
-        ("x", _f),  # of the center of mass [m]
-        ("y", _f),
-        ("yaw", _f),  # [rad]
-        ("vx", _f),  # of the point on the carpet under it [m/s]
-        ("vy", _f),
-        ("omega", _f),  # [rad/s]
-        ("pull", _f, (3,)),  # acceleration that the engine is expected to add [m/s^2, rad/s^2]
-        ("contact", _f, (3,)),  # by bumpers in this step [N, N, N m]
-        ("contact_load", _f, (2,)),  # acceleration by bumpers as it shifts load, plan axes [m/s^2]
-        ("followed", _f, (3,)),  # acceleration that wheel loads have followed, robot axes [m/s^2]
-        ("tires", _f, (2,)),  # by tires in the last step, robot axes [m/s^2]
-        ("is_sliding", _b),
-        ("bus", _f),  # voltage of the battery in the last step [V]
-        ("time", _f),  # since the reset [s]
-        # --- of the last call: changes of velocity at its end and in the mean ---
-        ("end_change", _f, (3,)),  # by tires and driver, plan axes [m/s, m/s, rad/s]
-        ("mean_change", _f, (3,)),
-        ("hit_end", _f, (3,)),  # by bumpers
-        ("hit_mean", _f, (3,)),
-        ("hit_moment", _f, (2,)),  # that they have about the center of mass in roll and pitch, plan axes [N m s]
-        ("touches", _i, (TOUCHES,)),  # engine rows of what its bumpers touched
-        ("touched", _i),  # how many
-        # --- its bumpers in plan, as it stood when the call began ---
-        ("is_upright", _b),
+        # --- in this step ---
+        ("press", _f, (3,)),  # by all contacts but tires, field frame [N]
+        ("twist", _f, (3,)),  # their moment about the center of mass [N m]
+        ("shift", _f, (3,)),  # out of what people have put it into [m]
+        ("is_upright", _b),  # whether its bumpers meet walls and other robots in plan
         ("is_put", _b),  # whether people have put it where it stands since the last step
-        ("is_solid", _b),  # whether the engine keeps it out of walls and robots: it lies, or is above another one
-        ("z", _f),  # its height there [m]
-        ("height", _f),  # of the middle of its bumpers above its origin, twice [m]
-        ("yaw_before", _f),  # [rad]
-        ("along", _f, (2,)),  # its x axis in plan, turned back by its yaw
-        ("aside", _f, (2,)),  # its y axis
-        ("upward", _f, (2,)),  # its z axis
-        ("center_ahead", _f, (2,)),  # from its origin to the center of mass [m]
-        ("leaning", _f, (2,)),  # by roll and pitch: velocity over height, plan axes [1/s]
-        ("reach", _f),  # of the bumpers around their middle [m]
+        ("plan_mass", _f, (2,)),  # mass that its contact with the carpet shows along its axes [kg]
+        ("yaw_rate", _f),  # about its own vertical axis, as its tires leave it [rad/s]
+        ("is_sliding", _b),
+        ("bus", _f),  # voltage of the battery [V]
+        ("time", _f),  # since the reset [s]
+        # --- of the last call ---
+        ("touches", _i, (TOUCHES,)),  # rows of what it touched
+        ("touched", _i),  # how many
     ],
     align=True,
 )
 """A robot."""
+
+POINT = np.dtype(
+    [
+        ("x", _f),  # middle of a soft ball, robot frame [m]
+        ("y", _f),
+        ("z", _f),
+        ("radius", _f),  # [m]
+        ("stiffness", _f),  # [N/m]
+        ("damping", _f),  # [N s/m]
+        ("is_wheel", _b),
+        ("on", _i),  # number of the body that it stands on, -1: the field
+        ("load", _f),  # normal force in this step [N]
+        ("gap", _f),  # to floor or field, as far as it is near [m]
+        ("normal", _f, (3,)),  # mean direction of the load, field frame
+        ("arm", _f, (3,)),  # mean place of the contact from the center of mass, field frame [m]
+    ],
+    align=True,
+)
+"""A place of a robot that touches the field: a wheel, or a point of bumpers, frame or underside."""
 
 PART = np.dtype(
     [
@@ -296,6 +314,8 @@ PART = np.dtype(
         ("friction", _f),  # factors of its surface
         ("restitution", _f),
         ("stiffness", _f),  # force over depth and length of the side that touches [N/m^2]
+        ("edge_stiffness", _f),  # against one end of an edge of the field [N/m]
+        ("edge_damping", _f),  # [N s/m]
         ("low", _f),  # heights now, field frame [m]
         ("high", _f),
         ("first_outline", _i),  # of the field's, at these heights
@@ -309,7 +329,7 @@ PART = np.dtype(
 
 OUTLINE = np.dtype(
     [
-        ("row", _i),  # of its body in the engine
+        ("row", _i),  # of its element
         ("first", _i),  # corner
         ("last", _i),
         ("low_x", _f),
@@ -325,9 +345,41 @@ OUTLINE = np.dtype(
 )
 """Convex outline of a part of the field, between two heights."""
 
-SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f), ("put", _f)], align=True)
-"""A contact of bumpers: what touches, the step in which it was touched last, the stretch of its friction [m], and how
-deep people have put the two into each other, as far as that has not been pushed out [m]."""
+SPRING = np.dtype([("key", _i), ("stamp", _i), ("stretch", _f, (3,)), ("put_in", _f)], align=True)
+"""A contact of a robot: what touches, the step in which it was touched last, the stretch of its friction, field frame
+[m], and how deep the two were in each other without having been pressed, as far as they have not come out of it [m]."""
+
+
+class Fleet(NamedTuple):
+    """All robots of a world, and what their bumpers may meet."""
+
+    robots: Records
+    shafts: Records
+    wheels: Records
+    batteries: Records
+    """One of each robot."""
+    parts: Records
+    points: Records
+    springs: Records
+    """Of all contacts, shape (robots, `SPRINGS`)."""
+    outlines: Records
+    corners: FloatArray
+    """Of all outlines [m], shape (n, 2)."""
+    normals: FloatArray
+    """Of the sides after them, shape (n, 2)."""
+    hidden: npt.NDArray[np.uint8]
+    """Whether each side is covered by another outline, shape (n,)."""
+    clock: IntArray
+    """Number of the last step, shape (1,)."""
+
+
+def no_robots() -> Fleet:
+    """Make a fleet without a robot."""
+    return Fleet(
+        records(ROBOT, 0), records(SHAFT, 0), records(WHEEL, 0), records(BATTERY, 0), records(PART, 0),
+        records(POINT, 0), records(SPRING, 0).reshape(0, SPRINGS), records(OUTLINE, 0), np.zeros((0, 2)),
+        np.zeros((0, 2)), np.zeros(0, np.uint8), np.zeros(1, np.int64),
+    )  # fmt: skip
 
 
 def records(dtype: np.dtype[Any], count: int = 1) -> Records:

@@ -9,10 +9,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from simcore.loop.compiled import compiled
+from simcore.loop.robot_state import Records
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["FIELD", "Solids", "nearest_point"]
+__all__ = ["FIELD", "NO_SOLIDS", "Solids", "find_in_box", "first_hits", "nearest_point"]
 
 FIELD = -1
 """Body of the solids that stand on the field."""
@@ -28,6 +32,12 @@ class Solids(NamedTuple):
     """Lowest and highest corner in its frame [m], shape (n, 6)."""
     surface: FloatArray
     """Friction [-], restitution [-] and rolling lever [m] of each, shape (n, 3)."""
+    row: IntArray
+    """Row of the element or body that each is a part of, shape (n,)."""
+    is_drivable: npt.NDArray[np.uint8]
+    """Whether robots drive on it, shape (n,)."""
+    is_in_plan: npt.NDArray[np.uint8]
+    """Whether bumpers meet it by its outline in plan, shape (n,)."""
     first: IntArray
     """First triangle of each, and the number of all, shape (n + 1,)."""
     plane: FloatArray
@@ -42,6 +52,15 @@ class Solids(NamedTuple):
     """Number of cells along x and y, shape (2,)."""
     cell_low: FloatArray
     """Lowest corner of the cells, and edge of one [m], shape (3,)."""
+
+
+NO_SOLIDS = Solids(
+    body=np.zeros(0, np.int64), box=np.zeros((0, 6)), surface=np.zeros((0, 3)), row=np.zeros(0, np.int64),
+    is_drivable=np.zeros(0, np.uint8), is_in_plan=np.zeros(0, np.uint8), first=np.zeros(1, np.int64),
+    plane=np.zeros((0, 4)), corner=np.zeros((0, 9)), cell_first=np.zeros(1, np.int64),
+    cell_solid=np.zeros(0, np.int64), cell_count=np.zeros(2, np.int64), cell_low=np.array([0.0, 0.0, 1.0]),
+)  # fmt: skip
+"""Of a world in which nothing stands."""
 
 
 @compiled
@@ -130,3 +149,142 @@ def nearest_point(solid, x, y, z, reach, first, plane, corner):
     if distance < 1e-12:
         return 0.0, plane[face, 0], plane[face, 1], plane[face, 2], True
     return distance, dx / distance, dy / distance, dz / distance, is_face
+
+
+@compiled
+def _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest):
+    """Find where a ray enters a solid, as a part of it; `nearest` if it is not before that part."""
+    corner, plane = solids.corner, solids.plane
+    for t in range(solids.first[s], solids.first[s + 1]):
+        slope = plane[t, 0] * dx + plane[t, 1] * dy + plane[t, 2] * dz
+        if slope >= 0.0:
+            continue
+        over = plane[t, 0] * ox + plane[t, 1] * oy + plane[t, 2] * oz - plane[t, 3]
+        part = -over / slope
+        if over < 0.0 or part >= nearest:
+            continue
+        x, y, z = ox + part * dx, oy + part * dy, oz + part * dz
+        is_inside = True
+        for e in range(3):
+            i, j = 3 * e, 3 * ((e + 1) % 3)
+            ax, ay, az = corner[t, i], corner[t, i + 1], corner[t, i + 2]
+            ex, ey, ez = corner[t, j] - ax, corner[t, j + 1] - ay, corner[t, j + 2] - az
+            px, py, pz = x - ax, y - ay, z - az
+            cx, cy, cz = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
+            if cx * plane[t, 0] + cy * plane[t, 1] + cz * plane[t, 2] < -1e-12:
+                is_inside = False
+                break
+        if is_inside:
+            nearest = part
+    return nearest
+
+
+@compiled
+def _passes_box(box, s, ox, oy, oz, dx, dy, dz, nearest):
+    """Return whether a ray meets the bounding box of a solid before a part of it."""
+    enter, leave = 0.0, nearest
+    for axis in range(3):
+        o = ox if axis == 0 else oy if axis == 1 else oz
+        d = dx if axis == 0 else dy if axis == 1 else dz
+        if d == 0.0:
+            if o < box[s, axis] or o > box[s, 3 + axis]:
+                return False
+            continue
+        a, b = (box[s, axis] - o) / d, (box[s, 3 + axis] - o) / d
+        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    return enter <= leave
+
+
+@compiled
+def first_hits(
+    solids: Solids, bodies: Records, has_floor: bool, start: FloatArray, end: FloatArray, with_robots: bool,
+    ignored: int, drivable: bool, fraction: FloatArray, row: IntArray,
+) -> None:  # fmt: skip
+    """Find what segments meet first; what a segment begins inside of is not met.
+
+    Args:
+        solids: Of the field and of bodies.
+        bodies: Of robots and others.
+        has_floor: Whether there is a floor at z = 0; its row is 0.
+        start: Field frame [m], shape (n, 3).
+        end: Field frame [m], shape (n, 3).
+        with_robots: Whether robots are met.
+        ignored: Row of a robot that is not met, -1: none.
+        drivable: Whether only what robots drive on is met, other bodies among it.
+        fraction: Filled with the part of each segment before the hit, 1 where nothing is met, shape (n,).
+        row: Filled with the row of what it meets, -1 for nothing, shape (n,).
+    """
+    for k in range(len(start)):
+        ox, oy, oz = start[k, 0], start[k, 1], start[k, 2]
+        dx, dy, dz = end[k, 0] - ox, end[k, 1] - oy, end[k, 2] - oz
+        nearest, met = 1.0, -1
+        if has_floor and oz >= 0.0 and oz + dz < 0.0:
+            nearest, met = -oz / dz, 0
+        for s in range(len(solids.body)):
+            if solids.body[s] != FIELD or (drivable and not solids.is_drivable[s]):
+                continue
+            if _passes_box(solids.box, s, ox, oy, oz, dx, dy, dz, nearest):
+                part = _hit_triangles(solids, s, ox, oy, oz, dx, dy, dz, nearest)
+                if part < nearest:
+                    nearest, met = part, solids.row[s]
+        for b in range(len(bodies)):
+            body = bodies[b]
+            if body.row == ignored or (body.is_robot and (drivable or not with_robots)):
+                continue
+            if not body.is_robot and not (drivable and solids.is_drivable[body.first_solid]):
+                continue
+            axes, pos = body.axes, body.pos
+            px, py, pz = ox - pos[0], oy - pos[1], oz - pos[2]
+            lx = axes[0, 0] * px + axes[1, 0] * py + axes[2, 0] * pz
+            ly = axes[0, 1] * px + axes[1, 1] * py + axes[2, 1] * pz
+            lz = axes[0, 2] * px + axes[1, 2] * py + axes[2, 2] * pz
+            ux = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
+            uy = axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz
+            uz = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
+            for s in range(body.first_solid, body.last_solid):
+                if _passes_box(solids.box, s, lx, ly, lz, ux, uy, uz, nearest):
+                    part = _hit_triangles(solids, s, lx, ly, lz, ux, uy, uz, nearest)
+                    if part < nearest:
+                        nearest, met = part, body.row
+        fraction[k] = nearest
+        row[k] = met
+
+
+@compiled
+def find_in_box(
+    solids: Solids, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float,
+    met: npt.NDArray[np.uint8],
+) -> None:  # fmt: skip
+    """Find which solids of the field may reach into an upright box, by their heights and outlines in plan.
+
+    Convex shapes do not meet where a line parts them; four directions of such lines are tried, those of the box's sides
+    and those of the field's axes. So one that is told to be met may still be a little way off.
+
+    Args:
+        solids: Of the field and of bodies.
+        x: Middle of the box [m].
+        y: The same [m].
+        yaw: Of its length [rad].
+        half_length: [m]
+        half_width: [m]
+        bottom: Lowest height [m].
+        top: Highest [m].
+        met: Filled with 1 where a solid is met, shape (n,).
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    wide, deep = abs(c) * half_length + abs(s) * half_width, abs(s) * half_length + abs(c) * half_width
+    for k in range(len(solids.body)):
+        box = solids.box[k]
+        met[k] = 0
+        if solids.body[k] != FIELD or box[2] >= top or box[5] <= bottom:
+            continue
+        if box[0] >= x + wide or box[3] <= x - wide or box[1] >= y + deep or box[4] <= y - deep:
+            continue
+        low_a, high_a, low_b, high_b = 1e30, -1e30, 1e30, -1e30
+        for t in range(solids.first[k], solids.first[k + 1]):
+            for e in range(3):
+                px, py = solids.corner[t, 3 * e] - x, solids.corner[t, 3 * e + 1] - y
+                a, b = c * px + s * py, c * py - s * px
+                low_a, high_a, low_b, high_b = min(low_a, a), max(high_a, a), min(low_b, b), max(high_b, b)
+        if low_a < half_length and high_a > -half_length and low_b < half_width and high_b > -half_width:
+            met[k] = 1

@@ -1,4 +1,4 @@
-"""State of balls and of the bodies that they push, as structs of arrays."""
+"""State of balls, as structs of arrays."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ __all__ = [
     "PLACED",
     "REMEMBERED",
     "Balls",
-    "Bodies",
     "Floor",
     "Memory",
+    "make_balls",
+    "make_memory",
     "sleeps",
     "speed",
     "to_body",
@@ -64,6 +65,8 @@ class Balls(NamedTuple):
     """Drag [1/m], lift [-], lift's saturation [m], and how spin fades [-], shape (n, 4)."""
     still: FloatArray
     """How long each has been supported and slow [s], shape (n,)."""
+    calm: FloatArray
+    """Speed of each as that began [m/s], shape (n,)."""
     load: FloatArray
     """Force of bodies of the engine on it, in its last step awake [N], shape (n,)."""
     press: FloatArray
@@ -105,48 +108,6 @@ class Memory(NamedTuple):
         return Memory(self.key[rows], self.stamp[rows], self.spring[rows], self.clock)
 
 
-class Bodies(NamedTuple):
-    """Robots and other bodies of the engine, one row each: what it says of them, and how they move on in the loop."""
-
-    is_active: npt.NDArray[np.uint8]
-    """Whether a ball may touch it now, shape (n,)."""
-    pose: FloatArray
-    """Origin, field frame [m], and attitude x, y, z, w, shape (n, 7)."""
-    twist: FloatArray
-    """Velocity of its center of mass [m/s] and angular velocity [rad/s], field frame, shape (n, 6)."""
-    yielding: FloatArray
-    """Inverse mass along x and y [1/kg], and inverse moment of inertia about z [1/(kg m^2)], shape (n, 2); 0 of what
-    keeps its velocity until the engine's next step: carpet holds robots up, and steps with other bodies are short."""
-    middle: FloatArray
-    """Center of mass in its frame, or pivot in that of the field [m], shape (n, 3)."""
-    swings: npt.NDArray[np.uint8]
-    """Whether it swings about a pivot, shape (n,)."""
-    reach: FloatArray
-    """Of the ball around its origin that holds it [m], shape (n,)."""
-    solids: IntArray
-    """Its first solid, and the one behind its last, shape (n, 2)."""
-    mark: IntArray
-    """Bit that it leaves in `Balls.bodies`, shape (n,)."""
-    pos: FloatArray
-    """Origin, field frame [m], shape (n, 3)."""
-    axes: FloatArray
-    """Its axes as columns, shape (n, 3, 3)."""
-    center: FloatArray
-    """Center of mass, or pivot, field frame [m], shape (n, 3)."""
-    vel: FloatArray
-    """Of the center [m/s], shape (n, 3)."""
-    rate: FloatArray
-    """Angular velocity, field frame [rad/s], shape (n, 3)."""
-    impulse: FloatArray
-    """What balls gave it: impulse [N s] and angular impulse about the center [N m s], shape (n, 6)."""
-    lightness: FloatArray
-    """Inverse mass [1/kg] and inverse principal moments of inertia [1/(kg m^2)], shape (n, 4)."""
-    principal: FloatArray
-    """Principal axes in its frame, as columns, shape (n, 3, 3)."""
-    is_pushed: npt.NDArray[np.uint8]
-    """Whether balls have changed its velocity, which is `twist` then, shape (n,)."""
-
-
 class Floor(NamedTuple):
     """What is the same everywhere."""
 
@@ -160,6 +121,26 @@ class Floor(NamedTuple):
     """Lever [m]."""
     with_pairs: bool
     """Whether balls touch each other."""
+
+
+def make_balls(status: npt.NDArray[np.uint8], pos: FloatArray, vel: FloatArray) -> Balls:
+    """Make arrays of n balls, of which the first three are given."""
+    n = len(status)
+    return Balls(
+        is_ball=np.zeros(n, np.uint8), status=status, pos=pos, vel=vel, spin=np.zeros((n, 3)),
+        quat=np.tile((0.0, 0.0, 0.0, 1.0), (n, 1)), radius=np.full(n, 0.1), mass=np.ones(n), foam=np.ones((n, 4)),
+        surface=np.zeros((n, 3)), air=np.zeros((n, 4)), still=np.zeros(n), calm=np.zeros(n), load=np.zeros(n),
+        press=np.zeros(n), hold=np.zeros(n), is_put=np.zeros(n, np.uint8), leaves=np.full(n, -1),
+        contacts=np.zeros(n, np.int64), is_touched=np.zeros(n, np.uint8), bodies=np.zeros(n, np.int64),
+    )  # fmt: skip
+
+
+def make_memory(count: int) -> Memory:
+    """Make the memory of so many balls, that remember nothing."""
+    return Memory(
+        key=np.full((count, REMEMBERED), np.iinfo(np.int64).min), stamp=np.full((count, REMEMBERED), -2),
+        spring=np.zeros((count, REMEMBERED, 4)), clock=np.zeros(1, np.int64),
+    )  # fmt: skip
 
 
 @inlined

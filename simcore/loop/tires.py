@@ -6,7 +6,7 @@ along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a
     slip          s = (r w - v_l, -v_t)
     tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
     shaft         J (w - w_old) / h = T(mean w) - r sum F_l       T: motor, limits, gears, friction (motor.py)
-    chassis       M (u - u_old) / h = sum A^T (F + rolling drag)
+    chassis       M (u - u_old) / h = sum A^T (F + rolling drag)     M: mass that the point under the center shows
 
 Slip is that at the end of the step, seen in the robot's axes of the end (backward Euler), so it is stable for any h, J
 and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
@@ -66,7 +66,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
     for k in range(first, last):
         wheel = wheels[k]
         wheel.load = 0.0
-        if wheel.is_down and wheel.is_lowered:
+        if wheel.is_lowered:
             rear = min(rear, wheel.x)
             front = max(front, wheel.x)
     if force_z <= 0.0:
@@ -83,7 +83,7 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
         low, high = -math.inf, math.inf
     for k in range(first, last):  # `along` marks who may carry
         wheel = wheels[k]
-        is_candidate = wheel.is_down == 1 and low <= wheel.x <= high
+        is_candidate = low <= wheel.x <= high
         if is_candidate and -math.inf < low and high < math.inf and wheel.is_lowered == 0:
             is_candidate = False
         wheel.along = 1.0 if is_candidate else 0.0
@@ -146,30 +146,29 @@ def share_loads(wheels: Records, first: int, last: int, force_z: float, want_x: 
 
 
 @compiled
-def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
-    """Move drive shafts by a step, and find the change of the chassis velocity.
+def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
+    """Move drive shafts by a step, and find the forces of the tires, into `wheels.force_x` and `force_y`.
 
     Args:
         robot: Record of the robot.
+        body: Of the robot.
         shafts: All; of the robot's, those with wheels come first.
         wheels: All.
         h: Step [s].
         bus: Battery voltage [V].
-        vx: Velocity of the point under the center of mass before the step, with the outside forces of the step already
+        vx: Velocity of the point under the center of mass before the step, with all other forces of the step already
             added, in robot axes at its END: forward [m/s].
         vy: To the left [m/s].
         omega: [rad/s]
-
-    Returns:
-        Change of the velocity, robot axes in the MIDDLE of the step [m/s, m/s, rad/s].
     """
     first_shaft = robot.first_shaft
     n_shafts = robot.drive_shafts
     first_wheel = robot.first_wheel
-    mass_h = robot.mass / h
-    turn_h = robot.inertia[2] / h
+    mass_x = robot.plan_mass[0] / h
+    mass_y = robot.plan_mass[1] / h
+    turn_h = body.inertia[2] / h
     # Effective inverse mass at one contact: 1/m for one that slides alone, more when others do too.
-    compliance = (0.5 + 0.5 * (robot.last_wheel - first_wheel)) / mass_h
+    compliance = (0.5 + 0.5 * (robot.last_wheel - first_wheel)) / min(mass_x, mass_y)
     for g in range(first_shaft, first_shaft + n_shafts):
         _begin_shaft(shafts, g, h, bus)
         _touch(shafts, g, wheels, first_wheel, vx, vy, omega)
@@ -178,7 +177,9 @@ def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
     uw = omega
     is_sliding = False
     for count in range(ROUNDS):
-        ux, uy, uw = _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega)
+        ux, uy, uw = _move_chassis(
+            shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega
+        )
         for _ in range(ROUNDS):  # rolling drag of wheels that only start to roll in this step
             changed = False
             for g in range(first_shaft, first_shaft + n_shafts):
@@ -192,7 +193,7 @@ def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
             if not changed:
                 break
             ux, uy, uw = _move_chassis(
-                shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega
+                shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega
             )
         settled = True
         is_sliding = False
@@ -203,9 +204,6 @@ def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
         if settled:
             break
     # Every force on its friction circle; the shafts then follow these same forces.
-    sum_x = 0.0
-    sum_y = 0.0
-    sum_n = 0.0
     fastest = 0.0
     for g in range(first_shaft, first_shaft + n_shafts):
         s = shafts[g]
@@ -240,9 +238,6 @@ def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
             fy = s.sin * along + s.cos * across
             wheel.force_x = fx
             wheel.force_y = fy
-            sum_x += fx
-            sum_y += fy
-            sum_n += wheel.x * fy - wheel.y * fx
         if has_changed:
             s.speed, s.current, s.volts, _, _ = solve_limited(
                 s.inertia / h, s.push - s.radius * total, s.i0, s.i1, s.limit, s.line_emf, s.line_resistance,
@@ -253,7 +248,6 @@ def step_tires(robot, shafts, wheels, h, bus, vx, vy, omega):
         s.position += s.speed * h  # as the robot itself moves
         book(shafts, g, h, bus)
     robot.is_sliding = 1 if is_sliding and fastest > _SLIDE else 0
-    return sum_x / mass_h, sum_y / mass_h, sum_n / turn_h
 
 
 @compiled
@@ -301,21 +295,21 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
 
 
 @compiled
-def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_h, turn_h, vx, vy, omega):
+def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
     """Chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
 
     M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along as
     well, so that part is isotropic (it does not depend on the steer angle); the rest has a direction: the shaft's
     yielding, and with a grain what there is more along than across.
     """
-    a11 = mass_h
-    a22 = mass_h
+    a11 = mass_x
+    a22 = mass_y
     a33 = turn_h
     a12 = 0.0
     a13 = 0.0
     a23 = 0.0
-    b1 = mass_h * vx
-    b2 = mass_h * vy
+    b1 = mass_x * vx
+    b2 = mass_y * vy
     b3 = turn_h * omega
     for g in range(first_shaft, first_shaft + n_shafts):
         s = shafts[g]

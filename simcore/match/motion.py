@@ -1,20 +1,7 @@
 """The loop of a tick, written once, and who looks at contacts in it: for a match, and for a world without one.
 
-`Motion.advance` is the loop. In steps of 5 ms devices look and answer, and motors, tires and bumpers of all robots move
-on. In each the engine takes one step, or several where pieces need that: what hangs, the balls, the engine itself, and
-who looks at contacts. Sensors come last.
-
->>> from simcore.physics.world import PhysicsWorld
->>> from simcore.robot.chassis import ChassisSimulation
->>> from simcore.robot.chassis_config import ChassisConfig
->>> with PhysicsWorld() as world:
-...     robot = ChassisSimulation(world, ChassisConfig())
-...     motion = Motion(world, robots=[BareRobot(robot)])
-...     robot.follow_velocity(1.0, 0.0, 0.0)
-...     for _ in range(50):
-...         motion.tick()
-...     0.9 < robot.pos[0] < 1.0
-True
+`Motion.advance` is the loop. In steps of 5 ms devices look and answer, and robots and balls move on. Where there are
+other bodies, the engine moves these in one step, or in several where pieces need that. Sensors come last.
 """
 
 from __future__ import annotations
@@ -27,11 +14,10 @@ from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
-from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.robot import Robot
 from simcore.units import TICK
 
-__all__ = ["STEP", "BareRobot", "Motion", "RobotContacts"]
+__all__ = ["STEP", "Motion", "RobotContacts"]
 
 _AHEAD = 0.2  # [m]; the engine is asked about what is so much farther apart than what touches, and nearer
 
@@ -55,7 +41,7 @@ class RobotContacts:
         hanging: Sequence[HangingBody],
         elements: Iterable[FieldElement] = (),
     ) -> None:
-        self._world, self._engine = world, world.engine
+        self._world = world
         self._robots, self._pieces, self._hanging = robots, pieces, hanging
         self._elements = frozenset(element.name for element in elements)
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
@@ -97,7 +83,7 @@ class RobotContacts:
 
     def touching(self, row: int) -> list[int]:
         """Numbers of the robots that a body of the world touched in the last sub-step."""
-        return [self._number_of[other] for other in self._engine.touching(row) if other in self._number_of]
+        return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
         """Names of the field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
@@ -109,20 +95,6 @@ class RobotContacts:
 STEP = 0.005
 """Step of devices and robots' bodies [s]: coasting up a bump at 1.5 m/s a robot comes back with 1.37 m/s, in steps of
 20 ms with 1.13 m/s."""
-
-
-class BareRobot:
-    """A chassis alone, as a robot of the loop: without devices, mechanisms and sensors."""
-
-    def __init__(self, chassis: ChassisSimulation) -> None:
-        self.chassis = chassis
-
-    def before_step(self, h: float) -> None:
-        """There is nothing to do."""
-
-    def sense(self, dt: float) -> None:
-        """Read the body's pose and velocity."""
-        self.chassis.read()
 
 
 class Motion:
@@ -140,7 +112,7 @@ class Motion:
         self,
         world: PhysicsWorld,
         *,
-        robots: Sequence[Robot | BareRobot] = (),
+        robots: Sequence[Robot] = (),
         pieces: GamePieceManager | None = None,
         hanging: Sequence[HangingBody] = (),
         watchers: Sequence[RobotContacts] = (),
@@ -161,15 +133,13 @@ class Motion:
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
         self._longest = math.inf if self._pieces is None else self._pieces.begin_tick(movers, dt)
-        for robot in self._robots:
-            robot.chassis.begin_tick(dt)
         self.substeps = 0
         for watcher in self._watchers:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
         """The loop: everything moves for dt [s], a tick or a part of one."""
-        world, pieces, robots, hanging = self._world, self._pieces, self._robots, self._hanging
+        world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
         parts = max(1, math.ceil(h / self._longest - 1e-9))
@@ -178,19 +148,29 @@ class Motion:
                 body.read()
             for robot in robots:
                 robot.before_step(h)
-            world.robots.advance(h, world.gravity)
-            world.balls.follow(world.robots)
-            for _ in range(parts):
-                for body in hanging:
-                    body.before_substep(h / parts)
-                if pieces is not None:
-                    pieces.before_step(h / parts)
-                world.engine.step(h / parts)
+            world.advance(h)
+            if world.has_engine:
+                self._step_engine(h, parts)
+            else:
                 for watcher in self._watchers:
                     watcher.note()
         for robot in robots:
             robot.sense(dt)
         self.substeps += count * parts
+
+    def _step_engine(self, h: float, parts: int) -> None:
+        """Let the engine move its bodies for h [s], in some steps."""
+        for number in range(parts):
+            for body in self._hanging:
+                body.before_substep(h / parts)
+            if number == 0:
+                self._world.begin_engine(h)
+            if self._pieces is not None:
+                self._pieces.before_step(h / parts)
+            self._world.engine.step(h / parts)
+            for watcher in self._watchers:
+                watcher.note()
+        self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
         """A whole tick of a world without a match; for `others` see `begin_tick`."""

@@ -81,7 +81,7 @@ class RunReport:
         self.seed = match.seed
         self.scatter = match.scatter.text
         """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
-        self.engine = match.world.engine.name
+        self.engine = match.world.engine_name
         self.sim_seconds = match.time
         self.startup_seconds = startup_seconds
         self.wall_seconds = wall_seconds

@@ -1,14 +1,9 @@
-"""The robots of a world: their records, what their bumpers touch, and the step that moves them.
-
-In the plane of the floor the loop moves robots by their tires and bumpers (`simcore.loop.robots`); the engine keeps
-their bodies: ramps, what lifts and tips them, and pieces that are no balls. Robots that lie, or stand on another one,
-meet walls and robots in the engine.
-"""
+"""The robots of a world: their records, what their bumpers touch, and what their masses need."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
 
@@ -16,33 +11,46 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import Quaternion, Vector, matrix
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix
+from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import (
     BATTERY,
     OUTLINE,
     PART,
+    POINT,
     ROBOT,
     SHAFT,
     SPRING,
+    SPRINGS,
+    STEP,
     WHEEL,
+    Fleet,
     Records,
     join,
     records,
 )
-from simcore.loop.robots import begin_robots, end_robots, move_robots, prepare
+from simcore.loop.robots import settle
+from simcore.loop.solids import Solids
+from simcore.loop.step import prepare
+from simcore.physics.bodies import Bodies
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import Engine
 from simcore.physics.shapes import Compound, Mesh, Part, Shape, outline, outline_points
 from simcore.typing import FloatArray
+from simcore.units import GRAVITY
 
-__all__ = ["BumperPart", "DrivenRobot", "RobotDynamics", "is_met_in_plan", "slice_between"]
+__all__ = ["BumperPart", "RobotDynamics", "is_met_in_plan", "slice_between"]
 
 _BAND = 0.02  # [m]; outlines of elements are made for heights of whole multiples, a little below what is asked for
 _LOW = 0.1  # [m]; what does not stand higher is for wheels and frames
-_LIFT = 0.001  # [m]; a robot that has risen or sunk by less meets the same outlines
+_LIFT = 0.003  # [m]; a robot that has risen or sunk by less meets the same outlines
 _THIN = 1e-5  # [m^2]; what an element has less of at a height is not met there
-_SPRINGS = 64  # contacts of a robot whose friction is remembered
 _COVERED = 1e-3  # [m]; what is so near outside of a side is looked at, whether another outline covers it
+_SINK = 0.0003  # [m]; by so much the weight of a robot presses its wheels in
+_DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
+_STIFFER = 3.0  # bumpers and frame than a wheel
+_POINT_RADIUS = 0.01  # [m]
+_ABOVE = 0.002  # [m]; from so high above what is under it a robot that is put down sinks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,15 +75,7 @@ class BumperPart:
     """Force over depth and length of the side that touches [N/m^2]."""
 
 
-class DrivenRobot(Protocol):
-    """What the loop asks a robot before a step."""
-
-    needs_steps: bool
-    """Whether `before_step` is to be called in each step, though it stands level."""
-
-    def before_step(self, h: float, *, is_level: bool) -> None:
-        """Note which wheels touch, and what drives a chassis without a drivetrain; pose and velocity are known."""
-        ...
+_kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class _Wheels(Protocol):
@@ -94,9 +94,9 @@ class _Shaft(Protocol):
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Whether bumpers meet a static of this shape at a place by its outline.
+    """Return whether bumpers meet a static of this shape at a place by its outline.
 
-    What is not convex is the engine's, and what is so low that wheels or the frame's lower edge meet it.
+    What is not convex, or so low that wheels or the frame's lower edge meet it, is met as a solid.
     """
     if isinstance(shape, Mesh):
         return False
@@ -107,37 +107,42 @@ class RobotDynamics:
     """All robots of a world.
 
     Args:
-        engine: Whose bodies they are.
-        collisions: Group and mask of robots that stand, and of those that meet walls and robots in the engine.
+        bodies: Theirs among others.
     """
 
-    def __init__(self, engine: Engine, collisions: tuple[tuple[int, int], tuple[int, int]]) -> None:
-        self._engine, self._collisions = engine, collisions
-        self._driven: list[DrivenRobot | None] = []
+    def __init__(self, bodies: Bodies) -> None:
+        self._bodies = bodies
         self._drives: list[_Wheels | None] = []
         self._mechanisms: list[Sequence[_Shaft]] = []
         self.robots = records(ROBOT, 0)
         """In the order in which they were added."""
         self._parts, self._shafts, self._wheels = records(PART, 0), records(SHAFT, 0), records(WHEEL, 0)
+        self._points = records(POINT, 0)
         self._batteries = records(BATTERY, 0)
-        self._springs = records(SPRING, 0).reshape(0, _SPRINGS)
+        self._springs = records(SPRING, 0).reshape(0, SPRINGS)
         self._clock = np.zeros(1, np.int64)
-        self._told = 0  # brown-outs and resets that were told
-        self._rows: list[int] = []
-        self._number_of: dict[int, int] = {}
+        self._reported = 0  # brown-outs and resets
+        self._number_of: dict[int, int] = {}  # by row
         self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
         self._slices: dict[tuple[int, int], tuple[int, int]] = {}
-        self._heights: list[float] = []  # of the robots when outlines were chosen [m]
-        self._seen: FloatArray = self.robots["seen"]
-        self._solid: list[bool] = []  # robots that meet others in the engine
-        self._was_level: list[int] = []  # of the robots, in the last step
+        self._fleet: Fleet | None = None
         self._forget_outlines()
 
     def _forget_outlines(self) -> None:
         self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
         self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
         self._slices.clear()
-        self._heights = []
+        self._heights: FloatArray = np.full(len(self._parts), np.inf)  # of the parts when outlines were chosen [m]
+
+    @property
+    def fleet(self) -> Fleet:
+        """All records, as the loop takes them."""
+        if self._fleet is None:
+            self._fleet = Fleet(
+                self.robots, self._shafts, self._wheels, self._batteries, self._parts, self._points, self._springs,
+                self._outlines, self._corners, self._normals, self._hidden, self._clock,
+            )  # fmt: skip
+        return self._fleet
 
     # --- building -------------------------------------------------------------------------------------------------
 
@@ -150,23 +155,18 @@ class RobotDynamics:
         self._statics.append((row, tuple(points @ turn + np.array(pos) for points in corners), surface))
         self._forget_outlines()
 
-    def add_robot(self, row: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot, of an engine row; returns its number."""
+    def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
+        """Add a robot whose body has a row and a number; returns its own number."""
         prepare()
-        number = len(self._rows)
-        self._rows.append(row)
+        number = len(self._drives)
         self._number_of[row] = number
-        self._driven.append(None)
         self._drives.append(None)
         self._mechanisms.append(())
-        self._solid.append(False)
-        self._was_level.append(0)
         self.robots = join((self.robots, records(ROBOT)))
-        self._batteries = join((self._batteries, records(BATTERY)))
-        self._springs = records(SPRING, (number + 1) * _SPRINGS).reshape(number + 1, _SPRINGS)
+        self._springs = records(SPRING, (number + 1) * SPRINGS).reshape(number + 1, SPRINGS)
         self._springs["stamp"] = -2
         robot = self.robots[number : number + 1]
-        robot["row"], robot["is_enabled"], robot["is_put"] = row, 1, 1
+        robot["body"], robot["is_enabled"], robot["is_put"] = body, 1, 1
         robot["first_part"], robot["last_part"] = len(self._parts), len(self._parts) + len(parts)
         made = records(PART, len(parts))
         for one, part in zip(range(len(parts)), parts, strict=True):
@@ -174,22 +174,15 @@ class RobotDynamics:
             for name in BumperPart.__slots__:
                 made[name][one] = getattr(part, name)
         if parts:
-            robot["height"] = parts[0].bottom + parts[0].top
             robot["reach"] = max(math.hypot(abs(p.x) + p.half_length, abs(p.y) + p.half_width) for p in parts)
+            robot["low"], robot["high"] = min(p.bottom for p in parts), max(p.top for p in parts)
         self._parts = join((self._parts, made))
-        self._heights = []
+        self._forget_outlines()
         self._gather()
         return number
 
-    def bind(
-        self,
-        number: int,
-        driven: DrivenRobot,
-        drive: _Wheels | None = None,
-        mechanisms: Sequence[_Shaft] = (),
-    ) -> None:
-        """Say who a robot is, and take the records of its drivetrain and mechanisms among those of the world."""
-        self._driven[number] = driven
+    def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
+        """Take the records of a robot's drivetrain and mechanisms among those of the world."""
         if drive is not None:
             robot = self.robots[number]
             for name in ("is_enabled", "drive_shafts", "bus", "time", "other_current"):
@@ -197,9 +190,52 @@ class RobotDynamics:
         self._drives[number], self._mechanisms[number] = drive, mechanisms
         self._gather()
 
+    def set_points(self, number: int, wheels: Sequence[Vector], points: Sequence[Vector], radius: float) -> None:
+        """Say where a robot touches the field.
+
+        Args:
+            number: Of the robot.
+            wheels: Hubs, robot frame [m].
+            points: Of bumpers and frame, each the middle of a ball of 10 mm [m].
+            radius: Of the wheels [m].
+        """
+        robot, m = self.robots[number], len(wheels)
+        made = records(POINT, m + len(points))
+        made["x"], made["y"], made["z"] = zip(*wheels, *points, strict=True)
+        made["is_wheel"][:m] = 1
+        made["radius"][:m], made["radius"][m:] = radius, _POINT_RADIUS
+        robot["first_point"], robot["last_point"] = len(self._points), len(self._points) + len(made)
+        robot["reach"] = max(float(robot["reach"]), *(math.hypot(x, y) for x, y, _ in (*wheels, *points)))
+        self._points, self._fleet = join((self._points, made)), None
+
+    def set_mass(
+        self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
+    ) -> None:
+        """Change mass, center of mass and moments of inertia of a robot; its pose stays.
+
+        Args:
+            number: Of the robot.
+            mass: [kg]
+            center: Of mass, robot frame [m].
+            inertia: About it [kg m^2].
+            radius: Of its wheels [m].
+            loads: Of its wheels as it stands level [N]; each spring is so much longer that it then stands at height 0.
+        """
+        robot, m = self.robots[number], len(loads)
+        body = self._bodies.records[int(robot["body"])]
+        body["mass"], body["center"], body["inertia"] = mass, center, inertia
+        points = self._points[int(robot["first_point"]) : int(robot["last_point"])]
+        stiffness = mass * GRAVITY / (m * _SINK)
+        damping = 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass / m)
+        stiffer = math.sqrt(_STIFFER)
+        points["radius"][:m] = radius + np.array(loads) / stiffness
+        points["stiffness"][:m], points["stiffness"][m:] = stiffness, _STIFFER * stiffness
+        points["damping"][:m], points["damping"][m:] = damping, stiffer * damping
+        parts = self._parts[int(robot["first_part"]) : int(robot["last_part"])]
+        parts["edge_stiffness"], parts["edge_damping"] = _STIFFER * stiffness, stiffer * damping
+
     def _gather(self) -> None:
         """Put all records into arrays of the world, and show their owners where they are."""
-        self._seen = self.robots["seen"]
         shafts, wheels, batteries = [records(SHAFT, 0)], [records(WHEEL, 0)], [records(BATTERY, 0)]
         for drive, mechanisms in zip(self._drives, self._mechanisms, strict=True):
             shafts += [] if drive is None else [drive.shafts]
@@ -207,7 +243,7 @@ class RobotDynamics:
             wheels += [] if drive is None else [drive.wheel_records]
             batteries.append(records(BATTERY) if drive is None else drive.battery.records)
         self._shafts, self._wheels = join(shafts), join(wheels)
-        self._batteries = join(batteries)
+        self._batteries, self._fleet = join(batteries), None
         shaft, wheel = 0, 0
         for number, (drive, mechanisms) in enumerate(zip(self._drives, self._mechanisms, strict=True)):
             robot = self.robots[number : number + 1]
@@ -226,77 +262,113 @@ class RobotDynamics:
     # --- questions ------------------------------------------------------------------------------------------------
 
     def touching(self, row: int) -> list[int]:
-        """Engine rows of the walls and robots that pushed a robot in its last step."""
+        """Return rows of the walls and robots that a robot touched in its last step."""
         if row not in self._number_of:
             return []
         robot = self.robots[self._number_of[row]]
         touched: list[int] = robot["touches"][: robot["touched"]].tolist()
         return touched
 
+    def wheel_gaps(self, number: int, count: int) -> list[float]:
+        """Return how far the wheels of a robot are from the ground, as far as it is near [m]."""
+        first = int(self.robots["first_point"][number])
+        gaps: list[float] = self._points["gap"][first : first + count].tolist()
+        return gaps
+
+    def standing(
+        self, number: int, pose: Vector, solids: Solids, has_floor: bool, gravity: float, height: float
+    ) -> tuple[Vector, Quaternion]:
+        """Return place of the origin and attitude of a robot that stands at a pose [m, m, rad].
+
+        It sinks there from a height [m] at which nothing is in it.
+        """
+        kept = self._bodies.records.copy()
+        body = self._bodies.records[int(self.robots["body"][number])]
+        body["pos"], body["quat"] = (pose[0], pose[1], height + _ABOVE), from_yaw(pose[2])
+        body["vel"] = body["rate"] = 0.0
+        settle(self.fleet, number, self._bodies.records, solids, has_floor, gravity, STEP)
+        x, y, z = body["pos"].tolist()
+        a, b, c, d = body["quat"].tolist()
+        self._bodies.records[:] = kept
+        return (x, y, z), (a, b, c, d)
+
     # --- motion ---------------------------------------------------------------------------------------------------
 
-    def look(self, number: int) -> None:
-        """Take pose and velocity of a robot's body from the engine into its record.
+    def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
+        """Put a robot somewhere at rest."""
+        robot = self.robots[self._number_of[row]]
+        body = self._bodies.records[int(robot["body"])]
+        body["pos"], body["quat"], body["vel"], body["rate"] = pos, quat, 0.0, 0.0
+        body["axes"] = axes = matrix(quat)
+        body["com"] = pos + axes @ body["center"]
+        points = self._points[int(robot["first_point"]) : int(robot["last_point"])]
+        points["load"], points["gap"] = 0.0, 0.0
+        robot["is_put"] = 1
 
-        Raises:
-            EngineError: The engine lost the body (a value is not finite).
-        """
-        seen = self._engine.state(self._rows[number])
-        if not all(map(math.isfinite, seen)):
-            self._lost(number)
-        self._seen[number] = seen
+    def before_step(self) -> None:
+        """Choose what bumpers may meet at the heights of the robots."""
+        if len(self._parts):
+            heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts["robot"]]
+            if not np.abs(heights - self._heights).max() <= _LIFT:
+                self._heights = heights
+                self._choose_outlines()
 
-    def _lost(self, number: int) -> NoReturn:
-        pos, vel = self.robots["seen"][number, :3].tolist(), self.robots["seen"][number, 7:10].tolist()
-        raise EngineError(f"robot {number}: the engine returned a pose or velocity that is not finite: {pos}, {vel}")
-
-    def advance(self, h: float, gravity: float) -> None:
-        """Move all robots for h [s], and tell the engine before its steps of as much."""
-        if not self._rows:
-            return
-        robots = self.robots
-        for number, row in enumerate(self._rows):
-            self._seen[number] = self._engine.state(row)
-        lost = begin_robots(robots, self._parts, gravity)
-        if lost >= 0:
-            self._lost(lost)
-        is_level = robots["is_level"].tolist()
-        for driven, level, was_level in zip(self._driven, is_level, self._was_level, strict=True):
-            if driven is not None and (driven.needs_steps or not (level and was_level)):
-                driven.before_step(h, is_level=bool(level))
-        self._was_level = is_level
-        if not self._heights or np.abs(robots["z"] - self._heights).max() > _LIFT:
-            self._choose_outlines()
-        move_robots(
-            robots, self._shafts, self._wheels, self._batteries, self._parts, self._outlines, self._corners,
-            self._normals, self._hidden, self._springs, self._clock, h,
-        )  # fmt: skip
-        end_robots(robots, h, gravity)
-        given, solid = robots["given"].tolist(), robots["is_solid"].tolist()
-        for number, row in enumerate(self._rows):
-            self._engine.set_velocity(row, given[number][:3], given[number][3:])
-            if bool(solid[number]) is not self._solid[number]:
-                self._solid[number] = bool(solid[number])
-                self._engine.set_collision(row, *self._collisions[self._solid[number]])
+    def after_step(self) -> None:
+        """Tell batteries of what has become of them."""
         begun = int(self._batteries["brownouts"].sum() + self._batteries["resets"].sum())
-        if begun != self._told:
-            self._told = begun
+        if begun != self._reported:
+            self._reported = begun
             for drive in self._drives:
                 if drive is not None:
                     drive.battery.tell()
 
+    def fail(self, number: int) -> NoReturn:
+        """Say that a robot is lost.
+
+        Raises:
+            EngineError: Always.
+        """
+        body = self._bodies.records[int(self.robots["body"][number])]
+        raise EngineError(
+            f"robot {number}: its pose or velocity is not finite: {body['pos'].tolist()}, {body['vel'].tolist()}"
+        )
+
+    # --- the engine's bodies ---------------------------------------------------------------------------------------
+
+    def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
+        """Let the engine move the robots as the loop has moved them, among its own bodies.
+
+        Args:
+            engine: Of all other bodies.
+            before: Places and attitudes of all bodies as the step began, shape (n, 7).
+            h: Step [s].
+            gravity: Downward, which the engine adds [m/s^2].
+        """
+        for number in self._bodies.robots:
+            row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
+            engine.set_pose(row, before[number, :3].tolist(), before[number, 3:].tolist())
+            engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
+
+    def take_from(self, engine: Engine, h: float) -> None:
+        """Take over what the engine's bodies did to the robots in its step of h [s]: kick, then drift."""
+        for number in self._bodies.robots:
+            row, body = self._bodies.rows[number], self._bodies.records[number]
+            if not engine.touching(row):
+                continue
+            (vx, vy, vz), (wx, wy, wz) = engine.velocity(row)
+            ux, uy, uz, px, py, pz = body["mean_twist"].tolist()
+            _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
+
     def _choose_outlines(self) -> None:
         """Choose the outlines that the field has at the heights of all parts."""
-        heights, parts = self.robots["z"].tolist(), self._parts
-        self._heights = heights
-        for number, (robot, bottom, top) in enumerate(
-            zip(parts["robot"].tolist(), parts["bottom"].tolist(), parts["top"].tolist(), strict=True)
-        ):
-            low, high = bottom + heights[robot], top + heights[robot]
-            parts["low"][number], parts["high"][number] = low, high
+        parts = self._parts
+        for number, height in enumerate(self._heights.tolist()):
+            low = float(parts["bottom"][number]) + height
+            high = float(parts["top"][number]) + height
             parts["first_outline"][number], parts["last_outline"][number] = self._slice(
                 math.floor(low / _BAND + 0.25), math.floor(high / _BAND + 0.25)
             )
+        self._fleet = None
 
     def _slice(self, low: int, high: int) -> tuple[int, int]:
         """The outlines of all statics between two heights, in `_BAND`: the first, and the one behind the last."""

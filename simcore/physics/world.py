@@ -1,14 +1,13 @@
 """The world: floor, statics, robots and pieces, and the step that moves them.
 
-Who touches whom is decided by groups. Every static stands in the world twice: once with its own surface for the
-pieces, once without friction for the robots. All grip on what they drive over (the floor, and the elements named
-`drivable`) is their tires'; bumpers meet walls and each other by `robot_dynamics`, and the engine keeps out of walls
-robots that lie.
+The loop moves robots and balls. The engine is the host of all other bodies, and begins with the first of them: it gets
+what stands on the field, and the robots as bodies that touch only these.
 """
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
@@ -17,14 +16,15 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
-from simcore.loop.robots import prepare as prepare_robots
-from simcore.physics.ball_dynamics import BallDynamics
-from simcore.physics.ball_dynamics import prepare as prepare_balls
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.loop.contact import DAMPING_RATIOS
+from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
+from simcore.loop.step import advance
+from simcore.physics.ball_dynamics import BallDynamics, factors
+from simcore.physics.bodies import Bodies
 from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.physics.engine import BodyDefinition, Engine, RayHits
-from simcore.physics.engine_choice import make_engine
-from simcore.physics.nearness import PlanOutlines, StaticBoxes
+from simcore.physics.engine import BodyDefinition, Engine
+from simcore.physics.engine_choice import VARIABLE, make_engine, require_known
 from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
 from simcore.physics.shapes import (
     Box,
@@ -36,6 +36,7 @@ from simcore.physics.shapes import (
     mass_properties,
     principal_axes,
 )
+from simcore.physics.solids_builder import SolidsBuilder
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
@@ -43,35 +44,23 @@ from simcore.units import GRAVITY, plain_sum
 if TYPE_CHECKING:
     from simcore.physics.field import FieldElement
 
-__all__ = ["CollisionGroup", "PhysicsWorld", "prepare_loop"]
+__all__ = ["CollisionGroup", "PhysicsWorld"]
 
 _STEP = 0.005  # [s], of a world in which nothing is driven
-_MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
 
-def prepare_loop() -> None:
-    """Compile the loop of balls and robots for this computer, or load what was compiled before."""
-    prepare_robots()
-    prepare_balls()
-
-
 class CollisionGroup:
-    """Collision groups, one bit each."""
+    """Collision groups of the engine's bodies, one bit each."""
 
     STATIC = 1
-    """The field; also the group that the engine gives to rays, so it must be in the mask of all that rays may hit."""
+    """The field."""
     PIECE = 2
-    """Pieces that are no balls; balls are not in the engine."""
+    """Pieces that are no balls, and what hangs; balls are not in the engine."""
     ROBOT = 4
-    DRIVABLE = 8
-    """What robots drive over: the frictionless copies of floor and ramps that only robots touch."""
-    SOLID = 16
-    """What the bumpers of robots meet in plan: frictionless copies that only robots touch that do not stand."""
 
 
-_ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
 _HINGED = 1e4  # times its largest moment of inertia that a hinged body has about what is not its hinge
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
 _SWINGS = 0.03  # [m]; what hangs as near as this is hit, and a robot is thrown by what it is put into
@@ -84,6 +73,9 @@ class PhysicsWorld:
         engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
         floor: Surface of the floor at z = 0, which has no end, or None for no floor.
         gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
+
+    Raises:
+        UnknownNameError: There is no such engine.
     """
 
     def __init__(
@@ -93,43 +85,71 @@ class PhysicsWorld:
         floor: TerrainSurface | None = CARPET,
         gravity: float | None = None,
     ) -> None:
+        self._engine: Engine | None = None
+        self._engine_name: str | None = None
         if engine is None or isinstance(engine, str):
-            engine = make_engine(engine, gravity=GRAVITY if gravity is None else gravity)
+            self._engine_name = engine or os.environ.get(VARIABLE) or None
+            if self._engine_name is not None:
+                require_known(self._engine_name)
         elif gravity is not None and gravity != engine.gravity:
             raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
-        self.engine = engine
-        self.gravity = engine.gravity
+        else:
+            self._engine, gravity = engine, engine.gravity
+        self.gravity: float = GRAVITY if gravity is None else gravity
         self.floor = floor
         """Material of the floor at z = 0, None where there is none."""
         self._begin()
 
     def _begin(self) -> None:
         """The floor alone."""
-        self._names: dict[int, str] = {}  # by row
-        self._field: set[int] = set()  # rows of what stands on it, as pieces meet it
-        self._carriers: set[int] = set()
+        self._names: list[str] = []  # by row
+        self._definitions: list[BodyDefinition] = []  # by row
+        self.has_engine = False
+        """Whether the engine has begun: there are bodies that are neither balls nor robots."""
         self._hanging: dict[int, FloatArray] = {}  # half extents along its own axes [m]
         self.robot_rows: list[int] = []
-        """Engine rows of the robots."""
-        self.balls = BallDynamics(self.engine, self.floor)
-        """The pieces that are balls, and what moves them."""
+        """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Of what hangs: engine row, pivot [m], and how far from there it reaches [m]."""
-        self._boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes()
-        self._outlines = PlanOutlines()
-        self.near_field = self._boxes.are_near
-        """Which places are near an element of the field, the floor left out; see `StaticBoxes.are_near`."""
-        robot = CollisionGroup.ROBOT
-        lying = _ROBOT_MASK | CollisionGroup.SOLID | robot
-        self.robots = RobotDynamics(self.engine, ((robot, _ROBOT_MASK), (robot, lying)))
-        """What moves the robots, by their motors, tires and bumpers."""
-        self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
-        floor = self.floor
-        if floor is not None:
+        """Of what hangs: row, pivot [m], and how far from there it reaches [m]."""
+        self._builder = SolidsBuilder()
+        self.bodies = Bodies(self._builder)
+        """Robots, and the engine's bodies that balls may touch."""
+        self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
+        """The pieces that are balls."""
+        self.robots = RobotDynamics(self.bodies)
+        """The robots, and what their bumpers touch."""
+        if self.floor is not None:
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
-            center = (0.0, 0.0, -_FLOOR_THICKNESS / 2)
-            self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.PIECE)
-            self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
+            self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
+
+    @property
+    def engine(self) -> Engine:
+        """The engine, which begins when it is first asked for.
+
+        Raises:
+            EngineError: It is not installed.
+        """
+        if not self.has_engine:
+            if self._engine is None:
+                self._engine = make_engine(self._engine_name, gravity=self.gravity)
+            self.has_engine = True
+            for row, definition in enumerate(self._definitions):
+                assert self._engine.add_body(definition) == row
+            for number in self.bodies.robots:
+                body = self.bodies.records[number]
+                self._engine.set_pose(self.bodies.rows[number], body["pos"].tolist(), body["quat"].tolist())
+        assert self._engine is not None
+        return self._engine
+
+    @property
+    def engine_name(self) -> str:
+        """Name of the engine, `none` while it has not begun."""
+        return self.engine.name if self.has_engine else "none"
+
+    @property
+    def solids(self) -> Solids:
+        """What stands on the field, and of what bodies consist."""
+        return self._builder.solids
 
     def __enter__(self) -> PhysicsWorld:
         return self
@@ -139,12 +159,14 @@ class PhysicsWorld:
 
     def reset(self) -> None:
         """Remove everything but the floor."""
-        self.engine.reset()
+        if self._engine is not None:
+            self._engine.reset()
         self._begin()
 
     def close(self) -> None:
         """Free the engine; may be called twice."""
-        self.engine.close()
+        if self._engine is not None:
+            self._engine.close()
 
     def add_static(
         self,
@@ -156,7 +178,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         drivable: bool = False,
     ) -> int:
-        """Add something that never moves; returns its engine row.
+        """Add something that never moves; returns its row.
 
         Args:
             name: For messages.
@@ -167,46 +189,23 @@ class PhysicsWorld:
             drivable: Whether robots drive on it; then it has no friction for them.
         """
         at = _checked_pos(name, pos)
-        row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, CollisionGroup.PIECE)
-        self._boxes.add(shape, at, quat)
-        self.balls.add_static(shape, at, quat, surface)
-        self._outlines.add(shape, at, quat)
-        self._is_ramp = np.append(self._is_ramp, drivable)
-        self._field.add(row)
-        if drivable:
-            self._ramp_boxes.add(shape, at, quat)
-            self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
-        else:
-            is_met = is_met_in_plan(shape, at, quat)
-            group = CollisionGroup.SOLID if is_met else CollisionGroup.STATIC
-            self._add_part(name, shape, at, quat, FRICTIONLESS, group, CollisionGroup.ROBOT)
-            if is_met:
-                self.robots.add_static(row, shape, at, quat, surface)
-        return row
-
-    def _add_part(
-        self,
-        name: str,
-        shape: Shape,
-        pos: Vector,
-        quat: Quaternion,
-        surface: TerrainSurface,
-        group: int,
-        touchers: int,
-    ) -> int:
-        """One static body that some groups touch, and rays."""
-        row = self._add(name, shape, pos, surface, quat=quat, group=group, mask=CollisionGroup.STATIC | touchers)
-        if group == CollisionGroup.DRIVABLE:
-            self._carriers.add(row)
+        row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
+        in_plan = not drivable and is_met_in_plan(shape, at, quat)
+        self._builder.add(shape, at, quat, factors(surface), row=row, drivable=drivable, in_plan=in_plan)
+        if in_plan:
+            self.robots.add_static(row, shape, at, quat, surface)
         return row
 
     def _add(
         self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
     ) -> int:
-        """A body of a name, with further fields of its `BodyDefinition`."""
+        """Add a body of a name, with further fields of its `BodyDefinition`."""
         at = _checked_pos(name, pos)
-        row = self.engine.add_body(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
-        self._names[row] = name
+        row = len(self._definitions)
+        self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
+        self._names.append(name)
+        if self.has_engine:
+            assert self.engine.add_body(self._definitions[-1]) == row
         return row
 
     def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
@@ -246,7 +245,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot; returns its engine row. Without bumpers it meets neither walls nor robots."""
+        """Add the body of a robot; returns its row. Without bumpers it meets neither walls nor robots."""
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
@@ -256,17 +255,18 @@ class PhysicsWorld:
             keeps_spin=False,
             quat=quat,
             group=CollisionGroup.ROBOT,
-            mask=_ROBOT_MASK,
+            mask=CollisionGroup.PIECE,
         )
         self.robot_rows.append(row)
-        self.robots.add_robot(row, bumpers)
-        self.balls.add_body(row, shape, surface, mass, inertia, center=center_of_mass, is_robot=True)
+        body = self.bodies.add(row, shape, factors(surface), mass, inertia, center=center_of_mass, is_robot=True)
+        self.robots.add_robot(row, body, bumpers)
+        self.robots.put(row, pos, quat)
         return row
 
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece that is no ball, awake and touchable; returns its engine row.
+        """Add the body of a game piece that is no ball, awake and touchable; returns its row.
 
         Its mass is spread evenly; the origin of its shape must be its center of mass.
         """
@@ -276,7 +276,8 @@ class PhysicsWorld:
             *(name, shape, pos, surface), mass=mass, inertia=moments, inertia_axes=axes, group=CollisionGroup.PIECE,
             mask=_PIECE_MASK,
         )  # fmt: skip
-        self.balls.add_body(row, shape, surface, mass, moments, inertia_axes=axes)
+        self.bodies.add(row, shape, factors(surface), mass, moments, inertia_axes=axes, pos=_checked_pos(name, pos))
+        self.engine.wake(row)
         return row
 
     def add_hanging_body(
@@ -291,7 +292,7 @@ class PhysicsWorld:
         hinge: str | None = None,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a place of the field, or turns about a line there; returns its engine row.
+        """Add a body that swings about a place of the field, or turns about a line there; returns its row.
 
         Lines of sight pass it.
 
@@ -315,20 +316,19 @@ class PhysicsWorld:
             mass=mass,
             inertia=(ix, iy, iz) if hinge else None,
             pivot=pivot,
-            group=CollisionGroup.PIECE | (CollisionGroup.DRIVABLE if drivable else 0),
-            mask=_PIECE_MASK,
+            group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK & ~CollisionGroup.ROBOT if drivable else _PIECE_MASK,
         )
         far = math.dist(pos, pivot) + bounding_radius(shape)
-        if drivable:
-            self._carriers.add(row)
-            self._ramp_boxes.add(Box((2.0 * far,) * 3), pivot, IDENTITY)
-        else:
+        if not drivable:
             self._hanging[row] = bounding_box(shape)[1]
         swing = mass * math.dist(pos, pivot) ** 2
-        self.balls.add_body(row, shape, surface, mass, (ix + swing, iy + swing, iz), pivot=pivot)
+        self.bodies.add(
+            row, shape, factors(surface), mass, (ix + swing, iy + swing, iz), pivot=pivot,
+            pos=_checked_pos(name, pos), drivable=drivable,
+        )  # fmt: skip
         self.hanging.append((row, pivot, far))
-        reach = 2.0 * far
-        self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
+        self.engine.wake(row)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
@@ -346,7 +346,11 @@ class PhysicsWorld:
         norm = math.sqrt(plain_sum(c * c for c in quat))
         if not math.isfinite(norm) or norm < 1e-9:
             raise NonFiniteError(f"{self._names[row]}: attitude must be a finite quaternion, got {quat}")
-        self.engine.set_pose(row, at, tuple(c / norm for c in quat))
+        a, b, c, d = quat
+        if row in self.robot_rows:
+            self.robots.put(row, at, (a / norm, b / norm, c / norm, d / norm))
+            return
+        self.engine.set_pose(row, at, (a / norm, b / norm, c / norm, d / norm))
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
@@ -359,6 +363,10 @@ class PhysicsWorld:
             raise NonFiniteError(
                 f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
             )
+        if row in self.robot_rows:
+            body = self.bodies.of(row)
+            body["vel"], body["rate"] = linear, angular
+            return
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
 
@@ -377,23 +385,48 @@ class PhysicsWorld:
             bottom: Lowest height [m].
             top: Highest [m].
         """
+        is_solid, is_ramp = self._met(x, y, yaw, half_length, half_width, bottom, top)
+        if is_solid:
+            return True, is_ramp
         reach = math.hypot(half_length, half_width)
-        met = self._outlines.met(x, y, yaw, half_length, half_width, bottom, top)
-        is_solid, is_ramp = bool((met & ~self._is_ramp).any()), bool((met & self._is_ramp).any())
-        others = self.engine.overlapping((x - reach, y - reach, bottom), (x + reach, y + reach, top))
-        is_met = any(other in self._hanging or (other != row and other in self.robot_rows) for other in others)
-        return is_solid or is_met, is_ramp
+        low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
+        for other in self.robot_rows:
+            body = self.bodies.of(other)
+            if other != row and _is_near(low, high, body["pos"][0], float(body["reach"][0])):
+                corner_a, corner_b = self._extent(other)
+                if (corner_a < high).all() and (corner_b > low).all():
+                    return True, is_ramp
+        hanging = self._hanging.keys() & self.engine.overlapping(low.tolist(), high.tolist()) if self._hanging else ()
+        return bool(hanging), is_ramp
+
+    def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """Return the lowest and highest corner of the bounding box of a robot, field frame [m]."""
+        body, solids = self.bodies.of(row)[0], self.solids
+        boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
+        low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        axes = matrix(tuple(body["quat"].tolist()))
+        middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
+        return middle - half, middle + half
+
+    def _met(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> tuple[bool, bool]:
+        """Return whether what stands on the field reaches into an upright box: what is solid, and what is driven on."""
+        solids = self.solids
+        met = np.zeros(len(solids.body), np.uint8)
+        find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
+        is_ramp = solids.is_drivable.astype(bool)
+        is_met = met.astype(bool)
+        return bool((is_met & ~is_ramp).any()), bool((is_met & is_ramp).any())
 
     def is_in_solid(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> bool:
-        """Whether an upright box meets what stands or hangs on the field and is not driven over.
+        """Return whether an upright box meets what stands or hangs on the field and is not driven over.
 
         The arguments are those of `obstacles`.
         """
         reach = math.hypot(half_length, half_width)
-        if self._boxes.is_clear(x, y, reach):
-            return False
         low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
         outline = corners(x, y, yaw, 2.0 * half_length, 2.0 * half_width)
         for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
@@ -401,41 +434,62 @@ class PhysicsWorld:
             dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
             if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
                 return True
-        return bool((self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any())
+        return self._met(x, y, yaw, half_length, half_width, bottom, top)[0]
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
-        """Whether robots drive on nothing but the floor within reach of a place of the field [m].
+        """Return whether robots drive on nothing but the floor within reach of a place of the field [m].
 
         By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
         """
         if self.floor is None:
             return False
-        return not self._ramp_boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
+        solids = self.solids
+        ramps = solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        place = np.array((x, y))
+        away = np.maximum(np.maximum(ramps[:, :2] - place, place - ramps[:, 3:5]), 0.0)
+        if (np.einsum("ij,ij->i", away, away) < reach * reach).any():
+            return False
+        return not any(
+            math.hypot(x - pivot[0], y - pivot[1]) < reach + far
+            for row, pivot, far in self.hanging
+            if row not in self._hanging
+        )
+
+    def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return whether the bounding box of something that stands on the field is near places, shape (n,).
+
+        Args:
+            pos: Places [m], shape (n, 3).
+            reach: How near, of each [m], shape (n,).
+        """
+        boxes = self.solids.box[self.solids.body == FIELD]
+        place = pos[:, None, :]
+        away = np.maximum(np.maximum(boxes[:, :3] - place, place - boxes[:, 3:]), 0.0)
+        near: BoolArray = (np.einsum("ijk,ijk->ij", away, away) < np.square(reach)[:, None]).any(axis=1)
+        return near
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
+        """Return whether no bounding box of the field, the floor left out, reaches into this box [m]."""
         return not self.field_in(low, high)
 
     def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Engine rows of what stands on the field, the floor left out, whose bounding box reaches into this box [m]."""
-        return [row for row in self.engine.overlapping(low, high) if row in self._field]
+        """Return rows of what stands on the field, the floor left out, that reaches into this box [m]."""
+        solids = self.solids
+        is_in = (solids.box[:, :3] <= high).all(axis=1) & (solids.box[:, 3:] >= low).all(axis=1)
+        rows: list[int] = np.unique(solids.row[is_in & (solids.body == FIELD)]).tolist()
+        return rows
 
-    def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
-        """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""
-        return self.engine.rays(start, end, CollisionGroup.DRIVABLE)
-
-    def ground_contacts(self, row: int) -> FloatArray:
-        """Where a robot touched what carries robots in the last step, field frame [m], shape (n, 3)."""
-        others, places = self.engine.contact_points(row)
-        return places[[other in self._carriers for other in others]]
-
-    def solid_rays(self, start: FloatArray, end: FloatArray, *, robots: bool = False) -> RayHits:
-        """First hits of segments (n, 3) [m] on the field, and if asked on robots."""
-        mask = CollisionGroup.STATIC | (CollisionGroup.ROBOT if robots else 0)
-        return self.engine.rays(start, end, mask)
+    def ground_under(self, places: FloatArray, depth: float) -> FloatArray:
+        """Return heights of what robots drive on under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
+        end = places - (0.0, 0.0, depth)
+        fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, places, end, False, -1, True, fraction, row)
+        ground: FloatArray = places[:, 2] - depth * fraction
+        return ground
 
     def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
-        """Which straight lines from `start` to n `ends` meet the field or a robot.
+        """Return which straight lines from `start` to n `ends` meet the field or a robot.
 
         Args:
             start: Field frame [m].
@@ -444,12 +498,10 @@ class PhysicsWorld:
         """
         there = np.array(ends).reshape(-1, 3)
         here = np.repeat(np.array([start]), len(there), axis=0)
-        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
-            return [row >= 0 for row in self.solid_rays(here, there).row.tolist()]
         return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
 
     def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
-        """What segments, (n, 3) each [m], meet first of the field and of robots.
+        """Find what segments, (n, 3) each [m], meet first of the field and of robots.
 
         Args:
             start: Field frame [m]; what it is inside of is not met.
@@ -460,24 +512,37 @@ class PhysicsWorld:
             Part of each segment before the hit, 1.0 where nothing is met, shape (n,), and the row of what it meets,
             -1 for nothing, shape (n,).
         """
-        way = end - start
-        fraction, rows = np.ones(len(start)), np.full(len(start), -1, dtype=np.int64)
-        passed, left = np.zeros(len(start)), np.arange(len(start))
-        for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(start[left] + way[left] * passed[left, None], end[left], robots=True)
-            at = passed[left] + (1.0 - passed[left]) * hits.fraction
-            own = (hits.row == ignore) & (ignore >= 0)
-            fraction[left[~own]], rows[left[~own]] = at[~own], hits.row[~own]
-            if not own.any():
-                break
-            left = left[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
-            reach = np.maximum(np.linalg.norm(way[left], axis=1), 1e-9)
-            passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
-        return fraction, rows
+        fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, start, end, True, ignore, False, fraction, row)
+        return fraction, row
+
+    def standing(self, number: int, pose: Vector) -> tuple[Vector, Quaternion]:
+        """Return place of the origin and attitude of a robot as it would stand at a pose [m, m, rad].
+
+        Args:
+            number: Of the robot.
+            pose: Field frame.
+        """
+        x, y, _ = pose
+        reach = float(self.robots.robots["reach"][number])
+        if self.is_flat(x, y, reach):
+            return (x, y, 0.0), from_yaw(pose[2])
+        solids = self.solids
+        ramps = solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        place = np.array((x, y))
+        is_near = (ramps[:, :2] < place + reach).all(axis=1) & (ramps[:, 3:5] > place - reach).all(axis=1)
+        height = float(ramps[is_near, 5].max(initial=0.0))
+        for plate in self.bodies.carriers:
+            body = self.bodies.records[plate]
+            if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
+                height = max(height, float(body["pos"][2] + body["reach"]))
+        return self.robots.standing(number, pose, solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
-        """Rows of the bodies that a robot was in contact with in the last step, walls and robots among them."""
-        return {*self.engine.touching(row), *self.robots.touching(row)}
+        """Return rows of the bodies and elements that a robot was in contact with in the last step."""
+        others = self.engine.touching(row) if self.has_engine else ()
+        return {*others, *self.robots.touching(row)}
 
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""
@@ -499,8 +564,45 @@ class PhysicsWorld:
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         for _ in range(n):
-            self.balls.advance(dt / n)
-            self.engine.step(dt / n)
+            self.advance(dt / n)
+            if self.has_engine:
+                self.begin_engine(dt / n)
+                self.engine.step(dt / n)
+                self.end_engine(dt / n)
+
+    def advance(self, h: float) -> None:
+        """Move robots and balls for h [s], before the engine's steps of as long.
+
+        Raises:
+            EngineError: A robot is lost (a value is not finite).
+        """
+        bodies = self.bodies
+        if self.has_engine:
+            self.balls.read_bodies(self.engine, h)
+            self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
+        self.robots.before_step()
+        lost = advance(
+            self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor,
+            DAMPING_RATIOS, h,
+        )  # fmt: skip
+        if lost >= 0:
+            self.robots.fail(lost)
+        self.robots.after_step()
+
+    def begin_engine(self, h: float) -> None:
+        """Tell the engine, before its steps of together h [s], what robots and balls did in the same time."""
+        self.balls.push_bodies(self.engine)
+        self.robots.show_to(self.engine, self._before, h, self.gravity)
+
+    def end_engine(self, h: float) -> None:
+        """Take over what the engine's bodies did to robots in its steps of together h [s]."""
+        self.robots.take_from(self.engine, h)
+
+
+def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:
+    """Return whether a ball around a place is near a box [m]."""
+    away = np.maximum(np.maximum(low - pos, pos - high), 0.0)
+    return bool(away @ away < reach * reach)
 
 
 def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:

@@ -13,8 +13,8 @@ import numpy as np
 
 from simcore.geometry.rotation import Vector
 from simcore.geometry.zones import Zone
-from simcore.loop.state import IN_FLIGHT, Balls
-from simcore.physics.ball_dynamics import StandingField, make_balls, make_memory
+from simcore.loop.state import IN_FLIGHT, Balls, make_balls, make_memory
+from simcore.physics.ball_dynamics import StandingField
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.shot_opening import ShotOpening

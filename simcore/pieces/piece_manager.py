@@ -33,6 +33,7 @@ _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
 _DEEPEST = 0.02  # [m]; deeper in something no piece is staged on purpose
 _SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
 _SLEEPY = 0.3  # [s] for which a piece must be slow before it sleeps
+_GAINS = 0.01  # [m/s]; a piece that has gained so much since it is slow begins anew to count as slow
 _ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; of pieces that are no balls: they rock on an edge, but do not roll on
 _WAKES = 0.005, 0.05  # [m/s]; slower robots and pieces wake nothing beside them
 _MARGIN = 0.05  # [m], beside what moves
@@ -295,7 +296,7 @@ class GamePieceManager:
     def _let_touch_robots(self) -> None:
         """See which pieces that are no balls have come out of the robots that shot them."""
         for slot, robot in list(self._leaving.items()):
-            away = math.dist(self.state.pos[slot], self._world.engine.pose(robot)[0])
+            away = math.dist(self.state.pos[slot], self._world.bodies.of(robot)["pos"][0])
             is_here = self.state.status[slot] in ON_FIELD
             if not is_here or away > self._pool.radius[slot] + self._world.balls.reach(robot):
                 del self._leaving[slot]
@@ -603,8 +604,7 @@ class GamePieceManager:
         return self._longest_step()
 
     def before_step(self, h: float) -> None:
-        """Move the balls by h [s], and let air act on others, before the engine's step of the same length."""
-        self._world.balls.advance(h)
+        """Let air act on the pieces that are no balls, before the engine's step of h [s]."""
         slots = self._moving_others()
         if len(slots):
             slots = slots[_squares(self.state.vel[slots]) > _WINDY * _WINDY]
@@ -640,7 +640,11 @@ class GamePieceManager:
         others = self._moving_others()
         if len(others):
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
-            is_slow = (_squares(state.vel[others]) < _ROCKING**2) & (_squares(spin) < _TURNING**2)
+            speed, calm = np.sqrt(_squares(state.vel[others])), self._balls.calm
+            is_slow = (speed < _ROCKING) & (_squares(spin) < _TURNING**2)
+            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # what gains speed is not in balance
+            calm[others] = np.where(begins, speed, calm[others])
+            still[others] = np.where(begins, 0.0, still[others])
             still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
         ready = self.awake
         ready = ready[still[ready] > self._sleepy - 1e-9]

@@ -16,8 +16,7 @@ import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError
 from simcore.geometry.rotation import IDENTITY, Quaternion
-from simcore.loop.state import JUST_PUT
-from simcore.physics.ball_dynamics import make_balls
+from simcore.loop.state import JUST_PUT, make_balls
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors

@@ -241,6 +241,11 @@ class ChassisConfig:
             if isinstance(part.shape, Box)
         )  # fmt: skip
 
+    @property
+    def points(self) -> tuple[Vector, ...]:
+        """Where bumpers and frame touch the field and other robots, each the middle of a ball of 10 mm [m]."""
+        return _points(self)
+
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
         """A box from the clearance up to `top` [m], or three of them around the bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
@@ -269,3 +274,22 @@ def _shape(config: ChassisConfig) -> Compound:
         parts += config.around_bay(config.bumper_length - inset, config.bumper_width - inset, config.height)
     parts += [Part(Sphere(config.wheel_radius), (x, y, config.wheel_radius)) for x, y in config.wheel_positions]
     return Compound(tuple(parts))
+
+
+_BALL = 0.01  # [m]
+
+
+@lru_cache(maxsize=64)
+def _points(config: ChassisConfig) -> tuple[Vector, ...]:
+    """Corners and middles of the sides at three heights, but for those in the bay."""
+    found: dict[Vector, None] = {}
+    half_x, half_y = 0.5 * config.bumper_length - _BALL, 0.5 * config.bumper_width - _BALL
+    inset, bay = config.bumper_thickness, config.bay
+    for top, dx in ((config.clearance + 2.0 * _BALL, 0.0), (config.bumper_top, 0.0), (config.height, inset)):
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                x, y = i * (half_x - dx), j * (half_y - dx)
+                is_in_bay = bay is not None and x < bay[0] - 0.5 * config.bumper_length and abs(y) < 0.5 * bay[1]
+                if (i or j) and not is_in_bay:
+                    found[round(x, 6), round(y, 6), round(top - _BALL, 6)] = None
+    return tuple(found)

@@ -152,7 +152,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
         arms = [self._share] * self._driven
-        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, arms, self.robot.mass)
+        return launch_accel(self._shafts, self._wheel_configs, self.static_loads, arms, self.robot.mass)
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):

@@ -102,7 +102,7 @@ class ShaftSim:
             "inertia": inertia,
             "emf": gearbox.volts_per_speed,
             "resistance": gearbox.resistance,
-            "winding": gearbox.resistance,
+            "winding": gearbox.motor.winding_resistance,
             "driving": gearbox.torque_per_amp,
             "driven": gearbox.torque_per_amp,
             "friction": gearbox.friction_torque,

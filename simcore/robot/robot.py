@@ -115,17 +115,14 @@ class SwerveOdometry:
         return self.pose
 
 
-_CENTER_BIT = 0.002
-"""By less than this the center of mass does not move [m]: 1 % of a low one's height. A move costs PyBullet 0.5 ms."""
-_INERTIA_BIT = 0.002  # [-]; nor do moments of inertia change by less, relatively
 _MASS_BIT = 1e-6  # [kg]
 
 
 class MassBalance:
     """Keeps mass and momentum of one robot as pieces come and go and its mechanisms move.
 
-    Once a tick, before motion, engine, wheel loads and drivetrain are told mass, center and inertia if they have
-    changed. The pose of the robot's body stays. Its velocity follows from what is conserved:
+    Once a tick, before motion, the loop is told mass, center and inertia if they have changed. The pose of the robot's
+    body stays. Its velocity follows from what is conserved:
 
     - What came in brought the momentum that it had, what was shot or put down took its own along. Both momenta of the
       robot and what came, linear and angular about their common center of mass, are those of the robot afterwards: an
@@ -199,15 +196,8 @@ class MassBalance:
         """Tell the chassis what has changed, between two steps of it; see `now`."""
         old, new = self._chassis.distribution, self.now(masses, radii)
         exchanged = self._exchanged
-        is_lighter_or_heavier = abs(new.mass - old.mass) > _MASS_BIT
-        (ax, ay, az), (bx, by, bz) = new.center, old.center
-        moved = max(abs(ax - bx), abs(ay - by), abs(az - bz))
-        (ax, ay, az), (bx, by, bz) = new.inertia, old.inertia
-        turned = max(abs(ax - bx) / bx, abs(ay - by) / by, abs(az - bz) / bz)
-        if not (exchanged or is_lighter_or_heavier or moved > _CENTER_BIT or turned > _INERTIA_BIT):
+        if new == old and not exchanged:
             return
-        if moved <= _CENTER_BIT:
-            new = new._replace(center=old.center)
         self._exchanged = []
         self._chassis.set_mass(new, *self._velocity(old, new, exchanged))
 

@@ -130,7 +130,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:
         """Put a module into the records: what it is, and what the loops on board know of it."""
-        n, load = self._n, self._static_loads[k]
+        n, load = self._n, self.static_loads[k]
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
         azimuth["kind"], azimuth["inertia"], azimuth["zero"] = AZIMUTH, module.azimuth_inertia, module.steer_offset
@@ -296,7 +296,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def max_angular_accel(self) -> float:
         """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
-        return launch_accel(self._shafts, self._wheel_configs, self._static_loads, self._arms(), self.robot.yaw_inertia)
+        return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
 

@@ -144,7 +144,7 @@ class WheelConfig:
     """Drag per load while the wheel rolls [-]; estimate for carpet, +-50 %."""
     slip_ratio: float = 0.01
     """Slip per rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
-    slip_speed: float = 0.002
+    slip_speed: float = 0.0004
     """Slip at which a standing tire begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of it."""
 
     def __post_init__(self) -> None:

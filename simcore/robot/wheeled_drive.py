@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -15,10 +15,9 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import Vector
-from simcore.loop.robot_state import NEUTRAL, OUTLINE, PART, ROBOT, SHAFT, SPRING, WHEEL, WHEELS, Records, records
-from simcore.loop.robots import move_robots, prepare
+from simcore.loop.robot_state import NEUTRAL, ROBOT, SHAFT, WHEEL, WHEELS, Records, records
 from simcore.loop.tires import share_loads
-from simcore.quantities import ANGLE, DURATION, checked_number, require
+from simcore.quantities import checked_number
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, RobotMass, WheelConfig
 from simcore.typing import FloatArray
@@ -27,12 +26,11 @@ from simcore.units import GRAVITY, plain_sum
 __all__ = [
     "DriveShaft",
     "MotorReadout",
-    "PlanarChassis",
     "WheeledDrive",
     "free_speed",
     "launch_accel",
-    "normal_loads",
     "set_motor",
+    "static_loads",
 ]
 
 NOMINAL_VOLTAGE = 12.0
@@ -131,56 +129,17 @@ def launch_accel(
         slipping = beyond
 
 
-def normal_loads(
-    config: RobotMass,
-    touching: Sequence[bool],
-    gravity_robot: Sequence[float],
-    accel_robot: Sequence[float] = (0.0, 0.0, 0.0),
-) -> list[float]:
-    """Normal load of each wheel from gravity, acceleration and which wheels touch.
-
-    The ground acts on the chassis with f = m (a - g). Its vertical part is shared so that the forces at the contact
-    points make no moment about the center of mass (a rigid chassis that is not just tipping):
-
-        sum N_i = f_z,   sum N_i x_i = -height f_x,   sum N_i y_i = -height f_y
-
-    Speeding up puts load on the rear axle, a left turn on the right wheels, and a slope on the lower ones. See
-    `simcore.loop.tires.share_loads` for robots with more than three wheels and those with a dropped center.
-
-    Args:
-        config: Positions of the wheels, mass, center of mass.
-        touching: Per wheel, whether it is on the ground.
-        gravity_robot: Acceleration of gravity, robot axes [m/s^2], shape (3,); level ground: (0, 0, -9.80665).
-        accel_robot: Of the center of mass, robot axes, as seen from the field [m/s^2], shape (3,).
-
-    Returns:
-        Loads [N], each >= 0, 0 where nothing touches; they add up to f_z, or are all 0 in free fall.
-
-    Raises:
-        NonFiniteError: When an acceleration is NaN or infinite.
-    """
-    if not all(map(math.isfinite, (*gravity_robot, *accel_robot))):
-        raise NonFiniteError(f"normal loads need finite numbers, got gravity={gravity_robot}, accel={accel_robot}")
-    wheels = records(WHEEL, len(config.positions))
-    wheels["x"], wheels["y"] = zip(*config.positions, strict=True)
-    wheels["is_down"] = touching
-    wheels["is_lowered"][list(config.lowered)] = 1
-    height = config.center_of_mass[2] * config.mass
-    share_loads(
-        *(wheels, 0, len(wheels), config.mass * (accel_robot[2] - gravity_robot[2])),
-        height * (gravity_robot[0] - accel_robot[0]),
-        height * (gravity_robot[1] - accel_robot[1]),
-    )
+def static_loads(robot: RobotMass) -> list[float]:
+    """Return the load of each wheel of a robot that stands level [N]; see `simcore.loop.tires.share_loads`."""
+    wheels = records(WHEEL, len(robot.positions))
+    wheels["x"], wheels["y"] = zip(*robot.positions, strict=True)
+    wheels["is_lowered"][list(robot.lowered)] = 1
+    share_loads(wheels, 0, len(wheels), robot.mass * GRAVITY, 0.0, 0.0)
     loads: list[float] = wheels["load"].tolist()
     return loads
 
 
 ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
-
-_NOWHERE = (  # no bumpers, nothing that stands on the field
-    *(records(PART, 0), records(OUTLINE, 0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.uint8)),
-    *(records(SPRING, 0).reshape(0, 1), np.zeros(1, np.int64)),
-)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
@@ -244,9 +203,8 @@ class MotorReadout:
 class WheeledDrive(ABC, Generic[ConfigT]):
     """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`.
 
-    A drive has wheels, motors, battery and encoders, not the pose: `step` takes the velocity that the chassis really
-    has (walls and other robots have had their say) and returns the change that the tires make. In a world its records
-    are among those of all robots there, and the world moves them. Several drives share nothing.
+    A drive has wheels, motors, battery and encoders, not the pose. In a world its records are among those of all robots
+    there, and the world moves them. Several drives share nothing.
     """
 
     def __init__(
@@ -301,7 +259,6 @@ class WheeledDrive(ABC, Generic[ConfigT]):
                 wheel.rolling_resistance,
                 self._shaft_of_wheel[k],
             )
-        self.wheel_records["is_down"] = 1
         self.wheel_records["is_lowered"][list(config.lowered)] = 1
         robot = self.robot_record
         robot["last_shaft"], robot["drive_shafts"] = len(self.shafts), len(shafts)
@@ -309,9 +266,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         cx, cy, _ = config.center_of_mass
         self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._robot: RobotMass = config
-        self._static_loads: list[float] = []
         self._stand(config)
-        self._free_speeds = [free_speed(s, self._wheel_configs, self._static_loads) for s in shafts]
+        self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
         self._own_limits: Records | None = None
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
@@ -360,8 +316,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         Args:
             mass: Of the whole robot [kg].
             yaw_inertia: About the vertical axis through the center of mass [kg m^2].
-            center_of_mass: From the robot center on the floor, robot axes [m]. `step` takes and gives the velocity of
-                this point from now on.
+            center_of_mass: From the robot center on the floor, robot axes [m].
 
         Raises:
             NonFiniteError: When a number is not finite, or mass or inertia not above zero; nothing has changed.
@@ -382,12 +337,10 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._stand(self._robot)
 
     def _stand(self, robot: RobotMass) -> None:
-        """Put a mass and its wheels' places into the records."""
-        record = self.robot_record
-        record["mass"], record["center"] = robot.mass, robot.center_of_mass
-        record["inertia"][:, 2] = robot.yaw_inertia
+        """Put its wheels' places into the records, and see what they carry."""
         self.wheel_records["x"], self.wheel_records["y"] = zip(*robot.positions, strict=True)
-        self._static_loads = normal_loads(robot, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
+        self.static_loads = static_loads(robot)
+        """Load of each wheel as the robot stands level [N]."""
 
     def _rest(self, shaft_speeds: Sequence[float]) -> None:
         """Time at zero, battery rested, encoders at zero, drive shafts at these speeds [rad/s]."""
@@ -398,86 +351,17 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         for name in ("slip", "force_x", "force_y", "mean_load", "mean_x", "mean_y"):
             self.wheel_records[name] = 0.0
         robot = self.robot_record
-        for name in ("time", "followed", "tires", "felt", "end_change", "mean_change", "is_sliding"):
+        for name in ("time", "yaw_rate", "is_sliding"):
             robot[name] = 0
         self.battery.reset()
         robot["bus"] = self.battery.voltage
 
-    # ---------------------------------------------------------------- the step
-
-    def step(
-        self,
-        h: float,
-        velocity: Vector,
-        normal_loads: Sequence[float] | None = None,
-        pull: Vector = (0.0, 0.0, 0.0),
-    ) -> Vector:
-        """Change of velocity that the tires make in `h` on a free planar body, for a drive that is in no world.
-
-        All vectors are in the robot axes at the START of the step; the turn of the robot within the step is followed
-        inside. It is force times time over mass, nothing else: add it to the field-frame velocity rotated by the yaw
-        at the start of the step, and no term omega x v is needed.
-
-        Args:
-            h: Time step of the owner [s]; cut into parts of 1 ms or less.
-            velocity: Over ground, of the point on the carpet under the center of mass: forward, to the left, yaw rate
-                [m/s, m/s, rad/s].
-            normal_loads: Per wheel [N], 0 off the ground; None is the robot at rest on level ground.
-            pull: Acceleration that the owner adds itself in this step (a slope, a wall that pushes back)
-                [m/s^2, m/s^2, rad/s^2]. Knowing it, the tires hold a parked robot on a ramp without creeping. It is
-                not in the result.
-
-        Returns:
-            Change of the velocity [m/s, m/s, rad/s].
-
-        Raises:
-            NonFiniteError: When an argument is not finite, or h is not above zero; nothing has changed.
-            ConfigError: When there is not one load per wheel.
-        """
-        loads = self._static_loads if normal_loads is None else normal_loads
-        if len(loads) != self._wheels:
-            raise ConfigError(f"drivetrain step needs {self._wheels} normal loads, got {len(loads)}")
-        if not (h > 0.0 and all(map(math.isfinite, (h, *velocity, *pull, *loads)))):
-            raise NonFiniteError(
-                f"drivetrain step needs finite numbers and h > 0, got h={h}, velocity={velocity}, "
-                f"acceleration={pull}, loads={list(loads)}"
-            )
-        robot = self.robot_record
-        robot["has_fixed_loads"], robot["yaw"] = 1, 0.0
-        self.wheel_records["load"] = loads
-        robot["vx"], robot["vy"], robot["omega"] = velocity
-        robot["pull"] = pull
-        self.advance_alone(h)
-        robot["has_fixed_loads"] = 0
-        return self.change
-
-    def advance_alone(self, h: float) -> None:
-        """Let the loop move a drive that is in no world for h [s], from the velocity in its record."""
-        prepare()
-        move_robots(self.robot_record, self.shafts, self.wheel_records, self.battery.records, *_NOWHERE, h)
-        self.battery.tell()
-
-    @property
-    def change(self) -> Vector:
-        """Of the velocity, by the tires, in the last step, robot axes as it began [m/s, m/s, rad/s]."""
-        return self._plan("end_change")
-
-    @property
-    def mean_change(self) -> Vector:
-        """Mean over the last step of what the tires had changed until then, likewise.
-
-        The velocity at the start plus this, times h, is the way that they moved the robot.
-        """
-        return self._plan("mean_change")
-
-    def _plan(self, name: str) -> Vector:
-        x, y, turn = self.robot_record[name][0].tolist()
-        return x, y, turn
+    # ---------------------------------------------------------------- requests
 
     @property
     def yaw_rate(self) -> float:
         """After the last step, as the tires leave it [rad/s]."""
-        return float(self.robot_record["omega"][0])
+        return float(self.robot_record["yaw_rate"][0])
 
     def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
         """What motor controllers want of the motors, until the next time.
@@ -541,7 +425,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     def normal_loads(self) -> list[float]:
         """Load of each wheel, averaged over the last step [N]."""
         loads: list[float] = self.wheel_records["mean_load"].tolist()
-        return loads if self.time > 0.0 else self._static_loads[:]
+        return loads if self.time > 0.0 else self.static_loads[:]
 
     @property
     def wheel_forces(self) -> FloatArray:
@@ -587,94 +471,5 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     def max_accel(self) -> float:
         """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
         return launch_accel(
-            self._shafts, self._wheel_configs, self._static_loads, [1.0] * self._driven, self._robot.mass
+            self._shafts, self._wheel_configs, self.static_loads, [1.0] * self._driven, self._robot.mass
         )
-
-
-class PlanarChassis:
-    """Pose and velocity of a robot on a plane, level or sloped up along the field's x axis.
-
-    Example:
-        >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-        >>> from simcore.robot.swerve_drive import SwerveDrive
-        >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
-        >>> robot = PlanarChassis(drive)
-        >>> drive.set_volts([12.0] * 4, [0.0] * 4)
-        >>> robot.run(3.0)
-        >>> 4.6 < robot.vx < 4.76
-        True
-    """
-
-    def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
-        """Stand at the origin, facing along x.
-
-        Args:
-            drive: Any drivetrain.
-            slope: Of the ground, up along x [rad].
-        """
-        require("planar chassis", "slope", slope, ANGLE)
-        self.drive = drive
-        self.slope = slope
-        self.reset()
-
-    def reset(
-        self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
-    ) -> None:
-        """Put the robot somewhere, with a velocity in field axes."""
-        self.x, self.y, self.yaw = x, y, yaw
-        """Pose of the center of mass, along the ground [m, m, rad]."""
-        self.vx, self.vy, self.omega = vx, vy, omega
-        """Velocity, field axes along the ground [m/s, m/s, rad/s]."""
-        self.ax, self.ay = 0.0, 0.0
-        """Acceleration in the last step, field axes [m/s^2]."""
-        self.time = 0.0
-        self.loads: list[float] = []
-        """Normal loads in the last step [N]."""
-        for name in ("followed", "tires"):
-            self.drive.robot_record[name] = 0.0
-
-    def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-        """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
-        config, record = self.drive.robot, self.drive.robot_record
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        g_along = -GRAVITY * math.sin(self.slope)
-        ex = g_along + force[0] / config.mass
-        ey = force[1] / config.mass
-        spin_up = force[2] / config.yaw_inertia
-        record["gravity"] = (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope))
-        record["felt"] = (c * g_along, -s * g_along, 0.0)  # an outside force acts at the center: it shifts no load
-        record["pull"] = (ex, ey, spin_up)
-        record["yaw"], record["vx"], record["vy"], record["omega"] = self.yaw, self.vx, self.vy, self.omega
-        self.drive.advance_alone(h)
-        dx, dy, dw = self.drive.change
-        self.loads = self.drive.normal_loads
-        self.ax, self.ay = dx / h + ex, dy / h + ey
-        spin = dw + spin_up * h
-        mx, my, mw = self.drive.mean_change
-        share = 1.0 - float(record["early"][0])  # of what outside forces change, in the mean of the loop's steps
-        self.x += (self.vx + mx + share * ex * h) * h
-        self.y += (self.vy + my + share * ey * h) * h
-        self.yaw += (self.omega + mw + share * spin_up * h) * h
-        self.vx += self.ax * h
-        self.vy += self.ay * h
-        self.omega += spin
-        self.time += h
-
-    def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
-        """Advance by a time in steps of `h` [s], calling `each` after every one."""
-        require("planar chassis", "h", h, DURATION)
-        for _ in range(round(seconds / h)):
-            self.step(h)
-            if each is not None:
-                each()
-
-    @property
-    def speed(self) -> float:
-        """Over ground [m/s]."""
-        return math.hypot(self.vx, self.vy)
-
-    @property
-    def kinetic_energy(self) -> float:
-        """Of the chassis, without its wheels [J]."""
-        c = self.drive.robot
-        return 0.5 * c.mass * (self.vx**2 + self.vy**2) + 0.5 * c.yaw_inertia * self.omega**2

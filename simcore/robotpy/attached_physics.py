@@ -18,7 +18,7 @@ from simcore.devices.recorder import built
 from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, game_names
-from simcore.physics.engine_choice import choose_engine
+from simcore.physics.engine_choice import require_known
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
@@ -116,7 +116,7 @@ class AttachedPhysics(RobotPhysics):
         self._loops = 0
         self._about = (
             f"{type(robot).__name__} is on the field of {game.heading}: {config.mass:.0f} kg, bumpers "
-            f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine.name} "
+            f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine_name} "
             + (f"(as {path.name} says)" if path.exists() else f"(there is no {path.name}: all measures are defaults)")
         )
         super().__init__(
@@ -224,7 +224,8 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
     found = find_game(game or settings.game, say=str)  # said when it is played
     if match is not None:
         players_beside(found, match)
-    choose_engine(engine or settings.engine)
+    if name := engine or settings.engine:
+        require_known(name)
     AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
 
 

@@ -155,7 +155,7 @@ def check_run() -> Iterator[Finding]:
             yield _warn("game", text, "correct it, or uninstall its package; the others play")
         names = ", ".join(f"{game.name} ({game.year})" for game in games.values())
         with Match(next(iter(games.values()))) as match:
-            engine = match.world.engine.name
+            engine = match.world.engine_name
             for _ in range(_WARM_UP + _TICKS):
                 before = time.perf_counter()
                 match.tick()

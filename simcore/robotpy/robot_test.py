@@ -16,10 +16,10 @@ from unittest.mock import patch
 
 from simcore import season
 from simcore.errors import ConfigError, SimcoreError, nearest
+from simcore.loop.step import prepare
 from simcore.match.match import Match
 from simcore.match.run_record import PieceCount, RunRecord
 from simcore.match.scoring import Score
-from simcore.physics.world import prepare_loop
 from simcore.quantities import START, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
@@ -185,7 +185,7 @@ class RobotTest:
         """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
         if self._physics is not None:
             return
-        prepare_loop()  # the first time on a computer it takes longer than a program may hang
+        prepare()  # the first time on a computer it takes longer than a program may hang
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
         note_threads()

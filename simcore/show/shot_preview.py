@@ -13,8 +13,8 @@ from time import perf_counter
 
 import numpy as np
 
+from simcore.loop.state import make_memory
 from simcore.match.match import Match
-from simcore.physics.ball_dynamics import make_memory
 from simcore.pieces.flight import FLIGHT_STEP, LONGEST, PER_TICK, cannot_rise, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch

@@ -40,7 +40,7 @@ _OTHERS = {
 }
 _COMMANDS = re.compile(
     "(set_(?!mass|requests)|reset|coast|stage|spawn|release|hold|launch|score$|set_aside|push|spare|put_down|place_|start_"
-    "|human_action|take_over|carry_to|follow_velocity|apply_forces|refuse)"
+    "|human_action|take_over|carry_to|apply_forces|refuse)"
 )
 """What people command; the rest is asked, or is called by the loop with what it has worked out."""
 

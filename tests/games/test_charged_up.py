@@ -29,7 +29,7 @@ def test_its_autos_score_and_red_is_blue_mirrored(auto, points, alliance):
 def test_a_robot_beside_the_middle_is_docked_and_the_platform_has_tipped():
     with Match(CHARGED_UP, robots=[RobotEntry(start=(2.0, STATION[1], 0.0), preload=0)], seed=1) as match:
         (robot,), blue = match.robots, match.hanging[0]
-        robot.carry_to((STATION[0] + 0.2, STATION[1], 0.0))
+        robot.carry_to((STATION[0] + 0.1, STATION[1], 0.0))
         match.play(15.1)
         assert blue.angle > LEVEL_WITHIN and match.score.blue == 8
 

@@ -12,7 +12,6 @@ import pytest
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
-from simcore.errors import ConfigError
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.robot.battery import BatteryConfig
@@ -159,11 +158,6 @@ def test_twelve_stalled_motors_without_limits_divide_the_batterys_voltage(caplog
         assert np.isfinite(match.robots[0].chassis.pose).all() and drive.bus_voltage > 12.0
     begin, end = [record.getMessage() for record in caplog.records if "robot 0: " in record.getMessage()]
     assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
-
-
-def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(match):
-    with pytest.raises(ConfigError, match="its drivetrain moves it"):
-        match.robots[0].chassis.follow_velocity(1.0, 0.0, 0.0)
 
 
 def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):

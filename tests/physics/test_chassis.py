@@ -9,7 +9,7 @@ import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import from_rpy, rotate
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.contact_law import POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
@@ -17,13 +17,16 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
-from simcore.units import GRAVITY, inches
+from simcore.testing.benches import LoneChassis
+from simcore.units import inches
 
 DT = 0.02
 
 
-def advance(world: PhysicsWorld, *robots: ChassisSimulation, pieces: GamePieceManager | None = None) -> int:
-    motion = Motion(world, robots=[BareRobot(robot) for robot in robots], pieces=pieces)
+def advance(
+    world: PhysicsWorld, *robots: ChassisSimulation | LoneChassis, pieces: GamePieceManager | None = None
+) -> int:
+    motion = Motion(world, robots=[r if isinstance(r, LoneChassis) else LoneChassis(r) for r in robots], pieces=pieces)
     motion.tick()
     return motion.substeps
 
@@ -64,12 +67,13 @@ def test_over_the_bump_it_rises_tilts_and_comes_down(speed, heading_deg):
         slope = bump(world)
         start = (-2.0 * math.cos(heading), -2.0 * math.sin(heading), heading)
         robot = ChassisSimulation(world, ChassisConfig(), pose=start)
+        lone = LoneChassis(robot)
         heights, pitches, tilts = [], [], []
         for _ in range(int(4.6 / speed / DT)):
             drift = robot.pose[2] - heading
             c, s = math.cos(drift), math.sin(drift)
-            robot.follow_velocity(speed * c, -speed * s, -8.0 * drift)
-            advance(world, robot)
+            lone.follow(speed * c, -speed * s, -8.0 * drift)
+            advance(world, lone)
             roll, pitch, _ = robot.roll_pitch_yaw
             heights.append(robot.pos[2])
             pitches.append(math.degrees(pitch))
@@ -92,13 +96,14 @@ def test_a_wall_stops_it_with_as_much_overlap_as_its_bumpers_give_way(speed, hea
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, heading))
+        lone = LoneChassis(robot)
         world.set_velocity(robot.row, (speed, 0.0, 0.0))
         robot.read()
         overlap = 0.0
         for _ in range(100):
             yaw = robot.pose[2]
-            robot.follow_velocity(speed * math.cos(yaw), -speed * math.sin(yaw), 0.0)
-            advance(world, robot)
+            lone.follow(speed * math.cos(yaw), -speed * math.sin(yaw), 0.0)
+            advance(world, lone)
             x, _, yaw = robot.pose
             front = x + 0.4 * (abs(math.cos(yaw)) + abs(math.sin(yaw)))
             overlap = max(overlap, front - 2.0)
@@ -124,15 +129,6 @@ def test_over_the_bare_floor_the_ground_is_what_rays_find(monkeypatch):
     assert soles == pytest.approx(cast_soles, abs=1e-12)
     assert np.ptp(soles[:, 2]) > 1e-3
     assert ground == pytest.approx(cast_ground, abs=1e-6)
-
-
-def test_following_accelerates_by_no_more_than_the_tires_give():
-    with PhysicsWorld() as world:
-        robot = ChassisSimulation(world, ChassisConfig(friction=1.0))
-        robot.follow_velocity(3.0, 0.0, 0.0)
-        for _ in range(10):
-            advance(world, robot)
-        assert robot.vel[0] == pytest.approx(GRAVITY * 0.2, rel=0.01)
 
 
 def test_forces_follow_newton():
@@ -170,10 +166,11 @@ def test_fuel_in_a_loose_row_gives_way_like_fuel_that_touches(gap, speed):
         grid = np.array([[2.5 + spacing * i, 4.0 + spacing * j, 0.075] for i in range(16) for j in range(4)])
         pieces.spawn("Fuel", grid)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(1.0, 4.2, 0.0))
+        lone = LoneChassis(robot)
         highest, slowest = 0.0, math.inf
         for tick in range(70):
-            robot.follow_velocity(speed, 0.0, 0.0)
-            advance(world, robot, pieces=pieces)
+            lone.follow(speed, 0.0, 0.0)
+            advance(world, lone, pieces=pieces)
             highest = max(highest, abs(robot.pos[2]))
             slowest = min(slowest, robot.vel[0] if tick > 30 else math.inf)
         assert (np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1).sum() > 20
@@ -188,10 +185,11 @@ def test_it_pushes_fuel_and_stays_on_the_carpet():
         grid = np.array([[3 + 0.155 * i, 3 + 0.155 * j, 0.075] for i in range(10) for j in range(20)])
         pieces.spawn("Fuel", grid)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(1.5, 4.5, 0.0))
+        lone = LoneChassis(robot)
         highest = most_awake = 0.0
         for _ in range(100):
-            robot.follow_velocity(3.0, 0.0, 0.0)
-            advance(world, robot, pieces=pieces)
+            lone.follow(3.0, 0.0, 0.0)
+            advance(world, lone, pieces=pieces)
             highest = max(highest, abs(robot.pos[2]))
             most_awake = max(most_awake, len(pieces.awake))
         moved = np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1
@@ -206,8 +204,6 @@ def test_it_pushes_fuel_and_stays_on_the_carpet():
 def test_values_that_are_no_numbers_are_refused_and_change_nothing(value):
     with PhysicsWorld() as world:
         robot = ChassisSimulation(world, ChassisConfig())
-        with pytest.raises(NonFiniteError, match="robot"):
-            robot.follow_velocity(value, 0.0, 0.0)
         with pytest.raises(NonFiniteError, match="robot"):
             robot.apply_forces((value, 0.0, 0.0))
         with pytest.raises(NonFiniteError, match="robot"):
@@ -234,13 +230,14 @@ def test_a_wheel_at_the_edge_of_a_bar_stands_on_it(back):
     with PhysicsWorld() as world:
         world.add_static("bar", Box((0.2, 4.0, high)), (0.1, 0.0, high / 2), surface=POLYCARBONATE, drivable=True)
         robot = ChassisSimulation(world, ChassisConfig())
+        lone = LoneChassis(robot)
         front = max(x for x, _ in robot.config.wheel_positions)
         lifted = high + math.sqrt(radius**2 - back**2) - radius
         tilt = math.atan2(lifted, 2.0 * front)
         world.set_pose(robot.row, (-back - front, 0.0, lifted / 2), from_rpy(0.0, -tilt, 0.0))
         robot.read()
         for _ in range(3):
-            robot.follow_velocity(0.0, 0.0, 0.0)
-            advance(world, robot)
+            lone.follow(0.0, 0.0, 0.0)
+            advance(world, lone)
         assert robot.pos[0] + front == pytest.approx(-back, abs=0.01), "it has hardly rolled back"
         assert all(robot.touching)

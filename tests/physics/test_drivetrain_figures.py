@@ -15,7 +15,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheeled_drive import PlanarChassis
+from simcore.testing.benches import DriveBench, hold
 from simcore.units import GRAVITY
 
 pytestmark = pytest.mark.engines("bullet")
@@ -26,9 +26,9 @@ IDEAL = SwerveModuleConfig(
 IDEAL = replace(IDEAL, drive_motor=replace(IDEAL.drive_motor, rotor_inertia=0.0))
 
 
-def robot(slope: float = 0.0, **changes) -> PlanarChassis:
+def robot(slope: float = 0.0, **changes) -> DriveBench:
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(IDEAL, **changes), height=0.0))
-    return PlanarChassis(drive, slope=slope)
+    return DriveBench(drive, slope=slope)
 
 
 def test_every_acceptance_figure_is_within_its_tolerance():
@@ -103,7 +103,7 @@ def test_a_spinning_robot_keeps_its_straight_line_in_the_air():
     """No load, no force: frame rotation inside the step must not bend the path."""
     r = robot()
     drive = r.drive
-    assert drive.step(0.02, (3.0, 1.0, 12.0), [0.0] * 4) == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
+    assert hold(drive, 0.02, (3.0, 1.0, 12.0), in_air=True) == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
 
 
 def test_steady_turn_holds_speed_and_circle():
@@ -129,7 +129,7 @@ def test_odometry_knows_a_skid(limit, odometry_ok):
 
 def test_load_transfer_makes_the_front_wheels_spin_first():
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(IDEAL, drive_stator_limit=60.0), height=0.25))
-    r = PlanarChassis(drive)
+    r = DriveBench(drive)
     drive.set_volts([12.0] * 4, [0.0] * 4)
     r.run(0.2)
     assert drive.wheel_speeds()[0] > 1.2 * r.vx
@@ -153,7 +153,7 @@ def test_a_sprint_takes_as_long_as_a_team_measured(mass, limit):
         supply_limit=limit[1],
     )
     drive = TankDrive(config, battery=Battery(BatteryConfig(brownout_voltage=6.3)))
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     while chassis.x < 250 * 0.0254:
         ramped = min(12.0, 120.0 * chassis.time)
         drive.set_volts(ramped, ramped)

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
 from simcore.loop.contact import foam_force
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.world import PhysicsWorld
@@ -21,6 +21,7 @@ from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.testing.benches import LoneChassis
 
 DT = 0.02
 RADIUS = 0.075
@@ -55,7 +56,8 @@ class Pin:
         self.pieces = GamePieceManager(world, [(kind, len(places))], field_size=field)
         self.slots = self.pieces.spawn(kind.name, places)
         self.robot = ChassisSimulation(world, ChassisConfig(), pose=start)
-        self.motion = Motion(world, robots=[BareRobot(self.robot)], pieces=self.pieces)
+        self.lone = LoneChassis(self.robot)
+        self.motion = Motion(world, robots=[self.lone], pieces=self.pieces)
 
     @property
     def fuel(self) -> np.ndarray:
@@ -63,7 +65,7 @@ class Pin:
 
     def drive(self, speed: float, seconds: float, each=lambda: None) -> None:
         """Drive at a speed [m/s] for a time."""
-        self.robot.follow_velocity(speed, 0.0, 0.0)
+        self.lone.follow(speed, 0.0, 0.0)
         for _ in range(round(seconds / DT)):
             self.motion.tick()
             each()
@@ -87,18 +89,19 @@ def test_a_ball_pinned_by_a_robot_stays_before_the_wall(thickness, speed, rows, 
     with PhysicsWorld() as world:
         room(world, thickness)
         pin = Pin(world, places, (float(places[:, 0].min()) - RADIUS - 0.4 - 0.5, 4.0, 0.0), field=(FACE, 8.0))
-        farthest = [0.0]
+        farthest, gaps = [0.0], []
 
         def look():
             farthest[0] = max(farthest[0], float(pin.fuel[:, 0].max()))
+            gaps.append(FACE - pin.robot.pos[0] - 0.4)
 
         pin.drive(speed, 4.0, look)
-        held_off = FACE - pin.robot.pos[0] - 0.4
+        held_off = float(np.mean(gaps[100:]))  # foam takes little of 55 kg, which still swing on it
         assert farthest[0] < FACE - 0.005, "no center comes to the face"
         assert farthest[0] > FACE - RADIUS - 0.01, "but it was pressed against it"
         if rows * columns == 1:
             assert 2 * RADIUS - held_off == pytest.approx(2.0 * depth_at(FORCE), rel=0.1), "a ball holds the robot off"
-            assert pin.fuel[0, 0] > FACE - held_off, "it has not been let out under the bumper"
+            assert pin.fuel[0, 0] > FACE - gaps[-1], "it has not been let out under the bumper"
         else:
             corners = np.array([(0.4, 0.4, 0.05), (0.4, -0.4, 0.05), (0.4, 0.4, 0.25), (0.4, -0.4, 0.25)])
             front = (corners @ matrix(pin.robot.quat).T + pin.robot.pos)[:, 0]
@@ -117,14 +120,15 @@ def test_a_robot_that_comes_down_on_a_ball_is_carried_by_it(ahead):
 
     In the middle the ball bears all of the weight. Nearer to an end the robot stands on the ball and on two wheels: of
     moments about their axle, that of the ball's load is that of the weight. The carpet shows the load by how far the
-    ball gives way to it; 10 % for what the robot still sways.
+    ball gives way to it, in the mean of two seconds in which the robot still sways.
     """
     with PhysicsWorld() as world:
         pin = Pin(world, np.array([[4.0 + ahead, 4.0, RADIUS]]), (4.0, 4.0, 0.0))
         config, body = pin.robot.config, pin.robot
         world.set_pose(body.row, (4.0, 4.0, 0.115))
         body.read()
-        pin.drive(0.0, 3.0)
+        pushes = []
+        pin.drive(0.0, 3.0, lambda: pushes.append(foam_force(RADIUS - pin.fuel[0, 2], *FUEL.foam)))
         attitude = matrix(body.quat)
         axle = (attitude @ (-config.wheel_positions[0][0], 0.0, config.wheel_radius))[0]
         weight_at = (attitude @ (0.0, 0.0, config.center_of_mass_height))[0]
@@ -133,7 +137,7 @@ def test_a_robot_that_comes_down_on_a_ball_is_carried_by_it(ahead):
         if ahead > 0.0:
             load *= (weight_at - axle) / (ball_at - axle)
         assert body.touching.count(True) == (0 if ahead == 0.0 else 2)
-        assert foam_force(RADIUS - pin.fuel[0, 2], *FUEL.foam) == pytest.approx(load, rel=0.1)
+        assert np.mean(pushes[50:]) == pytest.approx(load, rel=0.1)
         in_frame = ((pin.fuel[0] - body.pos) @ attitude)[2] + RADIUS - config.clearance
         assert in_frame < 1.5 * depth_at(load), "and the frame stays on it"
 

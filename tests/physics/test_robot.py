@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import NonFiniteError
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
@@ -21,6 +21,7 @@ from simcore.robot.gyro import gyro_config
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.testing.benches import LoneChassis
 
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
@@ -107,7 +108,7 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         drive = TankDrive(config)
         chassis = ChassisSimulation(world, body, drivetrain=drive)
         drive.set_volts(8.0, 8.0)
-        motion = Motion(world, robots=[BareRobot(chassis)])
+        motion = Motion(world, robots=[LoneChassis(chassis)])
         for _ in range(100):
             motion.tick()
         x, y, yaw = chassis.pose
@@ -137,7 +138,7 @@ def test_a_robot_that_is_carried_forgets_how_it_moved(ticks):
         assert (robot.chassis.pos[0] > 1.3) == (ticks == 100)
         robot.reset((3.0, 3.0, 0.0))
         fresh = make(world, (6.0, 3.0, 0.0))
-        world.robots.advance(0.005, world.gravity)
+        world.advance(0.005)
         assert robot.chassis.normal_loads == pytest.approx(fresh.chassis.normal_loads, abs=0.5)
 
 

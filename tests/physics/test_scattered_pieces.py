@@ -64,7 +64,7 @@ def test_a_hit_moves_light_pieces_more():
             balls.vel[slot] = balls.spin[slot] = balls.spin[0] = 0.0
             balls.status[[0, slot]] = PieceStatus.AWAKE
             for _ in range(10):
-                match.world.balls.advance(0.002)
+                match.world.advance(0.002)
             pair = balls.mass[0] * 3.0 / (balls.mass[0] + balls.mass[slot])
             assert balls.vel[slot, 0] == pytest.approx((1.0 + BALL.restitution**2) * pair, rel=0.03)
 

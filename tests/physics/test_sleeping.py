@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from games.rebuilt.fuel import FUEL as REBUILT_FUEL
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.contact_law import WALL
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.testing.benches import LoneChassis
 
 DT = 0.02
 RADIUS = 0.075
@@ -197,8 +198,9 @@ def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed):
             pieces = make(world, 60)
             slots = pieces.spawn("Fuel", places)
             robot = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0))
-            motion = Motion(world, robots=[BareRobot(robot)], pieces=pieces)
-            robot.follow_velocity(speed, 0.0, 0.0)
+            lone = LoneChassis(robot)
+            motion = Motion(world, robots=[lone], pieces=pieces)
+            lone.follow(speed, 0.0, 0.0)
             for _ in range(round(2.0 / speed / DT)):
                 if awake:
                     keep_awake(pieces)
@@ -221,9 +223,10 @@ def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
         pieces.spawn("Fuel", grid)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(3.5, 4.0, 0.0))
         deepest = 0.0
-        motion = Motion(world, robots=[BareRobot(robot)], pieces=pieces)
+        lone = LoneChassis(robot)
+        lone.follow(4.0, 0.0, 0.0)
+        motion = Motion(world, robots=[lone], pieces=pieces)
         for _ in range(60):
-            robot.follow_velocity(4.0, 0.0, 0.0)
             motion.tick()
             away = np.abs(pieces.state.pos[:, :2] - robot.pos[:2])
             inside = (away < 0.4).all(axis=1) & (pieces.state.pos[:, 2] < 0.25)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.contact_law import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.world import PhysicsWorld
@@ -17,6 +17,7 @@ from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import Gyro, gyro_config
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
 
 DT = 0.02
@@ -43,7 +44,7 @@ def robot(world, pose=(0.0, 0.0, 0.0), *, name="robot", module=MODULE, chassis=N
 
 
 def advance(world, *robots, ticks=1, each=lambda: None):
-    motion = Motion(world, robots=[BareRobot(r.chassis) for r in robots])
+    motion = Motion(world, robots=[LoneChassis(r.chassis) for r in robots])
     for _ in range(ticks):
         motion.tick()
         each()

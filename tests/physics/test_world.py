@@ -12,12 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError, UnknownNameError
-from simcore.match.motion import BareRobot, Motion
+from simcore.match.motion import Motion
 from simcore.physics.contact_law import CARPET, WALL, TerrainSurface
 from simcore.physics.shapes import Box, Cylinder, Shape, Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
 
 ICE = TerrainSurface(name="ice", friction=0.0, restitution=0.0)
@@ -63,9 +64,10 @@ def test_the_floor_has_no_end(away):
             for x in (0.0, away)
         }
         robots = [ChassisSimulation(world, ChassisConfig(), pose=(x, 8.0, 0.3)) for x in (0.0, away)]
-        for robot in robots:
-            robot.follow_velocity(2.0, 0.0, 0.5)
-        motion = Motion(world, robots=[BareRobot(robot) for robot in robots])
+        lone = [LoneChassis(robot) for robot in robots]
+        for one in lone:
+            one.follow(2.0, 0.0, 0.5)
+        motion = Motion(world, robots=lone)
         for _ in range(50):
             motion.tick()
         for name in shapes:
@@ -232,7 +234,6 @@ def test_a_closed_world_says_so_whatever_is_asked():
         lambda: scene.world.engine.centers([row]),
         lambda: scene.world.engine.velocities([row]),
         lambda: scene.world.add_static("late", Box((1.0, 1.0, 1.0)), (0.0, 0.0, 0.0), surface=WALL),
-        lambda: scene.world.solid_rays(np.zeros((1, 3)), np.ones((1, 3))),
     ):
         with pytest.raises(EngineError, match="closed"):
             use()
@@ -240,6 +241,7 @@ def test_a_closed_world_says_so_whatever_is_asked():
 
 def test_an_error_inside_a_with_block_still_frees_the_world():
     with pytest.raises(RuntimeError, match="robot code"), PhysicsWorld() as world:
+        assert world.engine.name
         raise RuntimeError("robot code")
     with pytest.raises(EngineError, match="closed"):
         world.step(0.02)

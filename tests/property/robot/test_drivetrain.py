@@ -16,8 +16,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.wheeled_drive import PlanarChassis, normal_loads
-from simcore.units import GRAVITY
+from simcore.testing.benches import DriveBench, hold
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -103,7 +102,7 @@ def drive_around(config: SwerveConfig, battery: BatteryConfig | None, seed: int,
     rng = np.random.default_rng(seed)
     drive = SwerveDrive(config, battery=Battery(battery) if battery else None)
     drive.reset(angles=rng.uniform(-4, 4, len(config.modules)))
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     vx, vy, omega = rng.uniform(-5, 5, 3)
     chassis.reset(vx=vx, vy=vy, omega=omega)
     for k in range(n):
@@ -120,7 +119,7 @@ def test_tires_never_pull_more_than_their_grip(config, battery, seed, h):
     for drive, chassis in drive_around(config, battery, seed, h):
         force = drive.wheel_forces
         grip = np.array([m.wheel_cof for m in config.modules]) * np.array(chassis.loads)
-        assert (np.linalg.norm(force, axis=1) <= grip * (1 + 1e-9)).all()
+        assert (np.linalg.norm(force, axis=1) <= grip * (1 + 1e-9) + 1e-9).all()
         assert np.linalg.norm(force.sum(axis=0)) <= grip.sum() * (1 + 1e-9)
 
 
@@ -149,7 +148,7 @@ def test_no_motion_without_electrical_energy(config, battery, seed):
     rng = np.random.default_rng(seed)
     h = 0.004  # one inner step, so that volts times amps is the whole story
     drive = SwerveDrive(config, battery=Battery(battery) if battery else None)
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     given_energy = 0.0
     for k in range(80):
         if k % 7 == 0:
@@ -173,7 +172,7 @@ def test_wheels_in_neutral_never_speed_a_robot_up(config, seed, h):
     rng = np.random.default_rng(seed)
     drive = SwerveDrive(config)
     drive.reset(angles=rng.uniform(-4, 4, len(config.modules)))
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     vx, vy, omega = rng.uniform(-5, 5, 3)
     chassis.reset(vx=vx, vy=vy, omega=omega)
     own = sum(m.drive_inertia for m in config.modules)
@@ -202,7 +201,7 @@ def test_a_turned_field_gives_the_turned_run(config, seed, turn):
     for yaw in (0.0, turn):
         rng = np.random.default_rng(seed + 1)
         drive = SwerveDrive(config)
-        chassis = PlanarChassis(drive)
+        chassis = DriveBench(drive)
         c, s = math.cos(yaw), math.sin(yaw)
         chassis.reset(yaw=yaw, vx=c * velocity[0] - s * velocity[1], vy=s * velocity[0] + c * velocity[1])
         for k in range(40):
@@ -223,7 +222,7 @@ def test_left_and_right_are_mirror_images(seed):
     ends = []
     for mirrored in (False, True):
         drive = SwerveDrive(config)
-        chassis = PlanarChassis(drive)
+        chassis = DriveBench(drive)
         drive.set_volts(volts[swap] if mirrored else volts, -steer[swap] if mirrored else steer)
         chassis.run(0.5)
         sign = -1.0 if mirrored else 1.0
@@ -231,34 +230,12 @@ def test_left_and_right_are_mirror_images(seed):
     assert ends[0] == pytest.approx(ends[1], abs=1e-6)
 
 
-@given(robots(), st.data())
-@settings(max_examples=60)
-def test_loads_are_never_negative_and_carry_the_robot(config, data):
-    n = len(config.modules)
-    touching = data.draw(st.lists(st.booleans(), min_size=n, max_size=n))
-    gravity = data.draw(st.tuples(st.floats(-6, 6), st.floats(-6, 6), st.floats(-11, 2)))
-    accel = data.draw(st.tuples(st.floats(-15, 15), st.floats(-15, 15), st.floats(-5, 5)))
-    loads = normal_loads(config, touching, gravity, accel)
-    assert all(load >= 0.0 for load in loads)
-    assert all(load == 0.0 for load, down in zip(loads, touching, strict=True) if not down)
-    wanted = config.mass * max(0.0, accel[2] - gravity[2]) if any(touching) else 0.0
-    assert sum(loads) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
-
-
-@given(robots(), st.floats(0.0, 0.6))
-@settings(max_examples=30)
-def test_at_rest_on_a_slope_the_wheels_carry_the_cosine(config, slope):
-    gravity = (-GRAVITY * math.sin(slope), 0.0, -GRAVITY * math.cos(slope))
-    loads = normal_loads(config, [True] * len(config.modules), gravity)
-    assert sum(loads) == pytest.approx(config.mass * GRAVITY * math.cos(slope), rel=1e-9)
-
-
 @given(st.floats(-13, 13), st.floats(-13, 13), st.integers(1, 4), st.floats(0.3, 2.0), st.floats(5.0, 200.0), steps)
 @settings(max_examples=30)
 def test_tank_keeps_the_same_laws(left, right, wheels, tread, limit, h):
     xs = tuple(np.linspace(0.3, -0.3, wheels)) if wheels > 1 else (0.0,)
     drive = TankDrive(TankConfig(wheel_xs=xs, wheel_cof=tread, stator_limit=limit), battery=Battery())
-    chassis = PlanarChassis(drive)
+    chassis = DriveBench(drive)
     chassis.reset(vx=2.0, vy=-1.0, omega=1.0)
     for k in range(60):
         drive.set_volts(left if k < 40 else -left, right)
@@ -274,51 +251,8 @@ def test_drives_share_nothing():
     a, b = SwerveDrive(config, battery=Battery()), SwerveDrive(config, battery=Battery())
     a.set_volts([12.0] * 4, [3.0] * 4)
     for _ in range(50):
-        a.step(0.005, (0.0, 0.0, 0.0))
-    b_before = b.step(0.005, (0.0, 0.0, 0.0))
+        hold(a, 0.005, (0.0, 0.0, 0.0))
+    b_before = hold(b, 0.005, (0.0, 0.0, 0.0))
     assert b_before == (0.0, 0.0, 0.0)
     assert b.battery.voltage > a.battery.voltage
     assert not any(b.shaft_angles)
-
-
-@pytest.mark.parametrize("h", [0.001, 0.0025, 0.005])
-@pytest.mark.parametrize("kind", ["swerve", "tank"])
-def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
-    """Random hits, loads and volts; three wheels on a shaft are the hard case, for they slide together."""
-    rng = np.random.default_rng(5)
-    tank = TankDrive(TankConfig())
-    swerve = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0.0, y=0.0)))
-    drive = tank if kind == "tank" else swerve
-    shafts, wheels, robot = drive.shafts, drive.wheel_records, drive.robot_record[0]
-    n = len(wheels)
-    slid, short, beyond = 0, 0, 0
-    v = np.zeros(3)
-    loads = np.full(n, 500.0 / n)
-    for k in range(2000):
-        if k % 20 == 0:
-            if kind == "tank":
-                tank.set_volts(*rng.uniform(-12.0, 12.0, 2))
-            else:
-                swerve.set_volts((rng.uniform(-12.0, 12.0) * rng.uniform(0.5, 1.0, n)).tolist(), rng.uniform(-1, 1, n))
-            if rng.random() < 0.3:
-                v = rng.uniform(-1.0, 1.0, 3) * (4.0, 2.0, 6.0)
-            loads = rng.uniform(0.1, 2.0, n) * (rng.random(n) < 0.8)
-            loads *= 500.0 / max(loads.sum(), 0.1)
-        v = v + drive.step(h, tuple(v.tolist()), loads.tolist())
-        assert (robot["vx"], robot["vy"], robot["omega"]) == pytest.approx(tuple(v.tolist()), abs=1e-9)
-        turned = robot["yaw"]  # forces are of the last step in it, and slip that in the robot's axes at its end
-        c, s = math.cos(turned), math.sin(turned)
-        v = np.array((c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]))
-        for wheel in wheels:
-            shaft, grip = shafts[wheel["shaft"]], wheel["cof"] * wheel["load"]
-            c, s = shaft["cos"], shaft["sin"]
-            rim = shaft["radius"] * shaft["speed"]
-            gx, gy = v[0] - v[2] * wheel["y"], v[1] + v[2] * wheel["x"]
-            slip = math.hypot(rim - c * gx - s * gy, s * gx - c * gy)
-            force = math.hypot(wheel["force_x"], wheel["force_y"])
-            beyond += force > grip * (1.0 + 1e-9)
-            if grip > 5.0 and slip > 3.0 * (abs(rim) * shaft["slip_ratio"] + shaft["slip_speed"]):
-                slid += 1
-                short += force < 0.8 * grip
-    assert slid > 2000 and beyond == 0
-    assert short <= 0.001 * slid, f"{short} of {slid}"  # where the rounds end before all wheels agree

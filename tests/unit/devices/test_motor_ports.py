@@ -12,6 +12,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import hold
 
 
 class Angle:
@@ -61,7 +62,7 @@ def test_swerve_volts_come_from_the_motors_and_motion_goes_to_every_sensor():
     ports.write(0.7, 0.0, 0.0, [0.0] * 3)
     for _ in range(10):
         ports.read(11.5)
-        drive.step(0.005, (0.0, 0.0, 0.0))
+        hold(drive, 0.005, (0.0, 0.0, 0.0))
     ports.write(0.9, 0.0, 0.0, [0.0] * 3)
     assert drives[2].supply == steers[3].supply == 11.5
     state, m = drive.state, drive.config.modules[1]
@@ -81,7 +82,7 @@ def test_zero_volts_brake_or_coast_as_the_controller_says(coasts, slows):
     ports = SwervePorts(drive, [c.port for c in motors[:4]], [c.port for c in motors[4:]], steer_encoders=[None] * 4)
     drive.state.wheel_speed[:] = [20.0] * 4
     ports.read(12.0)
-    drive.step(0.02, (20.0 * 0.0508, 0.0, 0.0))
+    hold(drive, 0.02, (20.0 * 0.0508, 0.0, 0.0))
     current = max(abs(c) for c in drive.drive_motors.current)
     assert (current > 5.0) == slows
 
@@ -92,7 +93,7 @@ def test_tank_sides_are_their_own():
     ports = ShaftPorts(drive, ([left.port], [right.port]), encoders=encoders)
     for _ in range(40):
         ports.read(12.0)
-        drive.step(0.005, (0.0, 0.0, 0.0))
+        hold(drive, 0.005, (0.0, 0.0, 0.0))
     ports.write(0.0, 0.0, 0.0, [0.0] * 3)
     assert encoders[0].angle > 0.0 > encoders[1].angle
     assert left.rotor[0] == pytest.approx(encoders[0].angle * drive.config.gearing / math.tau)

@@ -12,16 +12,29 @@ import pytest
 from simcore.loop import compiled
 
 _TICK = """
-from simcore.physics.ball_dynamics import prepare
+from simcore.loop.step import prepare
 from simcore.loop import compiled
 prepare()
 print(compiled.cache_folder, compiled.is_prepared())
 """
 
 
-def run(**environment: str) -> subprocess.CompletedProcess[str]:
+_BUMPERS = """
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+starts = (5.38, 1.0, 0.0), (4.57, 1.0, 0.0)  # bumper to bumper, and 2 cm from the wall of the field
+with Match(Game.bare(size=(5.8, 2.0)), robots=[RobotEntry(start=start) for start in starts], seed=1) as match:
+    for robot in match.robots:
+        robot.drive.set_volts([6.0] * 4, [0.1] * 4)
+    match.play(0.2)
+    touched = match.contacts.elements(0) != set(), match.contacts.robots != set()
+    print(*touched, [robot.chassis.pos + robot.chassis.vel for robot in match.robots])
+"""
+
+
+def run(program: str = _TICK, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", _TICK], env={**os.environ, **environment}, capture_output=True, text=True, check=True
+        [sys.executable, "-c", program], env={**os.environ, **environment}, capture_output=True, text=True, check=True
     )
 
 
@@ -40,6 +53,11 @@ def test_a_second_process_says_nothing_and_compiles_nothing():
 def test_without_the_compiler_the_same_lines_run():
     done = run(NUMBA_DISABLE_JIT="1")
     assert done.stdout.split() == ["None", "True"] and not done.stderr
+
+
+def test_bumpers_that_touch_do_the_same_in_plain_python_to_the_last_bit():
+    plain, made = run(_BUMPERS, NUMBA_DISABLE_JIT="1").stdout, run(_BUMPERS).stdout
+    assert plain == made and plain.startswith("True True")
 
 
 def test_folders_that_cannot_be_written_are_no_error(monkeypatch, tmp_path):

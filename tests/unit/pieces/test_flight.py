@@ -10,7 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from games.rebuilt.fuel import FUEL
-from simcore.physics.ball_dynamics import StandingField, make_memory
+from simcore.loop.state import make_memory
+from simcore.physics.ball_dynamics import StandingField
 from simcore.physics.contact_law import CARPET
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.flight import FLIGHT_STEP, cannot_rise, flying_balls

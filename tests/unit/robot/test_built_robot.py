@@ -15,6 +15,7 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import hold
 
 SQUARE = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
 
@@ -28,7 +29,7 @@ def test_a_worn_wheel_tells_of_more_way_than_it_goes():
     worn = SwerveDrive(SQUARE, built=with_modules(wheel_radius=0.9 * SQUARE.wheel_radius))
     worn.reset(vx=1.0)
     assert worn.wheel_speeds() == pytest.approx([1.0 / 0.9] * 4)
-    worn.step(0.02, (1.0, 0.0, 0.0))
+    hold(worn, 0.02, (1.0, 0.0, 0.0))
     assert worn.wheel_distances() == pytest.approx([angle * SQUARE.wheel_radius for angle in worn.shaft_angles])
     assert worn.shaft_angles[0] > 0.1
 
@@ -39,7 +40,7 @@ def test_loops_on_board_feed_forward_what_they_know():
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]
     for drive in drives:
         drive.set_module_states([3.0] * 4, [0.0] * 4)
-        drive.step(0.02, (3.0, 0.0, 0.0))
+        hold(drive, 0.02, (3.0, 0.0, 0.0))
     plain, weak = (drive.motor_currents()["drive"][0] for drive in drives)
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
@@ -62,7 +63,7 @@ def test_a_tank_drive_turns_to_its_weaker_side():
     for right in (config, replace(config, motor=config.motor.varied(kt=1.0, resistance=1.5))):
         drive = TankDrive(config, built=(config, right))
         drive.set_volts(4.0, 4.0)
-        turns.append(drive.step(0.02, (0.0, 0.0, 0.0))[2])
+        turns.append(hold(drive, 0.02, (0.0, 0.0, 0.0))[2])
     assert turns[0] == pytest.approx(0.0, abs=1e-12) and turns[1] < -1e-3
 
 

@@ -10,7 +10,7 @@ import pytest
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive
-from simcore.robot.wheeled_drive import PlanarChassis
+from simcore.testing.benches import DriveBench, hold
 from simcore.units import GRAVITY
 
 FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0)
@@ -18,9 +18,9 @@ FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, effi
 ARM = 0.56  # |x| + |y| of its wheels [m]
 
 
-def driven(config: MecanumConfig, volts: list[float], seconds: float) -> tuple[MecanumDrive, PlanarChassis]:
+def driven(config: MecanumConfig, volts: list[float], seconds: float) -> tuple[MecanumDrive, DriveBench]:
     drive = MecanumDrive(config)
-    robot = PlanarChassis(drive)
+    robot = DriveBench(drive)
     drive.set_volts(volts)
     robot.run(seconds)
     return drive, robot
@@ -48,7 +48,7 @@ def test_it_pushes_with_its_grip_over_root_two(direction):
     drive = MecanumDrive(FREE)
     drive.set_volts([12.0 * s for s in signs])
     for _ in range(40):
-        drive.step(0.005, (0.0, 0.0, 0.0))  # held where it is
+        hold(drive, 0.005, (0.0, 0.0, 0.0))  # held where it is
     force = drive.wheel_forces.sum(axis=0)
     along, across = (force[0], force[1]) if direction == "forward" else (force[1], force[0])
     assert along == pytest.approx(FREE.wheel_cof * FREE.mass * GRAVITY / math.sqrt(2.0), rel=0.002)
@@ -58,7 +58,7 @@ def test_it_pushes_with_its_grip_over_root_two(direction):
 def test_a_roller_holds_along_its_axis_alone():
     """Front left moves freely along (1, 1), and holds along (1, -1)."""
     drive = MecanumDrive(FREE)
-    drive.step(0.005, (0.5, 0.5, 0.0))
+    hold(drive, 0.005, (0.5, 0.5, 0.0))
     forces = drive.wheel_forces
     assert forces[0] == pytest.approx((0.0, 0.0), abs=1e-9) and forces[3] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert forces[1][0] == pytest.approx(forces[1][1]) and forces[1][0] < -1.0
@@ -77,7 +77,7 @@ def test_acceleration_within_the_grip_is_that_of_motors_and_inertia():
 @pytest.mark.parametrize("speeds", [(2.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.0, 0.0, 3.0), (1.0, -1.0, 0.2)])
 def test_its_loops_drive_it_as_it_is_asked(speeds):
     drive = MecanumDrive(MecanumConfig())
-    robot = PlanarChassis(drive)
+    robot = DriveBench(drive)
     drive.set_chassis_speeds(*speeds)
     robot.run(1.5)
     yaw = robot.yaw
@@ -91,7 +91,7 @@ def test_energy_out_never_exceeds_energy_in(signs):
     """Kinetic energy of chassis and shafts is at most what the motors took, spinning and braking."""
     config = MecanumConfig()
     drive = MecanumDrive(config)
-    robot = PlanarChassis(drive)
+    robot = DriveBench(drive)
     for volts in (12.0, -12.0, 6.0, 0.0):
         drive.set_volts([volts * s for s in signs])
         for _ in range(20):

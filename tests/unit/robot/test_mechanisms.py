@@ -326,3 +326,12 @@ def test_a_servo_keeps_within_its_travel_and_holds_still_without_a_signal():
 def test_numbers_that_make_no_sense_are_refused(build, words):
     with pytest.raises(ConfigError, match=words):
         build()
+
+
+def test_a_stalled_mechanism_has_the_torque_of_its_motor_at_part_duty():
+    """A Falcon at 4 V has 2.15 N m on its vendor's dynamometer."""
+    falcon = GearboxConfig(motor=motor("Falcon 500"), gearing=1.0)
+    shaft = ShaftSim(falcon, inertia=1000.0)
+    shaft.set_volts(4.0)
+    shaft.step(0.02, 12.0)
+    assert falcon.torque_per_amp * shaft.current == pytest.approx(2.15, rel=0.05)

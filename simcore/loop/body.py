@@ -1,0 +1,701 @@
+"""Rigid bodies: rotation, motion, forces at places, and how a robot touches the field and other robots.
+
+A robot is one rigid body. Each wheel is a soft ball under its hub, whose spring gives the wheel's load; corners and
+sides of bumpers and frame are small soft balls, and edges of what stands on the field press into the box of bumpers and
+frame and push it out through its nearest face. Load transfer, tipping, ramps, falls, a robot on its back and one on top
+of another follow from forces at these places.
+
+A contact that is deeper than its approach explains, as when a robot tips beyond the angle at which its bumpers are met
+in plan, was not pressed so deep by anything: what there is more of the depth (`put_in`) gives no force.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simcore.loop.compiled import compiled
+from simcore.loop.neighbours import cell_range, is_outside
+from simcore.loop.robot_state import SPRINGS, TOUCHES
+from simcore.loop.solids import nearest_point
+
+__all__ = [
+    "drift",
+    "find_spring",
+    "give",
+    "kick_and_drift",
+    "note_touch",
+    "place",
+    "push",
+    "rotate",
+    "rotate_back",
+    "touch_each_other",
+    "touch_field",
+    "touch_plates",
+    "turned_rate",
+]
+
+UPRIGHT = math.cos(math.radians(25.0))
+"""Cosine of the tilt up to which bumpers meet walls in plan: a bump's 16 degrees with some to spare."""
+_LOOK = 0.005  # [m]; gaps up to here are known
+_MOST_NEAR = 64  # solids near a robot that it may touch
+_MOST_ENDS = 24  # of edges in the box of a robot's bumpers or frame
+_SLIDES = 0.1  # friction of skids and plates under a frame on the field; estimate
+_RUBS = 0.4  # friction of the rest of a robot on the field and on other robots; estimate
+_SLACK = 2e-4  # [m]; by so much a contact may be deeper than its approach explains
+_OUT_TIME = 0.03  # [s] and
+_OUT_SPEED = 0.05  # [m/s]: so fast a robot comes out of what it was put into
+_FLOOR = -1
+_EDGES, _POINTS = 10**10, 10**12  # keys of contacts: from here on those of edges, and of points
+
+
+@compiled
+def rotate(quat, x, y, z):
+    """Return a vector of a body in the axes of the field."""
+    a, b, c, w = quat[0], quat[1], quat[2], quat[3]
+    tx = 2.0 * (b * z - c * y)
+    ty = 2.0 * (c * x - a * z)
+    tz = 2.0 * (a * y - b * x)
+    return x + w * tx + b * tz - c * ty, y + w * ty + c * tx - a * tz, z + w * tz + a * ty - b * tx
+
+
+@compiled
+def rotate_back(quat, x, y, z):
+    """Return a vector of the field in the axes of a body."""
+    return rotate((-quat[0], -quat[1], -quat[2], quat[3]), x, y, z)
+
+
+@compiled
+def place(body):
+    """Work out axes and center of mass from the pose."""
+    x = body.quat[0]
+    y = body.quat[1]
+    z = body.quat[2]
+    w = body.quat[3]
+    axes = body.axes
+    axes[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    axes[0, 1] = 2.0 * (x * y - z * w)
+    axes[0, 2] = 2.0 * (x * z + y * w)
+    axes[1, 0] = 2.0 * (x * y + z * w)
+    axes[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    axes[1, 2] = 2.0 * (y * z - x * w)
+    axes[2, 0] = 2.0 * (x * z - y * w)
+    axes[2, 1] = 2.0 * (y * z + x * w)
+    axes[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    for k in range(3):
+        if body.swings:
+            body.com[k] = body.center[k]
+        else:
+            body.com[k] = (
+                body.pos[k] + axes[k, 0] * body.center[0] + axes[k, 1] * body.center[1] + axes[k, 2] * body.center[2]
+            )
+
+
+@compiled
+def drift(body, h):
+    """Move a body on with the velocity that it has, for h [s]."""
+    ox = body.pos[0] - body.com[0]
+    oy = body.pos[1] - body.com[1]
+    oz = body.pos[2] - body.com[2]
+    ox, oy, oz = rotate_back(body.quat, ox, oy, oz)
+    q = body.quat
+    a = 0.5 * h * body.rate[0]
+    b = 0.5 * h * body.rate[1]
+    c = 0.5 * h * body.rate[2]
+    x = q[0] + a * q[3] + b * q[2] - c * q[1]
+    y = q[1] + b * q[3] + c * q[0] - a * q[2]
+    z = q[2] + c * q[3] + a * q[1] - b * q[0]
+    w = q[3] - a * q[0] - b * q[1] - c * q[2]
+    scale = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+    q[0] = x * scale
+    q[1] = y * scale
+    q[2] = z * scale
+    q[3] = w * scale
+    for k in range(3):
+        body.com[k] += h * body.vel[k]
+    ox, oy, oz = rotate(q, ox, oy, oz)
+    body.pos[0] = body.com[0] + ox
+    body.pos[1] = body.com[1] + oy
+    body.pos[2] = body.com[2] + oz
+    place(body)
+
+
+@compiled
+def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
+    """Change the velocity of a body as if it had been so from the start of the last step of h [s]."""
+    body = bodies[b]
+    kept = (body.vel[0], body.vel[1], body.vel[2], body.rate[0], body.rate[1], body.rate[2])
+    place(body)
+    for k in range(3):
+        body.vel[k] = (vx, vy, vz)[k]
+        body.rate[k] = (wx, wy, wz)[k]
+    drift(body, h)
+    for k in range(3):
+        body.vel[k] += kept[k]
+        body.rate[k] += kept[3 + k]
+
+
+@compiled
+def turned_rate(body, tx, ty, tz, h):
+    """Return the angular velocity after h [s] under a moment [N m], both in body axes [rad/s]."""
+    wx, wy, wz = rotate_back(body.quat, body.rate[0], body.rate[1], body.rate[2])
+    ix = body.inertia[0]
+    iy = body.inertia[1]
+    iz = body.inertia[2]
+    return (
+        wx + h * (tx - (iz - iy) * wy * wz) / ix,
+        wy + h * (ty - (ix - iz) * wz * wx) / iy,
+        wz + h * (tz - (iy - ix) * wx * wy) / iz,
+    )
+
+
+@compiled
+def change_velocity(body, jx, jy, jz, ax, ay, az):
+    """Give a body an impulse [N s] with an angular impulse about its center of mass [N m s]."""
+    if not body.swings:
+        body.vel[0] += jx / body.mass
+        body.vel[1] += jy / body.mass
+        body.vel[2] += jz / body.mass
+    for axis in range(3):
+        u, v, w = body.principal[0, axis], body.principal[1, axis], body.principal[2, axis]
+        px = body.axes[0, 0] * u + body.axes[0, 1] * v + body.axes[0, 2] * w
+        py = body.axes[1, 0] * u + body.axes[1, 1] * v + body.axes[1, 2] * w
+        pz = body.axes[2, 0] * u + body.axes[2, 1] * v + body.axes[2, 2] * w
+        spin = (px * ax + py * ay + pz * az) / body.inertia[axis]
+        body.rate[0] += spin * px
+        body.rate[1] += spin * py
+        body.rate[2] += spin * pz
+
+
+@compiled
+def give(body, jx, jy, jz, ax, ay, az):
+    """Give a body an impulse [N s] at a place from its center [m].
+
+    What carries robots yields at once, as robots do; the engine's bodies get it after the call.
+    """
+    mx = ay * jz - az * jy
+    my = az * jx - ax * jz
+    mz = ax * jy - ay * jx
+    if body.is_robot or body.carries:
+        change_velocity(body, jx, jy, jz, mx, my, mz)
+    body.impulse[0] += jx
+    body.impulse[1] += jy
+    body.impulse[2] += jz
+    body.impulse[3] += mx
+    body.impulse[4] += my
+    body.impulse[5] += mz
+
+
+@compiled
+def push(robot, ax, ay, az, fx, fy, fz):
+    """Let a force [N] act on a robot in this step, at a place from its center of mass [m]."""
+    robot.press[0] += fx
+    robot.press[1] += fy
+    robot.press[2] += fz
+    robot.twist[0] += ay * fz - az * fy
+    robot.twist[1] += az * fx - ax * fz
+    robot.twist[2] += ax * fy - ay * fx
+
+
+@compiled
+def note_touch(robot, row):
+    """Note the row of what a robot touches."""
+    for k in range(robot.touched):
+        if robot.touches[k] == row:
+            return
+    if robot.touched < TOUCHES:
+        robot.touches[robot.touched] = row
+        robot.touched += 1
+
+
+@compiled
+def find_spring(springs, r, key, stamp):
+    """Find the friction of a contact of robot r: where it is, and whether the contact is new.
+
+    That of a new one takes the place of the one that is over for the longest.
+    """
+    oldest = 0
+    for k in range(SPRINGS):
+        one = springs[r, k]
+        if one.key == key and one.stamp >= stamp - 1:
+            one.stamp = stamp
+            return k, False
+        if one.stamp < springs[r, oldest].stamp:
+            oldest = k
+    one = springs[r, oldest]
+    one.key = key
+    one.stamp = stamp
+    one.stretch[0] = 0.0
+    one.stretch[1] = 0.0
+    one.stretch[2] = 0.0
+    one.put_in = 0.0
+    return oldest, True
+
+
+@compiled
+def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
+    """Find the force of a soft contact with friction that has a memory.
+
+    Args:
+        robot: That has it.
+        r: Its number.
+        springs: Of all contacts.
+        key: What touches what.
+        stamp: Number of the step.
+        depth: [m]
+        nx: Unit normal towards the robot.
+        ny: The same.
+        nz: The same.
+        ax: Place from its center of mass [m].
+        ay: The same.
+        az: The same.
+        ux: Velocity of the robot there, relative to what it touches [m/s].
+        uy: The same.
+        uz: The same.
+        k: Stiffness [N/m].
+        c: Damping [N s/m].
+        friction: Coefficient [-].
+        h: Step [s].
+
+    Returns:
+        Normal force [N], and the whole one [N, N, N].
+    """
+    out = ux * nx + uy * ny + uz * nz
+    slot, is_new = find_spring(springs, r, key, stamp)
+    spring = springs[r, slot]
+    if is_new or robot.is_put:
+        spring.put_in = max(0.0, depth - max(0.0, -out) * h - _SLACK)
+    spring.put_in = min(spring.put_in, depth)
+    if spring.put_in > 0.0 and abs(nz) < 0.7:  # up and down its weight presses it out, or holds it
+        way = min(spring.put_in, (spring.put_in / _OUT_TIME + _OUT_SPEED) * h)
+        robot.shift[0] += way * nx
+        robot.shift[1] += way * ny
+    load = k * (depth - spring.put_in) - c * out
+    if load <= 0.0:
+        spring.stretch[0] = 0.0
+        spring.stretch[1] = 0.0
+        spring.stretch[2] = 0.0
+        return 0.0, 0.0, 0.0, 0.0
+    ux -= out * nx
+    uy -= out * ny
+    uz -= out * nz
+    x = spring.stretch[0] + ux * h
+    y = spring.stretch[1] + uy * h
+    z = spring.stretch[2] + uz * h
+    out = x * nx + y * ny + z * nz  # the surface may have turned
+    x -= out * nx
+    y -= out * ny
+    z -= out * nz
+    stiffness = 0.5 * k
+    damping = 0.5 * c
+    fx = -stiffness * x - damping * ux
+    fy = -stiffness * y - damping * uy
+    fz = -stiffness * z - damping * uz
+    size = math.sqrt(fx * fx + fy * fy + fz * fz)
+    if size > friction * load:  # it slips
+        share = friction * load / size
+        fx *= share
+        fy *= share
+        fz *= share
+        x = -(fx + damping * ux) / stiffness
+        y = -(fy + damping * uy) / stiffness
+        z = -(fz + damping * uz) / stiffness
+        longest = friction * load / stiffness
+        size = math.sqrt(x * x + y * y + z * z)
+        if size > longest:
+            x *= longest / size
+            y *= longest / size
+            z *= longest / size
+    spring.stretch[0] = x
+    spring.stretch[1] = y
+    spring.stretch[2] = z
+    return load, fx + load * nx, fy + load * ny, fz + load * nz
+
+
+@compiled
+def _velocity(body, ax, ay, az):
+    """Return the velocity of a place from the center of mass of a body [m/s]."""
+    vel = body.vel
+    rate = body.rate
+    return (
+        vel[0] + rate[1] * az - rate[2] * ay,
+        vel[1] + rate[2] * ax - rate[0] * az,
+        vel[2] + rate[0] * ay - rate[1] * ax,
+    )
+
+
+@compiled
+def _add_load(point, load, nx, ny, nz, ax, ay, az):
+    """Add a contact of a point: the mean of several has their mean place and direction."""
+    share = load / (point.load + load)
+    point.normal[0] += share * (nx - point.normal[0])
+    point.normal[1] += share * (ny - point.normal[1])
+    point.normal[2] += share * (nz - point.normal[2])
+    point.arm[0] += share * (ax - point.arm[0])
+    point.arm[1] += share * (ay - point.arm[1])
+    point.arm[2] += share * (az - point.arm[2])
+    point.load += load
+
+
+@compiled
+def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, h):
+    """Press one wheel or point of a robot against the field."""
+    robot = fleet.robots[r]
+    point = fleet.points[i]
+    ax -= (point.radius - depth) * nx
+    ay -= (point.radius - depth) * ny
+    az -= (point.radius - depth) * nz
+    ux, uy, uz = _velocity(body, ax, ay, az)
+    if point.is_wheel:  # tires have their own friction
+        load = point.stiffness * depth - point.damping * (ux * nx + uy * ny + uz * nz)
+        if load > 0.0:
+            push(robot, ax, ay, az, load * nx, load * ny, load * nz)
+            _add_load(point, load, nx, ny, nz, ax, ay, az)
+        return
+    _, fx, fy, fz = _press(
+        robot, r, fleet.springs, _POINTS + (i - robot.first_point) * 100000 + what, fleet.clock[0], depth, nx, ny, nz,
+        ax, ay, az, ux, uy, uz, point.stiffness, point.damping, _RUBS, h,
+    )  # fmt: skip
+    push(robot, ax, ay, az, fx, fy, fz)
+
+
+# --- edges of the field in the box of a robot's bumpers or frame ------------------------------------------------------
+
+
+@compiled
+def _clip(ax, ay, az, bx, by, bz, half, ends, n):
+    """Clip an edge to a box around the origin, into two rows of `ends`; returns their number."""
+    t0 = 0.0
+    t1 = 1.0
+    for axis in range(3):
+        a = ax if axis == 0 else ay if axis == 1 else az
+        d = (bx if axis == 0 else by if axis == 1 else bz) - a
+        for sign in (-1.0, 1.0):
+            over = sign * a - half[axis]
+            rise = sign * d
+            if rise == 0.0:
+                if over >= 0.0:
+                    return n
+            elif rise > 0.0:
+                t1 = min(t1, -over / rise)
+            else:
+                t0 = max(t0, -over / rise)
+    if t0 >= t1 or n + 2 > _MOST_ENDS:
+        return n
+    for k in range(2):
+        t = t0 if k == 0 else t1
+        ends[n, 0] = ax + t * (bx - ax)
+        ends[n, 1] = ay + t * (by - ay)
+        ends[n, 2] = az + t * (bz - az)
+        n += 1
+    return n
+
+
+@compiled
+def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
+    """Press the edges of a solid of the field into a box of a robot: out through its nearest face."""
+    robot = fleet.robots[r]
+    part = fleet.parts[p]
+    middle = 0.5 * (part.bottom + part.top)
+    half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
+    quat = body.quat
+    far = half[0] + half[1] + half[2]
+    n = 0
+    corner = solids.corner
+    for t in range(solids.first[s], solids.first[s + 1]):
+        for e in range(3):
+            i = 3 * e
+            j = 3 * ((e + 1) % 3)
+            ax = corner[t, i]
+            ay = corner[t, i + 1]
+            az = corner[t, i + 2]
+            bx = corner[t, j]
+            by = corner[t, j + 1]
+            bz = corner[t, j + 2]
+            if ax > bx or (ax == bx and (ay > by or (ay == by and az > bz))):
+                continue  # the other triangle has it the other way round
+            cx = body.com[0]
+            cy = body.com[1]
+            cz = body.com[2]
+            if (
+                min(ax, bx) > cx + far or max(ax, bx) < cx - far or min(ay, by) > cy + far or max(ay, by) < cy - far
+                or min(az, bz) > cz + far or max(az, bz) < cz - far
+            ):  # fmt: skip
+                continue
+            ax, ay, az = rotate_back(quat, ax - body.pos[0], ay - body.pos[1], az - body.pos[2])
+            bx, by, bz = rotate_back(quat, bx - body.pos[0], by - body.pos[1], bz - body.pos[2])
+            before = n
+            n = _clip(ax - part.x, ay - part.y, az - middle, bx - part.x, by - part.y, bz - middle, half, ends, n)
+            for k in range(before, n):
+                keys[k] = _EDGES + ((p - robot.first_part) * 1000000 + 3 * t + e) * 2 + k - before
+    if n == 0:
+        return
+    best = math.inf
+    face = 0
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            most = 0.0
+            for k in range(n):
+                most = max(most, half[axis] - sign * ends[k, axis])
+            if most < best:
+                best = most
+                face = 2 * axis + (1 if sign > 0.0 else 0)
+    axis = face // 2
+    sign = 1.0 if face % 2 else -1.0
+    # the field's edge is pushed out along the face's normal, so the robot goes the other way
+    nx = -sign * body.axes[0, axis]
+    ny = -sign * body.axes[1, axis]
+    nz = -sign * body.axes[2, axis]
+    stiffness = part.edge_stiffness
+    damping = part.edge_damping * 4.0 / max(4.0, float(n))
+    friction = _SLIDES if face == 4 else _RUBS
+    for k in range(n):
+        depth = half[axis] - sign * ends[k, axis]
+        ax, ay, az = rotate(
+            quat, ends[k, 0] + part.x - body.center[0], ends[k, 1] + part.y - body.center[1],
+            ends[k, 2] + middle - body.center[2],
+        )  # fmt: skip
+        ux, uy, uz = _velocity(body, ax, ay, az)
+        load, fx, fy, fz = _press(
+            robot, r, fleet.springs, keys[k], fleet.clock[0], depth, nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness,
+            damping, friction, h,
+        )  # fmt: skip
+        if load > 0.0:
+            push(robot, ax, ay, az, fx, fy, fz)
+            note_touch(robot, solids.row[s])
+
+
+@compiled
+def touch_field(fleet, r, bodies, solids, has_floor, h):
+    """Press wheels, bumpers and frame of a robot against floor and field.
+
+    Args:
+        fleet: All robots.
+        r: Which.
+        bodies: All.
+        solids: Of the field.
+        has_floor: Whether there is a floor at z = 0.
+        h: Step [s].
+    """
+    robot = fleet.robots[r]
+    body = bodies[robot.body]
+    low = solids.cell_low
+    nx_cells = solids.cell_count[0]
+    ny_cells = solids.cell_count[1]
+    up = body.axes[2, 2]
+    sine = math.sqrt(max(0.0, 1.0 - up * up))
+    # lowest of bumpers and frame, and of all
+    lowest = body.pos[2] + min(robot.low * up, robot.high * up) - robot.reach * sine
+    soles = min(lowest, body.pos[2] - robot.reach * sine) - 2.0 * _LOOK
+    near = np.empty(_MOST_NEAR, np.int64)
+    count = 0
+    x0, x1 = cell_range(body.com[0] - robot.reach, body.com[0] + robot.reach, low[0], low[2], nx_cells)
+    y0, y1 = cell_range(body.com[1] - robot.reach, body.com[1] + robot.reach, low[1], low[2], ny_cells)
+    for cx in range(x0, x1 + 1):
+        for cy in range(y0, y1 + 1):
+            cell = cx * ny_cells + cy
+            for e in range(solids.cell_first[cell], solids.cell_first[cell + 1]):
+                s = solids.cell_solid[e]
+                if solids.is_in_plan[s] and robot.is_upright:
+                    continue
+                if solids.box[s, 5] < soles:
+                    continue
+                if is_outside(solids.box, s, body.com[0], body.com[1], body.com[2], body.reach):
+                    continue
+                known = False
+                for k in range(count):
+                    known = known or near[k] == s
+                if not known and count < _MOST_NEAR:
+                    near[count] = s
+                    count += 1
+    if count > 0:
+        ends = np.empty((_MOST_ENDS, 3))
+        keys = np.empty(_MOST_ENDS, np.int64)
+        for k in range(count):
+            if solids.box[near[k], 5] > lowest:
+                for p in range(robot.first_part, robot.last_part):
+                    _press_edges(fleet, r, body, p, solids, near[k], ends, keys, h)
+    is_low = count > 0 or (has_floor and lowest < 0.0)
+    for i in range(robot.first_point, robot.last_point):
+        point = fleet.points[i]
+        point.load = 0.0
+        point.on = -1
+        for k in range(3):
+            point.normal[k] = 0.0
+            point.arm[k] = 0.0
+        if not (point.is_wheel or is_low):
+            continue
+        radius = point.radius
+        ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+        x = body.com[0] + ax
+        y = body.com[1] + ay
+        z = body.com[2] + az
+        point.gap = z - radius if has_floor else _LOOK
+        if has_floor and z < radius:
+            _press_point(fleet, r, body, i, _FLOOR, radius - z, 0.0, 0.0, 1.0, ax, ay, az, h)
+        best = 0.0
+        solid = 0
+        bx = 0.0
+        by = 0.0
+        bz = 1.0
+        for k in range(count):
+            s = near[k]
+            if is_outside(solids.box, s, x, y, z, radius + _LOOK):
+                continue
+            d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _LOOK, solids.first, solids.plane, solids.corner)
+            point.gap = min(point.gap, d - radius)
+            if radius - d > best:
+                best = radius - d
+                solid = s
+                bx = nx
+                by = ny
+                bz = nz
+        if best > 0.0:
+            _press_point(fleet, r, body, i, solid, best, bx, by, bz, ax, ay, az, h)
+            note_touch(robot, solids.row[solid])
+
+
+@compiled
+def touch_plates(fleet, r, bodies, solids, h):
+    """Press wheels and points of a robot into the bodies that carry robots, which give way."""
+    robot = fleet.robots[r]
+    body = bodies[robot.body]
+    for b in range(len(bodies)):
+        plate = bodies[b]
+        if not plate.carries:
+            continue
+        dx = body.com[0] - plate.pos[0]
+        dy = body.com[1] - plate.pos[1]
+        dz = body.com[2] - plate.pos[2]
+        far = body.reach + plate.reach
+        if dx * dx + dy * dy + dz * dz > far * far:
+            continue
+        for i in range(robot.first_point, robot.last_point):
+            point = fleet.points[i]
+            radius = point.radius
+            ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+            x, y, z = rotate_back(
+                plate.quat, body.com[0] + ax - plate.pos[0], body.com[1] + ay - plate.pos[1],
+                body.com[2] + az - plate.pos[2],
+            )  # fmt: skip
+            for s in range(plate.first_solid, plate.last_solid):
+                if is_outside(solids.box, s, x, y, z, radius + _LOOK):
+                    continue
+                d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _LOOK, solids.first, solids.plane, solids.corner)
+                point.gap = min(point.gap, d - radius)
+                if d >= radius:
+                    continue
+                nx, ny, nz = rotate(plate.quat, nx, ny, nz)
+                px = ax - d * nx
+                py = ay - d * ny
+                pz = az - d * nz
+                cx = px + body.com[0] - plate.com[0]
+                cy = py + body.com[1] - plate.com[1]
+                cz = pz + body.com[2] - plate.com[2]
+                ux, uy, uz = _velocity(body, px, py, pz)
+                vx, vy, vz = _velocity(plate, cx, cy, cz)
+                ux -= vx
+                uy -= vy
+                uz -= vz
+                fx = 0.0
+                fy = 0.0
+                fz = 0.0
+                if point.is_wheel:
+                    load = point.stiffness * (radius - d) - point.damping * (ux * nx + uy * ny + uz * nz)
+                    if load > 0.0:
+                        point.on = b
+                        _add_load(point, load, nx, ny, nz, px, py, pz)
+                        fx = load * nx
+                        fy = load * ny
+                        fz = load * nz
+                else:
+                    key = _POINTS + (i - robot.first_point) * 100000 + s
+                    load, fx, fy, fz = _press(
+                        robot, r, fleet.springs, key, fleet.clock[0], radius - d, nx, ny, nz, px, py, pz, ux, uy, uz,
+                        point.stiffness, point.damping, _RUBS, h,
+                    )  # fmt: skip
+                if load > 0.0:
+                    push(robot, px, py, pz, fx, fy, fz)
+                    give(plate, -h * fx, -h * fy, -h * fz, cx, cy, cz)
+                    note_touch(robot, plate.row)
+
+
+# --- robots that lie, or stand on another one ------------------------------------------------------------------------
+
+
+@compiled
+def _box_gap(part, x, y, z):
+    """Find the distance of a place from a box of a robot, in the robot's frame, and the way out."""
+    middle = 0.5 * (part.bottom + part.top)
+    half = (part.half_length, part.half_width, 0.5 * (part.top - part.bottom))
+    at = (x - part.x, y - part.y, z - middle)
+    dx = at[0] - max(-half[0], min(half[0], at[0]))
+    dy = at[1] - max(-half[1], min(half[1], at[1]))
+    dz = at[2] - max(-half[2], min(half[2], at[2]))
+    size = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if size > 0.0:
+        return size, dx / size, dy / size, dz / size
+    best = -math.inf
+    axis = 0
+    for k in range(3):
+        over = abs(at[k]) - half[k]
+        if over > best:
+            best = over
+            axis = k
+    sign = 1.0 if at[axis] >= 0.0 else -1.0
+    return best, sign if axis == 0 else 0.0, sign if axis == 1 else 0.0, sign if axis == 2 else 0.0
+
+
+@compiled
+def _press_into(fleet, r, q, body, other, h):
+    """Press wheels and points of robot r into bumpers and frame of robot q."""
+    robot = fleet.robots[r]
+    beneath = fleet.robots[q]
+    quat = other.quat
+    for i in range(robot.first_point, robot.last_point):
+        point = fleet.points[i]
+        ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
+        x, y, z = rotate_back(
+            quat, body.com[0] + ax - other.pos[0], body.com[1] + ay - other.pos[1], body.com[2] + az - other.pos[2]
+        )
+        best = 0.0
+        bx = 0.0
+        by = 0.0
+        bz = 1.0
+        for p in range(beneath.first_part, beneath.last_part):
+            d, nx, ny, nz = _box_gap(fleet.parts[p], x, y, z)
+            if point.radius - d > best:
+                best = point.radius - d
+                bx = nx
+                by = ny
+                bz = nz
+        if best <= 0.0:
+            continue
+        nx, ny, nz = rotate(quat, bx, by, bz)
+        ax -= (point.radius - best) * nx
+        ay -= (point.radius - best) * ny
+        az -= (point.radius - best) * nz
+        cx = ax + body.com[0] - other.com[0]
+        cy = ay + body.com[1] - other.com[1]
+        cz = az + body.com[2] - other.com[2]
+        ux, uy, uz = _velocity(body, ax, ay, az)
+        vx, vy, vz = _velocity(other, cx, cy, cz)
+        load, fx, fy, fz = _press(
+            robot, r, fleet.springs, -_POINTS - (i - robot.first_point) * 1000 - q, fleet.clock[0], best, nx, ny, nz,
+            ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness, point.damping, _RUBS, h,
+        )  # fmt: skip
+        if load > 0.0:
+            push(robot, ax, ay, az, fx, fy, fz)
+            push(beneath, cx, cy, cz, -fx, -fy, -fz)
+            note_touch(robot, other.row)
+            note_touch(beneath, body.row)
+
+
+@compiled
+def touch_each_other(fleet, r, q, bodies, h):
+    """Press two robots that lie, or of which one is above the other, against each other."""
+    body = bodies[fleet.robots[r].body]
+    other = bodies[fleet.robots[q].body]
+    _press_into(fleet, r, q, body, other, h)
+    _press_into(fleet, q, r, other, body, h)

@@ -1,0 +1,132 @@
+"""The loop: robots and balls of a world by steps of 1 ms.
+
+In each step all robots are kicked by their forces. Then they drift on, and in the middle of the step balls and robots
+push each other: what one gets the other one gives, in the same step.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from simcore.loop.balls import any_moves, depth_at, drift_balls, end_balls, list_contacts, step_balls
+from simcore.loop.body import drift, kick_and_drift, place
+from simcore.loop.compiled import compiled, preparing
+from simcore.loop.contact import DAMPING_RATIOS
+from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
+from simcore.loop.robots import begin_robots, end_robots, kick_robots, settle
+from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
+from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
+from simcore.typing import FloatArray
+
+__all__ = ["advance", "prepare"]
+
+_LISTED = 0.005  # [s], longest time for which one list of neighbours is used
+
+
+@compiled
+def advance(
+    fleet: Fleet, bodies: Records, balls: Balls, memory: Memory, solids: Solids, floor: Floor, table: FloatArray,
+    h: float,
+) -> int:  # fmt: skip
+    """Move all robots and balls for h [s].
+
+    Args:
+        fleet: All robots.
+        bodies: Of robots, and those of the engine, which move on with the velocity that they have.
+        balls: All of them; those on the field move.
+        memory: Of their friction.
+        solids: What stands on the field, and of what bodies consist.
+        floor: The floor, and gravity.
+        table: `DAMPING_RATIOS`.
+        h: How long [s].
+
+    Returns:
+        Number of a robot whose pose or velocity is not finite, and nothing has moved; -1: none.
+    """
+    lost = begin_robots(fleet, bodies)
+    if lost >= 0:
+        return lost
+    for b in range(len(bodies)):
+        if not bodies[b].is_robot and bodies[b].is_active:
+            place(bodies[b])
+            for k in range(6):
+                bodies[b].impulse[k] = 0.0
+    parts = max(1, math.ceil(h / _LISTED - 1e-9))
+    for _ in range(parts):
+        _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h / parts, h)
+    end_robots(fleet, h)
+    return -1
+
+
+@compiled
+def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call):
+    """Move everything for h [s] of the call, with one list of what may touch."""
+    steps = math.ceil(h / STEP - 1e-9)
+    dt = h / steps
+    has_balls = any_moves(balls, bodies)
+    lists, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
+    has_balls = has_balls and lists[1] > 0
+    force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
+    step = dt  # of the balls
+    if has_balls:
+        drift_balls(balls, lists, 0.5 * step)
+    for number in range(steps):
+        kick_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
+        for r in range(len(fleet.robots)):
+            for k in range(3):
+                bodies[fleet.robots[r].body].com[k] += fleet.robots[r].shift[k]
+                bodies[fleet.robots[r].body].pos[k] += fleet.robots[r].shift[k]
+        left = dt
+        at = 0.0  # of the bodies, within the step
+        while left > 1e-9:
+            middle = dt - left + 0.5 * step
+            if not has_balls:
+                middle = 0.5 * dt
+                step = dt
+            _drift_bodies(bodies, middle - at, call)
+            at = middle
+            left -= step
+            if has_balls:
+                rest = left if left > 1e-9 else dt if number + 1 < steps else 0.0
+                step = step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force, step, rest)
+        _drift_bodies(bodies, dt - at, call)
+    if has_balls:
+        end_balls(balls, lists, h)
+
+
+@compiled
+def _drift_bodies(bodies, h, call):
+    """Move all bodies on for h [s] of the call."""
+    part = h / call
+    for b in range(len(bodies)):
+        body = bodies[b]
+        if body.is_robot:
+            for k in range(3):
+                body.mean_twist[k] += part * body.vel[k]
+                body.mean_twist[3 + k] += part * body.rate[k]
+        if body.carries:  # or what stands on it would sink with it until the engine has its say
+            for k in range(3):
+                body.rate[k] += h * body.pull[k]
+        if body.is_robot or body.is_active:
+            drift(body, h)
+
+
+@cache
+def prepare() -> None:
+    """Compile the loop for this computer, or load what was compiled before, so that no tick waits for it."""
+    fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
+    for name in ("mass", "inertia"):
+        bodies[name] = 1.0
+    bodies["quat"] = 0.0, 0.0, 0.0, 1.0
+    balls, memory = make_balls(np.zeros(1, np.uint8), np.zeros((1, 3)), np.zeros((1, 3))), make_memory(1)
+    floor = Floor(9.8, True, 1.0, 0.5, 0.0, True)
+    with preparing("step.advance"):
+        advance(fleet, bodies, balls, memory, NO_SOLIDS, floor, DAMPING_RATIOS, STEP)
+        settle(fleet, 0, bodies, NO_SOLIDS, True, 9.8, 1.0)
+        kick_and_drift(bodies, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, STEP)
+        depth_at(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1)
+        first_hits(NO_SOLIDS, bodies, True, start, start, False, -1, False, np.ones(1), np.zeros(1, np.int64))
+        find_in_box(NO_SOLIDS, 0.0, 0.0, 0.0, 0.1, 0.1, 0.0, 0.1, np.zeros(0, np.uint8))

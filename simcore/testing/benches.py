@@ -1,0 +1,190 @@
+"""Benches for tests: a drivetrain alone on an endless carpet, and a chassis that forces move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from simcore.geometry.rotation import Vector, cross, from_yaw, rotate, rotate_back
+from simcore.loop.robot_state import STEP
+from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution
+from simcore.robot.wheeled_drive import WheeledDrive
+from simcore.units import GRAVITY
+
+__all__ = ["DriveBench", "LoneChassis", "hold"]
+
+
+class DriveBench:
+    """A robot that is nothing but a drivetrain, on an endless carpet, level or sloped up along the field's x axis.
+
+    Args:
+        drive: Any drivetrain.
+        slope: Of the ground, up along x [rad].
+    """
+
+    def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
+        self.drive, self.slope, self.time = drive, slope, 0.0
+        c, robot = drive.config, drive.robot
+        size = 2.0 * max(max(abs(x), abs(y)) for x, y in c.wheel_positions) + 0.2
+        body = ChassisConfig(
+            mass=robot.mass, bumper_length=size, bumper_width=size, wheel_positions=c.wheel_positions,
+            yaw_inertia=robot.yaw_inertia,
+        )  # fmt: skip
+        self.world = PhysicsWorld()
+        roll, pitch, _ = body.inertia
+        mass = MassDistribution(robot.mass, robot.center_of_mass, (roll, pitch, robot.yaw_inertia))
+        self.chassis = ChassisSimulation(self.world, body, drivetrain=drive, mass=mass)
+        self.ax = self.ay = 0.0
+        """Acceleration of the center of mass in the last step [m/s^2]."""
+
+    def reset(self, *, yaw: float = 0.0, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
+        """Put the robot at the origin, with a velocity in field axes."""
+        self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
+        self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
+        self.chassis.read()
+        self.time = 0.0
+
+    def lift(self) -> None:
+        """Take the robot off the carpet, and its weight from it."""
+        mass = self.chassis.distribution.mass
+        self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
+        self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
+
+    def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Advance by h [s] with an outside force (x, y [N], torque [N m]) on the center of mass."""
+        weight = self.chassis.distribution.mass * GRAVITY
+        if self.slope or any(force):
+            along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
+            self.chassis.apply_forces((force[0] + along, force[1], up), (0.0, 0.0, force[2]))
+        before = self.chassis.vel
+        self.world.advance(h)
+        self.chassis.read()
+        self.ax, self.ay = ((now - then) / h for now, then in zip(self.chassis.vel[:2], before[:2], strict=True))
+        self.time += h
+
+    def hold(self, h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
+        """Hold the robot at a velocity over ground for h [s]; returns how much its tires would have changed it.
+
+        Args:
+            h: [s]
+            velocity: Of its center of mass, robot axes [m/s, m/s, rad/s].
+            in_air: Whether its wheels are off the carpet.
+        """
+        self.reset()
+        if in_air:
+            self.lift()
+        steps, changes = max(1, round(h / STEP)), [0.0, 0.0, 0.0]
+        vx, vy, omega = velocity
+        for _ in range(steps):
+            self.world.set_pose(self.chassis.row, (0.0, 0.0, 1.0 if in_air else 0.0))
+            self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
+            self.world.advance(h / steps)
+            self.chassis.read()
+            changes[0] += self.vx - vx
+            changes[1] += self.vy - vy
+            changes[2] += self.omega - omega
+        return changes[0], changes[1], changes[2]
+
+    def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
+        """Advance by a time in steps of h [s], calling `each` after every one."""
+        for _ in range(round(seconds / h)):
+            self.step(h)
+            if each is not None:
+                each()
+
+    @property
+    def x(self) -> float:
+        """Of the center of mass [m]."""
+        return self.chassis.pos[0] + rotate(self.chassis.quat, self.chassis.distribution.center)[0]
+
+    @property
+    def y(self) -> float:
+        """Of the center of mass [m]."""
+        return self.chassis.pos[1] + rotate(self.chassis.quat, self.chassis.distribution.center)[1]
+
+    @property
+    def yaw(self) -> float:
+        """Heading [rad]."""
+        return self.chassis.pose[2]
+
+    @property
+    def vx(self) -> float:
+        """Of the center of mass [m/s]."""
+        return self.chassis.vel[0]
+
+    @property
+    def vy(self) -> float:
+        """Of the center of mass [m/s]."""
+        return self.chassis.vel[1]
+
+    @property
+    def omega(self) -> float:
+        """Yaw rate [rad/s]."""
+        return self.chassis.rate[2]
+
+    @property
+    def speed(self) -> float:
+        """Over ground [m/s]."""
+        return math.hypot(self.vx, self.vy)
+
+    @property
+    def loads(self) -> list[float]:
+        """Normal loads in the last step [N]."""
+        return self.drive.normal_loads
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Of the chassis, without its wheels [J]."""
+        mass, _, (_, _, yaw_inertia) = self.chassis.distribution
+        return 0.5 * mass * (self.vx**2 + self.vy**2) + 0.5 * yaw_inertia * self.omega**2
+
+
+def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
+    """Do as `DriveBench.hold` with a bench of its own."""
+    return DriveBench(drive).hold(h, velocity, in_air=in_air)
+
+
+class LoneChassis:
+    """A chassis without a drivetrain, as a robot of `Motion`: forces of no more than its grip let it follow a velocity.
+
+    Args:
+        chassis: In a world.
+    """
+
+    def __init__(self, chassis: ChassisSimulation) -> None:
+        self.chassis = chassis
+        self._wanted: Vector | None = None
+
+    def follow(self, vx: float, vy: float, omega: float) -> None:
+        """Follow a velocity of its origin, robot frame [m/s, m/s, rad/s], until the next command."""
+        self._wanted = (vx, vy, omega)
+
+    def before_step(self, h: float) -> None:
+        """Push toward the velocity with at most mu m g, on the carpet."""
+        chassis = self.chassis
+        chassis.read()
+        if self._wanted is None:
+            return
+        if not any(chassis.touching):
+            chassis.apply_forces((0.0, 0.0, 0.0))
+            return
+        mass, center, (_, _, inertia) = chassis.distribution
+        vx, vy, omega = self._wanted
+        ux, uy, _ = rotate_back(chassis.quat, chassis.vel)
+        fx, fy = mass * (vx - omega * center[1] - ux) / h, mass * (vy + omega * center[0] - uy) / h
+        most = chassis.config.friction * mass * GRAVITY
+        share = min(1.0, most / max(math.hypot(fx, fy), 1e-9))
+        spin = most * chassis.config.traction_radius
+        turn = max(-spin, min(spin, inertia * (omega - chassis.robot_rate[2]) / h))
+        force = rotate(chassis.quat, (share * fx, share * fy, 0.0))
+        lever = rotate(chassis.quat, (0.0, 0.0, -center[2]))
+        tx, ty, tz = cross(lever, force)
+        ax, ay, az = rotate(chassis.quat, (0.0, 0.0, turn))
+        chassis.apply_forces(force, (tx + ax, ty + ay, tz + az))
+
+    def sense(self, dt: float) -> None:
+        """Read pose and velocity."""
+        self.chassis.read()
