@@ -73,7 +73,7 @@ def test_slots_of_one_kind_are_together(pool):
 
 def test_taking_more_than_there_is_says_how_many_are_free(pool):
     pool.state.status[40] = PieceStatus.HELD
-    with pytest.raises(CapacityError, match="Crate: 3 more pieces wanted, but only 2 of 3 are free"):
+    with pytest.raises(CapacityError, match="Crate: 3 more wanted, but 1 of 3 are in play"):
         pool.take(1, 3)
 
 
