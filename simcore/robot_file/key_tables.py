@@ -309,13 +309,17 @@ class KeyTable:
         yield ""
 
 
+_HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
+"""Keys of angles that nothing else takes for radians."""
+
+
 def _as_radians(name: str, value: object) -> float | None:
     """Return the degrees [deg] of an angle that was probably written in radians; None: it was not.
 
     >>> _as_radians("heading_deg", 3.14159), _as_radians("heading_deg", 90.0), _as_radians("elevation_deg", 1.13)
     (180.0, None, 64.7)
     """
-    if not isinstance(value, float) or value == round(value) or abs(value) > math.tau + 0.01:
+    if name not in _HEADINGS or not isinstance(value, float) or value == round(value) or abs(value) > math.tau + 0.01:
         return None
     eighths = value / (0.25 * math.pi)
     if abs(eighths - round(eighths)) < 1e-3 * max(1.0, abs(eighths)) and round(eighths):

@@ -146,8 +146,8 @@ class BeliefWatch:
                 return (
                     "Its heading turns against the truth: if its gyro hangs upside down, say gyro_upside_down = true "
                     "under [drivetrain] of simcore.toml (gyro_reversed = true: its yaw alone counts the other way) and "
-                    "leave the program as it is; else it lacks a minus (navX, ADXRS450, AnalogGyro count clockwise), "
-                    "or the frame is mirrored"
+                    "leave the program as it is; else the gyro is not negated (navX, ADXRS450, AnalogGyro count "
+                    "clockwise), or the frame is mirrored"
                 )
             if abs(share) < 0.2:
                 return "Its heading stays while the robot turns: the odometry does not read the gyro"

@@ -30,36 +30,25 @@ _unwaited: dict[int, str] = {}
 """By notifier that nobody has waited on so far: the program's line that has made it."""
 
 
+@functools.cache
 def watch_notifiers() -> None:
     """Note from now on who makes a notifier of the HAL, until somebody waits on it; again is harmless."""
-    hal = season.hal
-    make, *ends = (
-        season.own_name(hal, name)
-        for name in ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
-    )
-    if hasattr(getattr(hal, make), "__wrapped__"):
-        return
+    hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
+    make, *ends = (season.own_name(hal, name) for name in names)
+    initialize = getattr(hal, make)
 
-    @functools.wraps(getattr(hal, make))
     def initialize_notifier(*args: Any) -> Any:
-        answer = initialize_notifier.__wrapped__(*args)  # type: ignore[attr-defined]
+        answer = initialize(*args)
         _unwaited[answer[0] if isinstance(answer, tuple) else answer] = program_line([sys._getframe(1)])
         return answer
 
-    setattr(hal, make, initialize_notifier)
-    for name in ends:
-        setattr(hal, name, _forgets(getattr(hal, name)))
-
-
-def _forgets(call: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function of a notifier's handle that says that somebody cares for it."""
-
-    @functools.wraps(call)
-    def forgets(handle: Any, *args: Any) -> Any:
+    def noticed(call: Callable[..., Any], handle: Any, *args: Any) -> Any:
         _unwaited.pop(handle, None)
         return call(handle, *args)
 
-    return forgets
+    setattr(hal, make, initialize_notifier)
+    for name in ends:
+        setattr(hal, name, functools.partial(noticed, getattr(hal, name)))
 
 
 def program_line(frames: Iterable[Any]) -> str:

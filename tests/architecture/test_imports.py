@@ -207,8 +207,11 @@ def test_every_everyday_name_is_the_one_of_its_home():
             except ImportError:  # of an extra that is not installed
                 continue
             assert home == simcore._HOME[name] or home.startswith("phoenix6"), name
-    with pytest.raises(AttributeError, match="no attribute 'Macth'"):
-        simcore.Macth  # noqa: B018
+    for name, words in (("Macth", "Did you mean 'Match'"), ("SwerveDrive", "from simcore.robot.swerve_drive import")):
+        with pytest.raises(ImportError, match=words):
+            getattr(simcore, name)
+    with pytest.raises(AttributeError, match="no attribute 'quite_else'"):
+        simcore.quite_else  # noqa: B018
 
 
 @pytest.mark.parametrize(
