@@ -1,6 +1,6 @@
 """Rigid bodies: rotation, motion, forces at places, and how a robot touches the field and other robots.
 
-A robot is one rigid body. Each wheel is a soft ball under its hub, whose spring gives the wheel's load; corners and
+A robot is one rigid body. Each wheel is a soft ball around its axle, whose spring gives the wheel's load; corners and
 sides of bumpers and frame are small soft balls, and edges of what stands on the field press into the box of bumpers and
 frame and push it out through its nearest face. Load transfer, tipping, ramps, falls, a robot on its back and one on top
 of another follow from forces at these places.

@@ -195,7 +195,7 @@ class RobotDynamics:
 
         Args:
             number: Of the robot.
-            wheels: Hubs, robot frame [m].
+            wheels: Centers, robot frame [m].
             points: Of bumpers and frame, each the middle of a ball of 10 mm [m].
             radius: Of the wheels [m].
         """
