@@ -27,7 +27,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.testing.benches import DriveBench
+from simcore.testing.benches import DriveBench, hold
 from simcore.units import GRAVITY
 
 TRACKWIDTH = 0.527
@@ -316,10 +316,11 @@ def push_match(left: float, right: float) -> tuple[float, float]:
     a, b = robot(MK4I, wheel_cof=left), robot(MK4I, wheel_cof=right)
     for drive in (a, b):
         drive.set_volts([12.0] * 4, [0.0] * 4)
+    benches = DriveBench(a), DriveBench(b)
     v, early = 0.0, 0.0
     for k in range(round(2.0 / STEP)):
-        da = a.step(STEP, (v, 0.0, 0.0))[0]
-        db = b.step(STEP, (-v, 0.0, 0.0))[0]
+        da = benches[0].hold(STEP, (v, 0.0, 0.0))[0]
+        db = benches[1].hold(STEP, (-v, 0.0, 0.0))[0]
         v += 0.5 * (da - db)  # a rigid contact shares the impulses of two equal masses
         if k + 1 == round(0.3 / STEP):
             early = v / 0.3
@@ -460,7 +461,7 @@ def stops() -> Iterator[Row]:
     shorted = robot(MK4I, wheel_cof=10.0)
     shorted.state.wheel_speed[:] = [4.5 / MK4I.wheel_radius] * 4
     shorted.set_volts([0.0] * 4, [0.0] * 4)
-    shorted.step(1e-5, (4.5, 0.0, 0.0))
+    hold(shorted, 1e-5, (4.5, 0.0, 0.0))
     yield row(s, "0 V brake: back-EMF current", 346.0, -shorted.drive_motors.current[0], 0.03, "A", m.name)
     drive = robot(MK4I)
     chassis = DriveBench(drive)

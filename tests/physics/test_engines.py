@@ -233,17 +233,6 @@ def test_a_box_bounces_with_the_restitution_of_its_pair_at_any_phase(h, restitut
 
 
 @pytest.mark.engines("mujoco")
-@pytest.mark.parametrize("h", [0.001, 0.005, 0.02])
-def test_a_robot_stands_without_sinking(h):
-    with PhysicsWorld() as world:
-        robot = ChassisSimulation(world, ChassisConfig(mass=55.0), pose=(2.0, 2.0, 0.0))
-        start = world.engine.pose(robot.row)[0][2]
-        for _ in range(round(0.5 / h)):
-            world.engine.step(h)
-        assert world.engine.pose(robot.row)[0][2] - start == pytest.approx(0.0, abs=1e-4)
-
-
-@pytest.mark.engines("mujoco")
 def test_what_is_fixed_is_where_it_was_after_a_robot_has_driven_into_it():
     with PhysicsWorld() as world:
         row = world.add_piece_body("box", Box((0.3, 0.3, 0.3)), mass=1.0, surface=BALL, pos=(2.7, 2.0, 0.15))

@@ -43,7 +43,7 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
         for request, error, said in (
             (lambda: pieces.launch(1, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), CapacityError, "robot 1 has no piece"),
             (lambda: pieces.launch(0, (math.nan, 1.0, 1.0), (0.0, 0.0, 0.0)), NonFiniteError, "3 rows of 3 finite"),
-            (lambda: pieces.stage("Fuel", 3), CapacityError, "Fuel: 3 more pieces wanted, but only 2 of 4 are free"),
+            (lambda: pieces.stage("Fuel", 3), CapacityError, "Fuel: 3 more wanted, but 2 of 4 are in play"),
             (lambda: pieces.stage("Fuel", -1), ConfigError, "count must be a whole number from 0"),
             (lambda: pieces.spawn("Feul", np.ones((1, 3))), UnknownNameError, "Did you mean 'Fuel'"),
         ):
