@@ -269,7 +269,8 @@ class GamePieceManager:
         """
         held = self.held(holder) if type(holder) is int else self.held(-1)
         if len(held) == 0:
-            raise CapacityError(f"robot {shown(holder)} has no piece to launch")
+            holders = sorted(set(self.state.holder[self.state.status == _HELD].tolist()))
+            raise CapacityError(f"robot {shown(holder)} has no piece to launch; those with pieces: {holders or 'none'}")
         if slot is None:
             slot = int(held[0])
         elif slot not in held:

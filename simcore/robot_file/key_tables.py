@@ -244,7 +244,7 @@ that is -0.61 m
             given = _several(t, self.name, value, form)
         else:
             given = _one(t, self.name, value, form)
-        for one, number in zip(form, given or (), strict=False) if isinstance(form, tuple) else ((form, given),):
+        for one, number in zip(form, value or (), strict=False) if isinstance(form, tuple) else ((form, value),):
             if isinstance(one, Quantity) and one.unit == "deg" and (degrees := _as_radians(self.name, number)):
                 raise t.error(
                     self.name, f"is in degrees, got {shown(number)}, which looks like radians: is {degrees:g} meant?"

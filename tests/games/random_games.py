@@ -16,6 +16,7 @@ from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore.errors import SimcoreError
 from simcore.geometry.footprints import corners
+from simcore.geometry.rotation import rotate
 from simcore.loop.battery import open_voltage
 from simcore.loop.contact import foam_force
 from simcore.match.game import RobotEntry
@@ -170,7 +171,7 @@ class Watch:
             c = robot.chassis
             m, _, inertia = c.distribution
             spin = np.array(c.robot_rate)
-            z = float(robot.chassis._record["seen"][2])
+            z = c.pos[2] + rotate(c.quat, c.distribution.center)[2]
             total += m * G * z + 0.5 * m * float(np.array(c.vel) @ np.array(c.vel)) + 0.5 * float(inertia @ spin**2)
             shafts = robot.drive.shafts
             total += 0.5 * float(shafts["inertia"] @ shafts["speed"] ** 2)

@@ -128,7 +128,7 @@ def require_drawn_once(layout: dict[str, Any], seen: Seen) -> None:
     }
     for kind in ("robot", "ghost"):
         places = np.concatenate([seen.rows(key)[:, :3] for key in by_kind[kind]])
-        assert len(places) == len(by_kind[kind]) and apart(places) > 0.3, kind
+        assert len(places) == len(by_kind[kind]) and apart(places) > 0.1, kind
     pieces = np.concatenate([seen.rows(key)[:, :3] for key in by_kind["gamePiece"]])
     assert len(pieces) > 20 and apart(pieces) > 0.02, "two pieces at one place"
 
