@@ -66,8 +66,9 @@ def test_a_robot_that_is_put_down_is_in_nothing_and_knows_where_it_is(name, whol
             placed += 1
             assert 0.0 <= pose[0] <= length and 0.0 <= pose[1] <= width
             require_clear(match, pose)
-            assert robot.chassis.pose == pytest.approx(pose, abs=1e-4), "but for how it settles"
-            assert robot.odometry.pose == pytest.approx(pose, abs=1e-4)
+            for found in (robot.chassis.pose, robot.odometry.pose):  # on an edge it turns a little as it settles
+                assert found[:2] == pytest.approx(pose[:2], abs=1e-4)
+                assert found[2] == pytest.approx(pose[2], abs=2e-3)
             assert robot.gyro.yaw == pytest.approx(pose[2] if way == robot.reset else before[1], abs=1e-9)
             soles, ground = robot.chassis.wheel_ground()
             assert (soles[:, 2] > ground - 0.001).all(), pose  # no wheel in what it stands on
