@@ -10,7 +10,7 @@ from simcore.errors import EngineError, UnknownNameError
 from simcore.physics.engine import Engine
 from simcore.units import GRAVITY
 
-__all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "make_engine", "require_known"]
+__all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "engine_label", "make_engine", "require_known"]
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 """Name of each engine, and the package that it needs. PyBullet comes first: it is the default where it is installed."""
@@ -38,6 +38,14 @@ def choose_engine(name: str | None = None) -> str:
         "no physics engine is installed: `python -m pip install pybullet-arm64` (it imports as 'pybullet'; wheels for "
         "Python 3.10-3.13) or `python -m pip install mujoco` (Python 3.10 and newer)"
     )
+
+
+def engine_label(name: str | None = None) -> str:
+    """Return the engine that a world would get, for a record of a run; "none" where none is installed."""
+    try:
+        return choose_engine(name)
+    except EngineError:
+        return "none"
 
 
 def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:

@@ -19,7 +19,7 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES, choose_engine
+from simcore.physics.engine_choice import ENGINES, engine_label
 from simcore.quantities import COUNT, DURATION, Quantity, require_fields
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import PROJECT, Factor, FactorValue
@@ -151,14 +151,15 @@ class Experiment:
         if PROJECT in (factor.name for factor in self.factors):
             apart = (*apart, "project")
         common = {name: value for name, value in self.to_json().items() if name not in apart}
-        common |= {"engine": choose_engine(self.engine), "code": self._code()}
+        common |= {"engine": engine_label(self.engine), "code": self._code()}
         base = _short_hash(common)
         return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
         """Return digests and versions of everything that a result depends on next to the description."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
-        found |= {name: _version(name) for name in (ENGINES[choose_engine(self.engine)], "numpy")}
+        engine = ENGINES.get(engine_label(self.engine), "")
+        found |= {name: _version(name) for name in (engine, "numpy") if name}
         is_named = self.game is not None and ":" in self.game
         game = named_object(self.game or "", "game") if is_named else find_game(self.game, say=str)
         if game.field.mesh is not None:  # of a checkout it is outside of the game's package

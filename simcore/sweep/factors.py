@@ -21,7 +21,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PieceSupply
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
-from simcore.physics.engine_choice import choose_engine
+from simcore.physics.engine_choice import engine_label
 from simcore.players.lineup import Seat, lineup
 from simcore.quantities import DURATION, FACTOR, MASS, Quantity, require, require_fields, shown
 from simcore.robot.robot_config import RobotConfig
@@ -197,7 +197,7 @@ class RunSetup:
 
     def __post_init__(self) -> None:
         require_fields(self, "run", seconds=DURATION)
-        choose_engine(self.engine)
+        engine_label(self.engine)  # refuses a name of none
         _ = self.seats  # refuses players that there are not
 
     @property
