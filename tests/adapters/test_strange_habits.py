@@ -12,6 +12,8 @@ import pytest
 
 from tests.adapters.conftest import PACKAGES, ROBOTPY_TEST
 
+pytest.importorskip("pyfrc", reason="robot programs need pyfrc: pip install -e .[robotpy]")
+
 pytestmark = pytest.mark.slow
 
 TANK = """
