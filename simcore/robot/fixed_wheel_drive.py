@@ -156,12 +156,13 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
-    """One robot's tank drive; stepped like `SwerveDrive`, commanded by side.
+    """One robot's tank drive; commanded by side.
 
     Example:
+        >>> from simcore.testing.benches import hold
         >>> drive = TankDrive(TankConfig())
         >>> drive.set_volts(6.0, 6.0)
-        >>> drive.step(0.005, (0.0, 0.0, 0.0))[0] > 0.0
+        >>> hold(drive, 0.005, (0.0, 0.0, 0.0))[0] > 0.0
         True
     """
 
@@ -212,12 +213,13 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
-    """One robot's mecanum drive; stepped like `SwerveDrive`, commanded wheel by wheel.
+    """One robot's mecanum drive; commanded wheel by wheel.
 
     Example:
+        >>> from simcore.testing.benches import hold
         >>> drive = MecanumDrive(MecanumConfig())
         >>> drive.set_volts([-6.0, 6.0, 6.0, -6.0])  # to the left
-        >>> dvx, dvy, _ = drive.step(0.005, (0.0, 0.0, 0.0))
+        >>> dvx, dvy, _ = hold(drive, 0.005, (0.0, 0.0, 0.0))
         >>> abs(dvx) < 1e-9 < dvy
         True
     """

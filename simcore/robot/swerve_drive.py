@@ -86,13 +86,14 @@ def module_targets(
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
-    """One robot's swerve drive; see `WheeledDrive` for the step and what it shares with other drives.
+    """One robot's swerve drive; see `WheeledDrive` for what it shares with other drives.
 
     Example:
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+        >>> from simcore.testing.benches import hold
         >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
         >>> drive.set_volts([6.0] * 4, [0.0] * 4)
-        >>> dvx, dvy, domega = drive.step(0.005, (0.0, 0.0, 0.0))
+        >>> dvx, dvy, domega = hold(drive, 0.005, (0.0, 0.0, 0.0))
         >>> dvx > 0.0
         True
     """

@@ -390,7 +390,7 @@ def test_init_names_mechanisms_as_robot_code_does(project_of):
     text = (run.folder / "simcore.toml").read_text()
     for number, (name, kind) in {
         31: ("shooter_top", "flywheel"), 32: ("shooter_bottom", "flywheel"), 33: ("intake", "roller"),
-        34: ("pivot", "arm"), 35: ("feeder1", "roller"), 36: ("wrist", "arm"), 37: ("motor37", "roller"),
+        34: ("pivot", "arm"), 35: ("feeder1", "roller"), 36: ("wrist", "arm"), 37: ("all", "roller"),
         40: ("lift", "elevator"),
     }.items():  # fmt: skip
         table = next(part for part in text.split("[[mechanism]]") if f"leader = {number}" in part)

@@ -79,7 +79,6 @@ def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path, 
     assert "no game named 'latter'. Did you mean 'later'" in said(
         "view", "--no-browser", "old.wpilog", "--game", "latter"
     )
-    assert "later (2999), the newest" in said("doctor")
 
 
 def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_factory, install):
