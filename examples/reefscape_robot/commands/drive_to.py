@@ -12,7 +12,7 @@ from wpilib import DriverStation
 from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
-ACCELERATION, BRAKING = 5.0, 3.0  # m/s^2
+ACCELERATION, BRAKING = 3.5, 2.2  # m/s^2
 NEAR = 4.0  # m/s per m that are left
 TURN = 3.0  # rad/s; a faster turn out of a stand makes wheels slip, and odometry with them
 PASSED = 0.35  # m

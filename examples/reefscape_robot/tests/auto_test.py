@@ -11,10 +11,10 @@ def test_the_auto_scores_two_coral_on_level_4(sim, color):
     assert sim.pieces.placed == 2
 
 
-# 0.3 m and 3 degrees off: MegaTag 2 tells the place, the heading stays what the gyro says; from 5 degrees on the coral
+# 0.3 m and 2 degrees off: MegaTag 2 tells the place, the heading stays what the gyro says; from 3 degrees on the coral
 # falls beside the branch.
 def test_a_robot_that_was_put_down_beside_its_mark_finds_the_branch_with_its_cameras(sim):
-    sim.autonomous("two coral", seconds=4, start=(7.0, 6.1, -2.04))
+    sim.autonomous("two coral", seconds=5, start=(7.0, 6.1, -2.06))
     assert sim.score.blue == 7
 
 

@@ -181,6 +181,7 @@ def test_init_says_why_it_could_not_write(project, capsys, monkeypatch):
 
 
 def test_a_program_that_does_not_load_gets_no_file(project, capsys):
+    pytest.importorskip("phoenix6")
     (project / "robot.py").write_text("import no_such_package")
     assert main(["init"]) == 1
     said = capsys.readouterr()
