@@ -117,7 +117,8 @@ SHAPES = {
         ),
     ),
     "its own steps of CTRE's simulation": Shape(
-        source=TIMED.format(drivetrain="Drive, inverted_steer=False, coupling=3.57", more="") + STEPPING,
+        source=TIMED.format(drivetrain="Drive, inverted_steer=False, coupling=3.57, slip_current=60.0", more="")
+        + STEPPING,
         holds=lambda run: run["pressed"]["own_hook"] > 100,
     ),
     "MagicBot": Shape(source=ROBOTS / "magic", needs=("magicbot",)),

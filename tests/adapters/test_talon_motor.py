@@ -66,7 +66,7 @@ def test_positive_volts_raise_what_robot_code_reads_for_every_inversion(signs):
 
 def test_the_battery_sags_while_four_motors_start(signs):
     """4 motors of 60-120 A supply through 20 mohm: more than 1 V, and never below what a battery can do."""
-    assert 7.5 < signs["lowest_volts"] < 12.4
+    assert 7.2 < signs["lowest_volts"] < 12.4
 
 
 def test_values_that_the_device_model_cannot_hold_are_wrapped_and_clamped(signs):
