@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -127,6 +128,8 @@ def made(tmp_path, project_of):
             path.write_text(json.dumps(content))
         source.mkdir(exist_ok=True)
         (source / "robot.py").write_text(text)
+        if "import measures" in text:
+            shutil.copy(ROBOTS / "shared" / "measures.py", source)
         return project_of(source)
 
     return make
