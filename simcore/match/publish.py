@@ -80,8 +80,14 @@ class Publisher:
         self._tables = {name: Table(name) for name in FIELDS}
         self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
         self._others: list[_Source] = []
-        """Arrays, texts, and values by name."""
-        self._strings: dict[str, str] = {}
+        """Arrays and texts."""
+        self._named: list[_Source] = []
+        """Numbers by name."""
+        self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
+        """Names that came last, and their columns, by field and open key."""
+        self._told: dict[str, Any] = {}
+        self._rules: dict[str, dict[str, Any]] = {name: {} for name in _KINDS.values()}
+        """What the rules have told last, and the same by field."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
                 self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
@@ -99,17 +105,17 @@ class Publisher:
             self._add(channel, [key for key, _ in mine], self._robots.values_of(channel, [thing for _, thing in mine]))
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
-    def _place(self, channel: Channel, key: str) -> bool:
-        """Give a key its column, if it has one; whether it has."""
-        has_one = "<" not in key and _FIELD[channel.kind] in FIELDS
-        if has_one:
+    def _place(self, channel: Channel, key: str) -> None:
+        """Give a key its column, if it has one."""
+        if "<" not in key and _FIELD[channel.kind] in FIELDS:
             self._tables[_FIELD[channel.kind]].place(key)
-        return has_one
 
     def _add(self, channel: Channel, keys: list[str], values: Callable[[], Iterable[Any]]) -> None:
         source = _Source(_FIELD[channel.kind], keys, channel.decimals, values)
-        has_columns = [self._place(channel, key) for key in keys]
-        (self._fixed[source.field] if any(has_columns) else self._others).append(source)
+        for key in keys:
+            self._place(channel, key)
+        has_columns, is_open = source.field in FIELDS, "<" in keys[0]
+        (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
     def _decimals(self, name: str) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return columns of fixed values, a power of ten for each, and where they are rounded at all."""
@@ -125,37 +131,59 @@ class Publisher:
         match = self._match
         self._robots.look()
         self._pieces.look()
-        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELD.values()}
-        """What has no column of its own from the beginning."""
+        found: dict[str, Any] = {name: {} for name in _FIELD.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
             for key, value in zip(keys, values(), strict=True):
-                if "<" in key:
-                    head, tail = key.split("<")[0], key.split(">")[1]
-                    rows.update({f"{head}{k}{tail}": _rounded(v, decimals) for k, v in value.items()})
-                elif value is not None:
-                    rows[key] = _rounded(value, decimals)
-        for key, value in match.rules.telemetry().items():
-            found[next(name for kind, name in _KINDS.items() if isinstance(value, kind))][key] = value
-        if found["strings"] == self._strings:
-            found["strings"] = self._strings  # the same object: nobody need look into it
-        self._strings = found["strings"]
-        rows = {name: self._row(name, found[name]) for name in FIELDS}
-        return Snapshot(time=match.time, tick=match.ticks - 1, **found | rows)
+                if value is not None:
+                    some = _filled(key, value) if "<" in key else {key: value}
+                    rows.update(some if decimals is None else {k: _rounded(v, decimals) for k, v in some.items()})
+        told = match.rules.telemetry()
+        if told != self._told:
+            self._told = dict(told)
+            self._rules = {name: {k: v for k, v in told.items() if _field_of(v) == name} for name in _KINDS.values()}
+        found["strings"] |= self._rules["strings"]
+        late: dict[str, list[tuple[IntArray, Any]]] = {name: [] for name in FIELDS}
+        for name, keys, decimals, values in self._named:
+            for key, some in zip(keys, values(), strict=True):
+                if some:
+                    late[name].append((self._columns_of(name, key, some), _rounded([*some.values()], decimals)))
+        for name, some in self._rules.items():
+            if name in FIELDS and some:
+                late[name].append((self._columns_of(name, "<key>", some), [*some.values()]))
+        blocks = {name: self._row(name, late[name]) for name in FIELDS}
+        return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
-    def _row(self, name: str, named: dict[str, Any]) -> Columns:
-        """Return the values of a field: those of its fixed columns, and by key what else there is."""
+    def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
+        """Return the columns of values by name, which are mostly those of the tick before."""
+        known, now = self._known.get((name, key)), tuple(values)
+        if known is None or known[0] != now:
+            places = [self._tables[name].place(one) for one in _filled(key, values)]
+            known = self._known[name, key] = now, np.array(places, np.int64)
+        return known[1]
+
+    def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
+        """Return the values of a field: those of its fixed columns, and others with theirs."""
         table, (columns, scales, is_rounded) = self._tables[name], self._rounding[name]
-        places = [table.place(key) for key in named]
         block = table.empty()
         if len(columns):
             values = np.concatenate([one.values() for one in self._fixed[name]])
             if is_rounded.any():
                 np.copyto(values, np.rint(values * scales) / scales + 0.0, where=is_rounded)  # no -0.0: another value
             block[columns] = values
-        if named:
-            block[places] = list(named.values())
+        for columns, values in late:
+            block[columns] = values
         return Columns(table, block)
+
+
+def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by name with the names in the place of the `<...>` of a key."""
+    head, tail = key.split("<")[0], key.split(">")[1]
+    return {f"{head}{name}{tail}": value for name, value in values.items()}
+
+
+def _field_of(value: float | int | bool | str) -> str:
+    return next(name for kind, name in _KINDS.items() if isinstance(value, kind))
 
 
 def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
@@ -214,6 +242,7 @@ class _Robots:
             for (n, is_swerve), some in drives.items()
         ]
         """Numbers of robots whose drives are alike, rows of their shafts, and whether they are swerve."""
+        self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
         soles = [robot.chassis.soles for robot in self.robots]
         self._soles, self._sole_of = (
             np.concatenate(soles),
@@ -248,9 +277,8 @@ class _Robots:
         w, x, y, z = places[self._sole_of, 3:].T
         heights = self._soles[:, 0] * (2.0 * (x * z - w * y)) + self._soles[:, 1] * (2.0 * (y * z + w * x))
         low: FloatArray = np.minimum.reduceat(heights + places[self._sole_of, 2], self._first_sole)
-        for robot in self.robots:
-            if not robot.chassis.is_on_flat:
-                low[robot.number] = ground_clearance(*robot.chassis.wheel_ground()).height
+        for number in np.nonzero(~self.match.world.are_flat(places[:, :2], self._reach))[0].tolist():
+            low[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
         return low
 
     @property
@@ -360,11 +388,9 @@ class _Pieces:
         return np.array([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
 
 
-def _rounded(value: Any, decimals: int | None) -> Any:
-    """Return a number or an array to so many decimals, without -0.0, which would be another value."""
-    if decimals is None:
-        return value
-    return round(value, decimals) + 0.0 if isinstance(value, float) else _frozen(np.round(value, decimals) + 0.0)
+def _rounded(values: Any, decimals: int | None) -> Any:
+    """Return an array to so many decimals, without -0.0, which would be another value; None: as it is."""
+    return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 
 def _module_states(rows: FloatArray) -> FloatArray:

@@ -27,7 +27,7 @@ GAP = float(np.array(_GAP_BITS).view(np.float64))
 FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
     "poses": (np.float64, (7,), GAP),
     "doubles": (np.float64, (), GAP),
-    "integers": (np.int64, (), np.iinfo(np.int64).min),
+    "integers": (np.int64, (), -0x7FF8_DEAD_BEEF_0001),
     "booleans": (np.uint8, (), 255),
 }
 """Type, shape and gap of a value, by the field of a `Snapshot`."""
@@ -79,6 +79,10 @@ class Table:
         bits = block[..., 0] if self.shape else block
         found: BoolArray = bits.view(np.int64) == _GAP_BITS if self.dtype == np.float64 else bits == self.gap
         return found
+
+    def values(self, block: Block) -> Any:
+        """Return the values of a row as a snapshot has them, gaps too."""
+        return block if self.shape else block.astype(bool).tolist() if self.dtype == np.uint8 else block.tolist()
 
     def row(self, values: Mapping[str, Any]) -> Block:
         """Return values by key as a row of this table; new keys get columns.
