@@ -118,7 +118,7 @@ PIECES = (
 ROBOT = (
     Channel("Robot/Pose3d", "Pose3d", lambda f: f.places,
             "true pose of the robot; its origin is on the carpet under the center", "m", 6),
-    Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: [robot.component_poses() for robot in f.robots],
+    Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: f.components.poses(f.shafts),
             "moving parts in the robot frame, in the order of `RobotConfig.components`"),
     Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.module_states,
             "of a swerve drive: speed over ground [m/s] and angle [rad] of each module, in the order of its "

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import matrix, multiply
 from simcore.match.camera_rig import CameraRig
 from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Score
 from simcore.robot.chassis import ground_clearance
+from simcore.robot.components import Components, carried
 from simcore.robot.mechanisms import PistonSim, RackSim, ShaftSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
@@ -130,7 +130,7 @@ class Publisher:
         """Return everything that telemetry shows of the last tick."""
         match = self._match
         self._robots.look()
-        self._pieces.look()
+        self._pieces.look(self._robots.places)
         found: dict[str, Any] = {name: {} for name in _FIELD.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
@@ -233,6 +233,7 @@ class _Robots:
             count = len(robot.drive.shafts)
             drives.setdefault((count, isinstance(robot.drive, SwerveDrive)), []).append((robot.number, first))
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
+        self.components = Components(self.robots, self.shaft_of)
         self._drives = [
             (
                 np.array([number for number, _ in some]),
@@ -350,17 +351,27 @@ class _Kind:
         """Those in robots, field frame."""
 
 
+class _Inside:
+    """Pieces in a robot: slots, and poses in its frame."""
+
+    slots: Sequence[int] = ()
+    rows = np.empty((0, 7))
+
+
 class _Pieces:
     """All pieces of a match, by their kinds."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self._match = match
+        self._inside = [_Inside() for _ in match.robots]
+        self._held: tuple[IntArray, IntArray, FloatArray] | None = None
+        """Slots, robots and poses in them of all held pieces; None: something has changed."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
-    def look(self) -> None:
-        """See where they are now."""
+    def look(self, places: FloatArray) -> None:
+        """See where they are now, with robots at poses of shape (n, 7)."""
         pieces, flying = self._match.pieces, self._match.record.flying
-        held, carried = self._carried()
+        held, rows = self._carried(places)
         kinds = pieces.state.kind
         for kind in self.kinds:
             kind.slots, kind.here = pieces.shown.of(kind.number)
@@ -371,21 +382,22 @@ class _Pieces:
             inside = kinds[held] == kind.number
             kind.held_slots, kind.held = _NO_IDS, _NO_POSES
             if inside.any():
-                kind.held_slots, kind.held = _frozen(held[inside]), _rounded(carried[inside], _DECIMALS)
+                kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
-    def _carried(self) -> tuple[IntArray, FloatArray]:
+    def _carried(self, places: FloatArray) -> tuple[IntArray, FloatArray]:
         """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
-        match = self._match
-        robots = [robot for robot in match.robots if robot.held]
-        if not robots:
-            return _NO_IDS, _NO_POSES
-        inside = [robot.held_poses(match.pieces.radius) for robot in robots]
-        counts, rows = [len(poses) for poses in inside], np.concatenate(inside)
-        own = np.repeat([(*robot.chassis.pos, *robot.chassis.quat) for robot in robots], counts, axis=0).T
-        w, x, y, z = rows[:, 3:].T
-        x, y, z, w = multiply(tuple(own[3:]), (x, y, z, w))
-        places = own[:3] + np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])
-        return np.array([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
+        robots, radii = self._match.robots, self._match.pieces.radius
+        for robot, inside in zip(robots, self._inside, strict=True):
+            held = robot.held
+            if held != inside.slots or (held and robot.is_shifting):
+                inside.slots, inside.rows = held, robot.held_poses(radii)
+                self._held = None
+        if self._held is None:
+            slots = [slot for one in self._inside for slot in one.slots]
+            owners = np.repeat(np.arange(len(robots)), [len(one.slots) for one in self._inside])
+            self._held = _frozen(np.array(slots, np.int64)), owners, np.concatenate([one.rows for one in self._inside])
+        held_slots, owners, rows = self._held
+        return held_slots, carried(rows, owners, places)
 
 
 def _rounded(values: Any, decimals: int | None) -> Any:
