@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.loop.robot_state import DUTY
 from simcore.match.run_record import Placement
 from simcore.match.scoring import FoulEvent
@@ -22,7 +23,6 @@ from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import Shooter
 from simcore.robot.climber import Climber
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim, ShaftSim
-from simcore.telemetry.columns import Channel
 from simcore.typing import FloatArray
 from simcore.units import TICK
 

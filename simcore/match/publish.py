@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from simcore.channel import FIELD_OF, Channel
+from simcore.errors import ConfigError
 from simcore.match.camera_rig import CameraRig
 from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.game import PlayedMatch
@@ -18,20 +20,13 @@ from simcore.robot.mechanisms import PistonSim, RackSim, ShaftSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.telemetry.columns import FIELDS, GAP, Channel, Columns, Table
+from simcore.telemetry.columns import FIELDS, GAP, Columns, Table
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Publisher"]
 
 _DECIMALS = 6  # of poses: the engine holds a robot at rest to some 1e-9 m, and a log would take up every tick of it
-_FIELD = {
-    "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
-    "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
-}  # fmt: skip
-"""Field of a `Snapshot`, by the type of a channel."""
-_KINDS = {bool: "booleans", int: "integers", float: "doubles", str: "strings"}
-"""The same by the type of a value, which may be derived from it."""
 
 
 class PublishedMatch(PlayedMatch, Protocol):
@@ -79,15 +74,13 @@ class Publisher:
         self._match, self._robots, self._pieces = match, _Robots(match), _Pieces(match)
         self._tables = {name: Table(name) for name in FIELDS}
         self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
+        self._declared: set[str] = set()
         self._others: list[_Source] = []
         """Arrays and texts."""
         self._named: list[_Source] = []
         """Numbers by name."""
         self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
         """Names that came last, and their columns, by field and open key."""
-        self._told: dict[str, Any] = {}
-        self._rules: dict[str, dict[str, Any]] = {name: {} for name in _KINDS.values()}
-        """What the rules have told last, and the same by field."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
                 self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
@@ -103,16 +96,31 @@ class Publisher:
                 self._place(channel, key)  # robot by robot, for whoever lists them; values come channel by channel
         for channel, mine in things.items():
             self._add(channel, [key for key, _ in mine], self._robots.values_of(channel, [thing for _, thing in mine]))
+        for channel in match.rules.channels:
+            self._add(channel, [channel.key], partial(_of_rules, channel, match))
+        self._programs = [0 for _ in match.robots]
+        """Channels of robot programs that have been added, of each robot."""
+        self._add_programs()
+
+    def _add_programs(self) -> None:
+        """Add the channels that robot programs have added since."""
+        for robot, known in zip(self._match.robots, self._programs, strict=True):
+            for channel in robot.channels[known:]:
+                self._add(channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_asked, [channel], robot))
+        self._programs = [len(robot.channels) for robot in self._match.robots]
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
     def _place(self, channel: Channel, key: str) -> None:
         """Give a key its column, if it has one."""
-        if "<" not in key and _FIELD[channel.kind] in FIELDS:
-            self._tables[_FIELD[channel.kind]].place(key)
+        if "<" not in key and channel.field in FIELDS:
+            self._tables[channel.field].place(key)
 
     def _add(self, channel: Channel, keys: list[str], values: Callable[[], Iterable[Any]]) -> None:
-        source = _Source(_FIELD[channel.kind], keys, channel.decimals, values)
+        source = _Source(channel.field, keys, channel.decimals, values)
         for key in keys:
+            if key in self._declared:
+                raise ConfigError(f"the telemetry key {key!r} is declared twice; choose another one")
+            self._declared.add(key)
             self._place(channel, key)
         has_columns, is_open = source.field in FIELDS, "<" in keys[0]
         (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
@@ -129,28 +137,22 @@ class Publisher:
     def snapshot(self) -> Snapshot:
         """Return everything that telemetry shows of the last tick."""
         match = self._match
+        if self._programs != [len(robot.channels) for robot in match.robots]:
+            self._add_programs()
         self._robots.look()
         self._pieces.look(self._robots.places)
-        found: dict[str, Any] = {name: {} for name in _FIELD.values() if name not in FIELDS}
+        found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
             for key, value in zip(keys, values(), strict=True):
                 if value is not None:
                     some = _filled(key, value) if "<" in key else {key: value}
                     rows.update(some if decimals is None else {k: _rounded(v, decimals) for k, v in some.items()})
-        told = match.rules.telemetry()
-        if told != self._told:
-            self._told = dict(told)
-            self._rules = {name: {k: v for k, v in told.items() if _field_of(v) == name} for name in _KINDS.values()}
-        found["strings"] |= self._rules["strings"]
         late: dict[str, list[tuple[IntArray, Any]]] = {name: [] for name in FIELDS}
         for name, keys, decimals, values in self._named:
             for key, some in zip(keys, values(), strict=True):
                 if some:
                     late[name].append((self._columns_of(name, key, some), _rounded([*some.values()], decimals)))
-        for name, some in self._rules.items():
-            if name in FIELDS and some:
-                late[name].append((self._columns_of(name, "<key>", some), [*some.values()]))
         blocks = {name: self._row(name, late[name]) for name in FIELDS}
         return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
@@ -182,14 +184,14 @@ def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
-def _field_of(value: float | int | bool | str) -> str:
-    return next(name for kind, name in _KINDS.items() if isinstance(value, kind))
-
-
 def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
     """Return values of one type, of the match or a kind of pieces; a gap for a number that there is not."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
+
+
+def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
+    return _asked([channel], match.rules)  # a reset of the field makes others
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:

@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.errors import UnknownNameError
 from simcore.geometry.linkage import MechanismMotion, PartState
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
@@ -320,6 +321,8 @@ class Robot:
         )
         """What it weighs with what it holds and as its mechanisms stand."""
         self.devices: RobotDevices | None = None
+        self.channels: list[Channel] = []
+        """What its program adds to telemetry: of each the key after that of the robot, and a function of the robot."""
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
         self.light_colors: dict[str, IntArray] = {}
