@@ -245,6 +245,7 @@ class RunRecord:
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
+        self._hits = 0
         self._columns: RecordColumns | None = None
 
     # --- what a match notes -----------------------------------------------------------------------------------------
@@ -282,7 +283,7 @@ class RunRecord:
         """A piece has scored: if it was shot, its shot hit."""
         shot = self._followed.pop(slot, None)
         if shot is not None:
-            shot.scored = True
+            shot.scored, self._hits = True, self._hits + 1
             if (place := tuple(self._pieces.state.pos[slot].tolist())) != tuple(shot.points[-1]):
                 shot.points.append(place)  # it has flown on unnoted
             self._columns = None
@@ -314,7 +315,7 @@ class RunRecord:
     @property
     def hits(self) -> int:
         """Shots that scored."""
-        return len([shot for shot in self.shots if shot.scored])
+        return self._hits
 
     @property
     def flying(self) -> IntArray:
