@@ -60,6 +60,7 @@ class Recording:
         self._bulk_cadence = Cadence(bulk_period)
         self._texts: list[tuple[int, Mapping[str, str]]]  # and from which row on
         self._arrays: dict[str, list[tuple[float, _Rows]]]
+        self._found: dict[str, tuple[int, dict[str, int]]]  # what `_kept` has found, and at how many rows
         self._forget_all()
 
     def __len__(self) -> int:
@@ -110,16 +111,14 @@ class Recording:
     @property
     def keys(self) -> tuple[str, ...]:
         """Of everything kept."""
-        numbers = [
-            key for field in (*_NUMBERS, "poses") for key in self._tables[field].keys if self._is_kept(field, key)
-        ]
+        numbers = [key for field in (*_NUMBERS, "poses") for key in self._kept(field)]
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
         """Whether anything of that key was kept."""
         return (
             key in self._arrays
-            or any(self._is_kept(field, key) for field in FIELDS)
+            or any(key in self._kept(field) for field in FIELDS)
             or any(key in texts for _, texts in self._texts)
         )
 
@@ -140,7 +139,7 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had a number of that key.
         """
-        found = [field for field in _NUMBERS if self._is_kept(field, key)]
+        found = [field for field in _NUMBERS if key in self._kept(field)]
         if not found:
             raise UnknownNameError(
                 "recorded number", key, [one for field in _NUMBERS for one in self._tables[field].keys]
@@ -199,7 +198,7 @@ class Recording:
 
     def path(self, key: str) -> FloatArray:
         """One pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows where nothing was recorded."""
-        if not self._is_kept("poses", key):
+        if key not in self._kept("poses"):
             return np.empty((0, 3))
         _, rows = self.poses(key)
         w, x, y, z = rows[:, 3], rows[:, 4], rows[:, 5], rows[:, 6]
@@ -237,10 +236,15 @@ class Recording:
             block = self._blocks[field] = more
         block[rows] = row
 
-    def _is_kept(self, field: str, key: str) -> bool:
-        """Whether a value of that key was kept in a field."""
-        table = self._tables[field]
-        return key in table.places and not table.gaps(self.column(field, key)).all()
+    def _kept(self, field: str) -> dict[str, int]:
+        """Return the columns in which a value was kept, by key."""
+        rows, found = self._found.get(field, (-1, {}))
+        if rows != (now := len(self._times)):
+            table, block = self._tables[field], self._blocks[field]
+            has_values = np.asarray(~table.gaps(block[:now]).all(axis=0)).tolist()
+            found = {key: place for key, place in table.places.items() if place < len(has_values) and has_values[place]}
+            self._found[field] = now, found
+        return found
 
     def _texts_by_row(self) -> list[Mapping[str, str]]:
         ends = [*(row for row, _ in self._texts[1:]), len(self._times)]
@@ -267,6 +271,7 @@ class Recording:
         """Drop the newest row."""
         time = self._times.pop()
         self._ticks.pop()
+        self._found = {}
         while self._texts and self._texts[-1][0] >= len(self._times):
             self._texts.pop()
         for kept in self._arrays.values():
@@ -279,6 +284,7 @@ class Recording:
             self._forget_all()
             return
         first, left = self._times[rows], len(self._times) - rows
+        self._found = {}
         del self._times[:rows], self._ticks[:rows]
         for block in self._blocks.values():
             block[:left] = block[rows : rows + left]
@@ -292,6 +298,7 @@ class Recording:
         self._tables = {field: Table(field) for field in FIELDS}
         self._blocks = {field: table.empty(0) for field, table in self._tables.items()}  # with room for more rows
         self._texts, self._arrays = [], {}
+        self._found = {}
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
