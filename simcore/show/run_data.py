@@ -197,13 +197,13 @@ def _models(folder: Path | None) -> ViewModels:
         return ViewModels()
 
 
-def _solids(model: Model | None, names: Sequence[str] = ()) -> list[Solid]:
+def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
     """Those of a model; none of one that cannot be read."""
     try:
-        return [] if model is None else model_solids(model, names)
+        return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:
         _log.warning("a page without a model: %s", error)
-        return []
+        return ()
 
 
 # --- the scene --------------------------------------------------------------------------------------------------------
