@@ -23,6 +23,7 @@ from simcore.units import degrees
 
 __all__ = ["HUMAN_PLAYERS", "HumanPlayers"]
 
+_AWAKE, _ASLEEP = int(PieceStatus.AWAKE), int(PieceStatus.ASLEEP)
 HUMAN_PLAYERS = "human_players"
 """Option: human players feed and throw the fuel of their outposts, and what leaves the field is carried back."""
 
@@ -124,11 +125,13 @@ class HumanPlayers:
 
     def _in_corral(self, alliance: Alliance) -> list[int]:
         """Slots of the fuel in the corral's opening, which lies behind the wall."""
-        state = self._match.pieces.state
-        x, y = state.pos[:, 0], state.pos[:, 1]
-        if alliance == "red":
-            x, y = FIELD.size[0] - x, FIELD.size[1] - y
-        near = (x < FUEL.bounding_radius + _AT_WALL) & (abs(y - dim.OUTPOST_Y) < 0.5 * dim.CORRAL_OPENING_WIDTH)
-        near &= state.pos[:, 2] < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
-        on_field = (state.status == PieceStatus.AWAKE) | (state.status == PieceStatus.ASLEEP)
-        return [int(slot) for slot in np.nonzero(near & on_field)[0]]
+        state, red = self._match.pieces.state, alliance == "red"
+        x = FIELD.size[0] - state.pos[:, 0] if red else state.pos[:, 0]
+        slots = np.nonzero(x < FUEL.bounding_radius + _AT_WALL)[0]  # few
+        (_, y, z), status = state.pos[slots].T, state.status[slots]
+        y = FIELD.size[1] - y if red else y
+        near = abs(y - dim.OUTPOST_Y) < 0.5 * dim.CORRAL_OPENING_WIDTH
+        near &= z < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
+        near &= (status == _AWAKE) | (status == _ASLEEP)
+        found: list[int] = slots[near].tolist()
+        return found

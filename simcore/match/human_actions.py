@@ -64,8 +64,8 @@ class Feeder:
     @property
     def stock(self) -> int:
         """How many pieces they have; those that somebody else has put on the field meanwhile are not theirs."""
-        status = self._match.pieces.state.status
-        self._slots[:] = [slot for slot in self._slots if status[slot] == _STAGED]
+        status = self._match.pieces.state.status[self._slots].tolist() if self._slots else []
+        self._slots[:] = [slot for slot, now in zip(self._slots, status, strict=True) if now == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:
