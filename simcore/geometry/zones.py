@@ -20,8 +20,8 @@ class Zone(Protocol):
     """A closed region of the field."""
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]: what stays below cannot touch it."""
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of a box around it [m]: what stays outside of that cannot touch it."""
         ...
 
     def contains(self, points: FloatArray) -> BoolArray:
@@ -48,9 +48,9 @@ class BoxZone:
             raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]."""
-        return self.low[2]
+    def box(self) -> tuple[Vector, Vector]:
+        """Its corners [m]."""
+        return self.low, self.high
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
@@ -84,6 +84,12 @@ class CylinderZone:
         )
         if not self.bottom < self.top:
             raise ConfigError(f"CylinderZone: bottom must be below top, got {self.bottom} and {self.top} m")
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the box around it [m]."""
+        (x, y), r = self.center, self.radius
+        return (x - r, y - r, self.bottom), (x + r, y + r, self.top)
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
@@ -126,9 +132,10 @@ class CapsuleZone:
             raise ConfigError(f"CapsuleZone: start and end must differ, got {self.start}")
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]."""
-        return min(self.start[2], self.end[2]) - self.radius
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the box around it [m]."""
+        (a, b, c), (d, e, f), r = self.start, self.end, self.radius
+        return (min(a, d) - r, min(b, e) - r, min(c, f) - r), (max(a, d) + r, max(b, e) + r, max(c, f) + r)
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""

@@ -76,6 +76,6 @@ def test_a_capsule_is_what_is_near_its_line():
         capsule.contains(start)[np.abs(near - 0.1) > 0.002], (near <= 0.1)[np.abs(near - 0.1) > 0.002]
     )
     assert 10 < capsule.crossed(start, end).sum() < 190
-    assert capsule.bottom == pytest.approx(0.9)
+    assert np.array(capsule.box) == pytest.approx(np.array([(0.9, 0.9, 0.9), (1.4, 1.1, 1.5)]))
     with pytest.raises(ConfigError, match="start and end must differ"):
         CapsuleZone((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 0.1)
