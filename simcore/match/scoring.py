@@ -94,6 +94,14 @@ class Score:
     blue: int
     total: int
 
+    def __gt__(self, other: object) -> bool:
+        """Refuse to compare two numbers with one, and name both."""
+        raise ConfigError(
+            f"a score has points of red and of blue, got {other!r}: did you mean score.blue or score.red?"
+        )
+
+    __ge__ = __lt__ = __le__ = __gt__
+
 
 class ScoringTracker:
     """Counts pieces through zones, each piece once until it is let in again by its owner."""

@@ -125,15 +125,15 @@ def changing_times(recording: Recording, scene: Scene) -> set[float]:
 
 
 class ChangeRecord:
-    """What changes now and then in a run, each with the times from which on it was so."""
+    """What changes now and then in a run, each with the times from which on it was so; None: it is gone."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
         """By name `times` [s] and `values`."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
-        """What is so at a time [s]."""
-        for name, value in items:
+        """Note all that is so at a time [s]."""
+        for name, value in (dict.fromkeys(self.found) | dict(items)).items():
             changes = self.found.setdefault(name, {"times": [], "values": []})
             if not changes["values"] or changes["values"][-1] != value:
                 changes["times"].append(round(time, 3))
