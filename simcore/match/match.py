@@ -24,7 +24,7 @@ from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.motion import Motion, RobotContacts
 from simcore.match.piece_flow import PieceFlow
-from simcore.match.publish import build_snapshot
+from simcore.match.publish import Publisher
 from simcore.match.run_record import PieceCount, RunRecord, TrajectoryDigest
 from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_variation, start_error
 from simcore.match.scoring import Alliance, Score, ScoringTracker, ScoringZone
@@ -287,6 +287,7 @@ class Match:
             network=self._network,
         )
         self._begin_rules()
+        self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
         """Feed the digest with all that moves, and every 0.1 s with the points."""
@@ -711,4 +712,6 @@ class Match:
 
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
-        return build_snapshot(self)
+        if self._publisher is None:
+            self._publisher = Publisher(self)
+        return self._publisher.snapshot()

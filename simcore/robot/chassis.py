@@ -126,7 +126,8 @@ class ChassisSimulation:
             quat=from_yaw(pose[2]),
         )
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
-        self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
+        self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
+        """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
         self._wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
@@ -274,6 +275,11 @@ class ChassisSimulation:
         """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""
         return self._world.standing(self._number, pose)
 
+    @property
+    def is_on_flat(self) -> bool:
+        """Whether there is nothing but the floor under its wheels."""
+        return self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach)
+
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
         """What is under the wheels.
 
@@ -281,8 +287,8 @@ class ChassisSimulation:
             Lowest point of each wheel, field frame [m], shape (n, 3), and the height of what carries robots straight
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
-        soles = self._contacts @ matrix(self.quat).T + self.pos
-        if self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach):
+        soles = self.soles @ matrix(self.quat).T + self.pos
+        if self.is_on_flat:
             return soles, np.zeros(len(soles))
         hubs = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         return soles, self._world.ground_under(hubs, _FAR_BELOW)
