@@ -221,4 +221,5 @@ class Climber:
 
 def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float]) -> bool:
     """Whether a place is in a box [m]."""
-    return all(a < p < b for p, a, b in zip(place, low, high, strict=True))
+    (x, y, z), (ax, ay, az), (bx, by, bz) = place, low, high
+    return ax < x < bx and ay < y < by and az < z < bz
