@@ -195,7 +195,7 @@ class Fouls:
                 for robot in match.robots
                 if match.alliances[robot.number] == alliance and robot.chassis.speed < _STANDS
             ]
-            stand = [match.outline(number) for number in slow] if len(slow) > 1 else []
+            stand = [_extent(match.outline(number)) for number in slow] if len(slow) > 1 else []
             for name, passages in _PASSAGES.items():
                 for side, middle in (("own", dim.HUB_CENTER[0]), ("other", dim.FIELD_LENGTH - dim.HUB_CENTER[0])):
                     key = (alliance, f"both {name} of the {side} side")
@@ -216,11 +216,18 @@ _PASSAGES = {
 }
 
 
-def _are_closed(passages: Sequence[tuple[float, float]], outlines: Sequence[FloatArray], middle: float) -> bool:
-    """Whether robots close off all of some passages, whose middle is so far from the alliance wall [m]."""
+def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
+    """Lowest x and y and highest x and y of an outline [m]."""
+    (x, y), (far_x, far_y) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
+    return x, y, far_x, far_y
+
+
+def _are_closed(
+    passages: Sequence[tuple[float, float]], robots: Sequence[tuple[float, float, float, float]], middle: float
+) -> bool:
+    """Whether robots, by their extents, close off all of some passages, whose middle is so far from the wall [m]."""
     reach = 0.5 * dim.HUB_SIZE
-    there = [o for o in outlines if o[:, 0].min() < middle + reach and o[:, 0].max() > middle - reach]
-    spans = [(float(o[:, 1].min()), float(o[:, 1].max())) for o in there]
+    spans = [(low, high) for x, low, far_x, high in robots if x < middle + reach and far_x > middle - reach]
     return all(
         is_closed(passage, [s for s in spans if s[1] > passage[0] and s[0] < passage[1]]) for passage in passages
     )

@@ -77,9 +77,9 @@ class HumanPlayers:
 
     def act(self) -> None:
         """Take what has come into the corrals, feed who waits, and throw while the own hub counts; once a tick."""
-        match, (door, throw, _) = self._match, self.actions
+        match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
-            feeder.take_off(self._in_corral(alliance))
+            feeder.take_off(rolled_in[alliance])
             if alliance in match.persons:
                 continue
             kept = _KEEPS if alliance in match.alliances else 0
@@ -123,15 +123,18 @@ class HumanPlayers:
             place, vel = FIELD.symmetry.flip_points(place), FIELD.symmetry.flip_vectors(vel)
         feeder.put(place[0], velocity=vel[0])
 
-    def _in_corral(self, alliance: Alliance) -> list[int]:
-        """Slots of the fuel in the corral's opening, which lies behind the wall."""
-        state, red = self._match.pieces.state, alliance == "red"
-        x = FIELD.size[0] - state.pos[:, 0] if red else state.pos[:, 0]
-        slots = np.nonzero(x < FUEL.bounding_radius + _AT_WALL)[0]  # few
-        (_, y, z), status = state.pos[slots].T, state.status[slots]
-        y = FIELD.size[1] - y if red else y
-        near = abs(y - dim.OUTPOST_Y) < 0.5 * dim.CORRAL_OPENING_WIDTH
-        near &= z < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
-        near &= (status == _AWAKE) | (status == _ASLEEP)
-        found: list[int] = slots[near].tolist()
+    def _in_corrals(self) -> dict[Alliance, list[int]]:
+        """Slots of the fuel in the opening of each corral, which lies behind the wall."""
+        state, (length, width) = self._match.pieces.state, FIELD.size
+        on_field = (state.status == _AWAKE) | (state.status == _ASLEEP)
+        at_wall = np.abs(state.pos[:, 0] - 0.5 * length) > 0.5 * length - FUEL.bounding_radius - _AT_WALL
+        slots = np.nonzero(on_field & at_wall)[0]
+        found: dict[Alliance, list[int]] = {"blue": [], "red": []}
+        for slot, (x, y, z) in zip(slots.tolist(), state.pos[slots].tolist(), strict=True):
+            aside = (y if x < 0.5 * length else width - y) - dim.OUTPOST_Y
+            if (
+                abs(aside) < 0.5 * dim.CORRAL_OPENING_WIDTH
+                and z < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
+            ):
+                found["blue" if x < 0.5 * length else "red"].append(slot)
         return found

@@ -12,7 +12,7 @@ from simcore.geometry.rotation import Vector
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "box_crossed"]
 
 
 @runtime_checkable
@@ -58,11 +58,8 @@ class BoxZone:
         return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,): the slab method."""
-        enter, leave = _slab(start, end, np.asarray(self.low), np.asarray(self.high))
-        first: FloatArray = np.max(enter, axis=1)
-        last: FloatArray = np.min(leave, axis=1)
-        return first <= last
+        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
+        return box_crossed(self.low, self.high, start, end)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +146,14 @@ class CapsuleZone:
         """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
         hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
         return hit
+
+
+def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
+    """Which segments (n, 3) to (n, 3) [m] touch the box between two corners, shape (n,): the slab method."""
+    enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
+    first: FloatArray = np.max(enter, axis=1)
+    last: FloatArray = np.min(leave, axis=1)
+    return first <= last
 
 
 def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:

@@ -209,6 +209,7 @@ class ChassisSimulation:
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
+        self._yaw = yaw_of(self.quat)  # asked for eight times a tick
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -228,7 +229,7 @@ class ChassisSimulation:
     @property
     def pose(self) -> tuple[float, float, float]:
         """Position and heading, field frame [m, m, rad]."""
-        return self.pos[0], self.pos[1], yaw_of(self.quat)
+        return self.pos[0], self.pos[1], self._yaw
 
     @property
     def roll_pitch_yaw(self) -> Vector:
