@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.symmetry import FieldSymmetry
@@ -33,7 +34,7 @@ def driven(alliance="blue", symmetry="rotate", controls=None, game=None):
     return match, person
 
 
-@pytest.mark.parametrize(
+@each(
     ("alliance", "symmetry", "ahead", "left"),
     [("blue", "rotate", 1, 1), ("red", "rotate", -1, -1), ("red", "mirror", -1, -1), ("blue", "mirror", 1, 1)],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress
@@ -43,7 +44,7 @@ def test_the_text_means_what_was_written():
     assert read(tomllib.loads(text)["drivetrain"]) == read(SWERVE)
 
 
-@pytest.mark.parametrize(
+@each(
     ("changed", "words"),
     [
         ({"kind": "hover"}, "kind must be one of swerve, tank, mecanum"),

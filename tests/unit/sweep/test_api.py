@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.sweep import workers
@@ -112,7 +113,7 @@ def test_a_store_that_cannot_be_is_said(tmp_path):
         sweep(experiment(), workers=0, out=tmp_path / "file")
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "said"),
     [
         ({"auto": "dive"}, "Did you mean 'drive'"),
