@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
@@ -14,7 +15,7 @@ from simcore.errors import ConfigError
 from simcore.sweep.sweep_statistics import paired_difference, wilson_share
 
 
-@pytest.mark.parametrize(
+@each(
     ("k", "n", "lower", "upper"),
     [
         # R. Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3: score without continuity correction
