@@ -3,8 +3,6 @@
 A project with a simcore.toml has none.
 """
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """simcore serves any game: no word and no number of one year's game stands in it."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Which season is installed is asked in one module, and of Phoenix 6 in the emulator's table."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors say what was wrong, what was got and what would work, and are the builtin that a caller expects."""
 
-from __future__ import annotations
-
 from each_case import each
 
 from simcore import errors

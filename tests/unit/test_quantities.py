@@ -1,7 +1,5 @@
 """Numbers from outside: what is refused, in which words, and what is taken."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

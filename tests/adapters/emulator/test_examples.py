@@ -1,7 +1,5 @@
 """The control patterns of CTRE's public Python examples, each on a plant: what a team copies first has to work."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

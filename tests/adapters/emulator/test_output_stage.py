@@ -1,7 +1,5 @@
 """The output stage and the control laws by their equations."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

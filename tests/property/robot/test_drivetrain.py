@@ -1,7 +1,5 @@
 """Laws that hold for any robot, command and seed."""
 
-from __future__ import annotations
-
 import logging
 import math
 

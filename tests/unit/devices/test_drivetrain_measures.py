@@ -1,7 +1,5 @@
 """Measures of a drivetrain: which source counts, what is a guess, and what contradicts what."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Which side or corner the name of a motor says, as teams write them."""
 
-from __future__ import annotations
-
 from each_case import each
 
 from simcore.devices import sides_discovery

@@ -1,7 +1,5 @@
 """Zones: edges, corners and what a fast piece must not jump over."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigid bodies in plain Python: turning, impulses, soft contacts and boxes by their closed forms."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -94,6 +92,8 @@ def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
     assert (load, fx, fy) == pytest.approx((20.0, -0.5e5 * 0.002 * H - 50.0 * 0.002, 0.0)), "it sticks"
     load, fx, fy, _ = press(2e-4, (3.0, -4.0, 0.0))
     assert (load, fx, fy) == pytest.approx((20.0, -0.4 * 20.0 * 0.6, 0.4 * 20.0 * 0.8), abs=2e-3), "it slips"
+    press(2e-4, (0.0, 0.0, 0.0), key=9)
+    assert press(2e-4, (0.12, 0.0, 0.0), key=9)[1] == pytest.approx(-8.0), "where it would need 12 N to stick"
     assert press(2e-4, (0.0, 0.0, 1.0)) == (0.0, 0.0, 0.0, 0.0), "it would pull"
     assert press(0.05, (0.0, 0.0, -1.0), key=8)[0] == pytest.approx(1e5 * (H + 2e-4) + 100.0), "as deep as it came"
     assert press(0.01, (0.0, 0.0, 0.0), key=8)[0] == 0.0, "what is out of it counts anew from there"

@@ -1,7 +1,5 @@
 """The laws of contact, one by one, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The match clock."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The table of actions refuses what it cannot read; what the actions do is in tests/games/test_field_control.py."""
 
-from __future__ import annotations
-
 import pytest
 from each_case import each
 

@@ -1,7 +1,5 @@
 """Which piece goes where in a robot with several places for them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from unittest.mock import Mock
 

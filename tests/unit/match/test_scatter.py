@@ -1,7 +1,5 @@
 """What scatter draws: each spread alone, by its size, whatever else is on."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Materials, and the spring and damper of a contact that is computed in steps."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import FrozenInstanceError, replace
 

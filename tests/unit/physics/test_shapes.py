@@ -1,7 +1,5 @@
 """Collision shapes refuse what has no volume; how far they reach and how they stand, against their geometry."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """On which side of an open surface a plate grows when the file winds its faces both ways, or its halves disagree."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

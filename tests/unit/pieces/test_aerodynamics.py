@@ -1,7 +1,5 @@
 """Drag and lift as formulas."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

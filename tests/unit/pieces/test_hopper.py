@@ -1,7 +1,5 @@
 """Balls in a hopper: feed rate, fill, what acceleration does to them, jams and what loosens them, bad input."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which pieces the intake takes."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

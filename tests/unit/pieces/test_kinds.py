@@ -1,7 +1,5 @@
 """One kind of piece: derived numbers against their formulas, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where and how fast a piece leaves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

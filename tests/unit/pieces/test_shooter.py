@@ -1,7 +1,5 @@
 """Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Shots at an opening among what stands on a field: the equation of motion, and what rim and boards do."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Solved shots: the known ones and the impossible ones."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple
 

@@ -1,7 +1,5 @@
 """What a person's sticks and buttons do with a robot, as seen from its own driver station."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Line-ups as people type them: who plays where, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import Mock

@@ -4,8 +4,6 @@ Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "T
 Cheesy Arena does (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
 """
 
-from __future__ import annotations
-
 import pytest
 from each_case import each
 

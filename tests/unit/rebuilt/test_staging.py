@@ -1,7 +1,5 @@
 """Staging by the manual: 504 fuel, 206 x 72 in, seeded."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The motor table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

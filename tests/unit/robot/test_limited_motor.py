@@ -1,7 +1,5 @@
 """A motor behind current limits, gears and friction."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """A mecanum drive against closed forms: speeds by WPILib's kinematics, push by rollers at 45 degrees, energy."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Flywheel, roller, arm, elevator and rack: what each adds to the shaft."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

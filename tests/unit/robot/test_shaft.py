@@ -1,7 +1,5 @@
 """The shaft against closed forms: exponential spin-up, limits, friction, stops."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

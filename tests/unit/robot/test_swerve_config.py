@@ -1,7 +1,5 @@
 """What a swerve drivetrain is made of, checked when it is written down."""
 
-from __future__ import annotations
-
 import logging
 import math
 from dataclasses import replace

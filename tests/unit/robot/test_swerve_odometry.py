@@ -1,7 +1,5 @@
 """Odometry goes along arcs: the closed form of a circle."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Where a robot tips: a h = g b."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """How much of the robot each wheel carries."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

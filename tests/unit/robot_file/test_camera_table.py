@@ -1,7 +1,5 @@
 """`[[camera]]` of any maker: what it says arrives, and what cannot be is named."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The table [drivetrain]: what it means, and what it says to a mistake."""
 
-from __future__ import annotations
-
 import pytest
 from each_case import each
 

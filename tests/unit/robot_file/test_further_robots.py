@@ -1,7 +1,5 @@
 """[[partner]], [[opponent]] and the empty field of simcore.toml: who plays, where, and what is said of mistakes."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """No key of simcore.toml is dropped in silence: each changes what is read, or a sentence that names it refuses it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields, replace
 from pathlib import Path

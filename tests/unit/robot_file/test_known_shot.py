@@ -1,7 +1,5 @@
 """Exit efficiency: what `simcore check` states of a shooter's goal, and what it fits to one known shot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """simcore.toml: what it may say, and what it says to a mistake."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

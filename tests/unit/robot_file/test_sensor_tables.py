@@ -1,7 +1,5 @@
 """Sensors, servos, pistons and controllers on ports in simcore.toml, and what is said of mistakes."""
 
-from __future__ import annotations
-
 import math
 import re
 

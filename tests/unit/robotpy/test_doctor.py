@@ -1,7 +1,5 @@
 """Every check of `simcore doctor`, in each of its branches, and the command as a whole."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import io

@@ -1,7 +1,5 @@
 """Blocks of a report: what they hold, what they refuse, and the page around them; a browser is in tests/view."""
 
-from __future__ import annotations
-
 import math
 import re
 

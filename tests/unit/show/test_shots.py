@@ -1,7 +1,5 @@
 """Shots put together from what was recorded: flights by ids, results, and the side of a miss."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What keys and gamepads ask for, which messages are refused, and how soon a page that is gone drives no more."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Sweeps of a small game, played in this process: rows, their order, and what is kept of them."""
 
-from __future__ import annotations
-
 import random
 import sqlite3
 import subprocess

@@ -1,7 +1,5 @@
 """An experiment plans its runs, and names their results."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

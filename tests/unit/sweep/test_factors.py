@@ -1,7 +1,5 @@
 """Factors as people write them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 

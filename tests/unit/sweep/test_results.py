@@ -1,7 +1,5 @@
 """What a table of runs says, asked as a user would."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 

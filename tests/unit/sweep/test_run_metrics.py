@@ -1,7 +1,5 @@
 """Metrics of shots, by the record of a run."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

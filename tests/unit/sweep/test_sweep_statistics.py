@@ -1,7 +1,5 @@
 """Shares, intervals and differences against published values and closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A camera in time: rates, latency, throttle, settings, heading modes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

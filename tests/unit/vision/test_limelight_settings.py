@@ -1,7 +1,5 @@
 """Requests of robot code: good ones act, bad ones change nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

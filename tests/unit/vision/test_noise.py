@@ -1,7 +1,5 @@
 """How far poses are off: closed forms of the linearized projection, a Limelight that was measured, and what flips."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

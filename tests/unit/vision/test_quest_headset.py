@@ -1,7 +1,5 @@
 """A headset knows its own motion: relative to its start, and on the field once it was told where it is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """QuestNav's messages, byte by byte as Google's protobuf writes them from QuestNav's own descriptions."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

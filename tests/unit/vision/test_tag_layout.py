@@ -1,7 +1,5 @@
 """Layouts: the official ones, files, and what is wrong with a broken one."""
 
-from __future__ import annotations
-
 import json
 import math
 
