@@ -39,6 +39,12 @@ MASSES = "tests/physics/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
 ROBOT_LAWS = "tests/unit/loop/test_robot_laws.py"
 FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
+BATTERY, STAGE = "tests/unit/robot/test_battery.py", "simcore/phoenix6_emulator/output_stage.py"
+WATCH, WATCHED = "simcore/robotpy/belief_watch.py", "tests/unit/robotpy/test_belief_watch.py"
+POLICY = (
+    "tests/games/test_human_actions.py"
+    "::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall"
+)
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
@@ -238,6 +244,39 @@ MUTANTS = (
     Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
            "self._is_ball[slot] else 9.0):",
            "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_it_is_the_same_again"),
+    # of people, ranking points, batteries, pages and the watch on odometry
+    Mutant("a battery charges above full", "simcore/loop/battery.py", "min(1.0, max(0.0, b.charge",
+           "(max(0.0, b.charge", f"{BATTERY}::test_charge_counts_ampere_hours"),
+    Mutant("a brown-out ends at its level", "simcore/loop/battery.py", " or (b.is_low and v == level)", "",
+           f"{BATTERY}::test_brownout_enters_below_6_75_and_leaves_above_7_5"),
+    Mutant("60 tower points are not yet enough", "games/rebuilt/rules.py", "tower >= event.traversal",
+           "tower > event.traversal", f"{FOULS}::test_the_sheet_adds_up_and_ranking_points_follow_it"),
+    Mutant("100 fuel are not yet enough", "games/rebuilt/rules.py", "fuel >= event.energized",
+           "fuel > event.energized", f"{FOULS}::test_the_sheet_adds_up_and_ranking_points_follow_it"),
+    Mutant("ranking points while fuel still counts", "games/rebuilt/rules.py",
+           "time < MATCH.duration + ASSESSMENT - 1e-9", "time < 0.0",
+           f"{FOULS}::test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessment"),
+    Mutant("a full robot is fed", "games/rebuilt/human_players.py", " and robot.storage.room", "", POLICY),
+    Mutant("opponents are fed", "games/rebuilt/human_players.py", "if owner == alliance and is_there", "if is_there",
+           POLICY),
+    Mutant("robots that drive past a station are fed", "games/reefscape/human_players.py",
+           " and robot.chassis.speed < _WAITING", "",
+           f"{REEF}::test_human_players_feed_who_waits_and_throw_what_came_through_the_processor"),
+    Mutant("a torque current ignores the stator limit", STAGE, "min(abs(self.asked), self._stator_limit) if",
+           "abs(self.asked) if", "tests/adapters/emulator/test_output_stage.py"),
+    Mutant("a supply limit is lowered at once", STAGE, "self._over > self._lower_time > 0.0",
+           "self._lower_time > 0.0",
+           "tests/adapters/emulator/test_examples.py::test_current_limits_bound_stator_and_supply_current"),
+    Mutant("pages that are behind get frames", "simcore/show/view_server.py",
+           "if not is_frame or one.transport is None", "if True or one.transport is None",
+           "tests/view/test_live.py::test_a_page_that_is_behind_gets_no_frames_and_all_else"),
+    Mutant("what a camera has seen is a step of the program", WATCH, "if abs(step) > _CARRIED[0]:", "if False:",
+           f"{WATCHED}::test_a_fault_is_told_once_with_its_cause"),
+    Mutant("a meter that is a tenth long is told", WATCH, "max(_APART, _SHARE * self._way)", "_APART",
+           f"{WATCHED}::test_nothing_is_said_while_odometry_is_right"),
+    Mutant("who pushes a disabled robot is told", WATCH, "or not is_driving or", "or",
+           f"{WATCHED}::test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what_cameras_mended_"
+           "may_break"),
 )  # fmt: skip
 
 

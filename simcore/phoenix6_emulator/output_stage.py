@@ -312,4 +312,4 @@ class Bridge:
             self._over, self._is_lowered = 0.0, False
             return
         self._over += loops * LOOP
-        self._is_lowered = self._is_lowered or self._over > self._lower_time > 0.0
+        self._is_lowered = self._over > self._lower_time > 0.0

@@ -13,6 +13,8 @@ from simcore.robot.mechanisms import ArmConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 
+pytestmark = pytest.mark.engines("bullet")
+
 DRIVETRAIN = SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0))
 UNLIMITED: dict[str, float] = {}
 LIMITED = {"stator_current_limit": 120.0, "supply_current_limit": 70.0}

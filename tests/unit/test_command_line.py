@@ -1,7 +1,5 @@
 """The command without a subcommand, the version in all its places, and scripts that only ask for help."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,8 +1,6 @@
 """Errors say what was wrong, what was got and what would work, and are the builtin that a caller expects."""
 
-from __future__ import annotations
-
-import pytest
+from each_case import each
 
 from simcore import errors
 from simcore.errors import SimcoreError, UnknownNameError
@@ -21,7 +19,7 @@ def test_a_name_that_resembles_nothing_lists_what_there_is():
     assert str(UnknownNameError("auto", "xyz", [])) == "no auto named 'xyz'. Known: []"
 
 
-@pytest.mark.parametrize(
+@each(
     ("error", "builtin"),
     [
         ("ConfigError", ValueError),

@@ -1,12 +1,11 @@
 """Measures of a drivetrain: which source counts, what is a guess, and what contradicts what."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
@@ -71,8 +70,8 @@ def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
-@pytest.mark.parametrize(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
-@pytest.mark.parametrize("half", [0.25, 0.6])
+@each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
+@each("half", [0.25, 0.6])
 def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, size, half):
     """Of robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
     found = swerve(None)

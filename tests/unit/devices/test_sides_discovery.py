@@ -1,8 +1,6 @@
 """Which side or corner the name of a motor says, as teams write them."""
 
-from __future__ import annotations
-
-import pytest
+from each_case import each
 
 from simcore.devices import sides_discovery
 from simcore.devices.makers import Maker
@@ -14,7 +12,7 @@ SIDES = ("left", "right")
 CORNERS = ("front left", "front right", "rear left", "rear right")
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "side"),
     [
         ("leftMotor1", "left"), ("talonL", "left"), ("L_motor", "left"), ("base.motorL1", "left"), ("l1", "left"),
@@ -28,7 +26,7 @@ def test_the_side_that_a_name_says(name, side):
     assert [place for place in SIDES if says_place(name, place)] == ([side] if side else [])
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "corner"),
     [
         ("frontLeft", "front left"), ("fl", "front left"), ("lf_motor", "front left"), ("front_l", "front left"),

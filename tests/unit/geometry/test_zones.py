@@ -1,11 +1,10 @@
 """Zones: edges, corners and what a fast piece must not jump over."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
@@ -18,7 +17,7 @@ def row(*point: float) -> np.ndarray:
     return np.array([point])
 
 
-@pytest.mark.parametrize(
+@each(
     ("point", "inside"),
     [
         ((1.5, 3.0, 0.5), True),
@@ -33,7 +32,7 @@ def test_a_box_contains_its_faces_and_nothing_beyond(point, inside):
     assert bool(BOX.contains(row(*point))[0]) is inside
 
 
-@pytest.mark.parametrize(
+@each(
     ("point", "inside"),
     [((5.0, 5.0, 1.3), True), ((5.3, 5.0, 1.2), True), ((5.22, 5.22, 1.3), False), ((5.0, 5.0, 1.436), False)],
 )

@@ -1,7 +1,5 @@
 """`simcore init`: the file it writes can be read, and it says what stands in its way."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

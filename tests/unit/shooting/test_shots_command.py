@@ -1,7 +1,5 @@
 """`simcore shots`, its table (shot_table.py) and its files (shot_files.py), by one run that all tests read."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

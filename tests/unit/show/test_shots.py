@@ -1,11 +1,10 @@
 """Shots put together from what was recorded: flights by ids, results, and the side of a miss."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 from made_up_run import SCENE, flight, recorded
 
 from simcore.show.run_events import ChangeRecord, board_now, events_of
@@ -26,7 +25,7 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
     assert (hit.distance, hit.side) == (pytest.approx(1.0), None), "to the goal in its direction"
 
 
-@pytest.mark.parametrize(
+@each(
     ("goal", "side"),
     [
         ((4.0, 3.0, 0.0), "long"),  # the flight comes down at x = 6.7
