@@ -1,7 +1,7 @@
 """simcore: physics for FIRST Robotics Competition robots written in Python.
 
 The everyday names are here, each loaded when it is first asked for (PEP 562): importing this package loads neither the
-physics engine nor wpilib.
+physics engine nor wpilib. (PYTEST_DONT_REWRITE: it is imported before pytest comes, and asserts nothing.)
 
 >>> from simcore import FieldSymmetry
 >>> FieldSymmetry.__module__

@@ -374,7 +374,8 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
         assert call.excinfo is not None
         test.record.failure = call.excinfo.exconly()[:_LONGEST_FAILURE]
-        test.record.conclude()
+        if test.was_enabled:
+            test.record.conclude()
         recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)

@@ -118,6 +118,11 @@ def test_refusals(sim):
     with pytest.raises(ValueError, match="run: seconds must be a number"):
         sim.run("5")
 
+def test_late_color(sim):
+    sim.teleop(seconds=0.04)
+    sim.alliance("red")
+    assert sim.score > 8
+
 def test_nothing(sim):
     sim.teleop()
     assert sim.score.blue < 5
@@ -135,15 +140,17 @@ def test_robot_raises(sim):
         sim.run(0.1)
 """
     )
-    assert code == 1 and "3 failed, 2 passed, 1 skipped" in said, said
+    assert code == 1 and "4 failed, 2 passed, 1 skipped" in said, said
     assert "Watchdog not fed" not in said and "overrun" not in said, said
     assert said.count("ConditionError: teleop was begun and 0 s of it were played: say how long, e.g. teleop(sec") >= 2
-    assert "look at the run: page" in said
+    assert "look at the run: page" in said and "PytestAssertRewriteWarning" not in said
+    assert "- alliance('red') after the robot was enabled changes its color and leaves it where it stands" in said
+    assert "ConfigError: a score has points of red and of blue, got 8: did you mean score.blue or score.red?" in said
     for why in ("- the odometry does not hold, says this test", "- the program believes to be at "):
         assert said.count(why) == 1, said
     notes = PageReader(project.folder / "test_output" / "test_fails" / "run.html").words
     assert "says this test" in notes and "the program believes to be at " in notes
-    left = {file for file in files(project.folder / "test_output") if not file.startswith("test_nothing")}
+    left = {file for file in files(project.folder / "test_output") if not file.startswith(("test_nothing", "test_late"))}
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
