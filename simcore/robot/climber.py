@@ -134,7 +134,7 @@ class Climber:
             return False  # without asking where the mechanism is
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
         hook = [p + a for p, a in zip(c.pos, rotate(c.quat, pos), strict=True)]
-        return any(_is_inside(hook, low, high) for _, low, high in self._boxes)
+        return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.
