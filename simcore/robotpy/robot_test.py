@@ -162,8 +162,8 @@ class RobotTest:
             raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
         if self.was_enabled and color != self._alliance:
             _log.warning(
-                "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it first, "
-                "or place the robot, too",
+                "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it "
+                "first, or place the robot, too",
                 color,
             )
         self._alliance = color
