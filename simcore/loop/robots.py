@@ -88,7 +88,7 @@ def kick_robots(fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, 
         part: Share of the step in the call.
     """
     n = len(fleet.robots)
-    found = np.zeros((2, 6))
+    found = np.zeros((2, 7))
     fleet.clock[0] += 1
     for r in range(n):
         robot = fleet.robots[r]
