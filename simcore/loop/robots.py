@@ -217,6 +217,19 @@ def _follow_target(shafts, i, first_shaft):
 
 
 @compiled
+def scrub(azimuth, wheel, h):
+    """Return the friction torque [N m] of a contact patch that turns on the carpet: mu N r while the wheel stands.
+
+    Coulomb friction acts along the slip. Where the patch slips by s already, as that of a rolling wheel does, and an
+    azimuth at omega rubs it by r omega, the share r omega / s of its friction is against the turning. So a wheel that
+    rolls is steered with little torque and its scrub holds no angle, as with a car that moves.
+    """
+    most = azimuth.scrub * wheel.cof * wheel.load
+    rub = azimuth.scrub * (abs(azimuth.speed) + most * h / azimuth.inertia)
+    return most * rub / wheel.slip if rub < wheel.slip else most
+
+
+@compiled
 def _steer(robot, shafts, wheels, h, bus):
     """Turn the azimuths, and the mechanisms."""
     for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
@@ -226,8 +239,8 @@ def _steer(robot, shafts, wheels, h, bus):
             continue
         wheel_shaft = shafts[robot.first_shaft + s.partner]
         before = s.speed
-        load = wheels[robot.first_wheel + wheel_shaft.first].load
-        turn(shafts, i, h, bus, s.scrub * load, s.coupling * wheel_shaft.current)
+        rub = scrub(s, wheels[robot.first_wheel + wheel_shaft.first], h)
+        turn(shafts, i, h, bus, rub, s.coupling * wheel_shaft.current)
         wheel_shaft.emf_offset = wheel_shaft.coupled_emf * 0.5 * (before + s.speed)
         wheel_shaft.torque_offset = -wheel_shaft.coupled_inertia * (s.speed - before) / h
         wheel_shaft.cos = math.cos(s.position + s.zero)
