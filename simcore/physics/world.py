@@ -441,19 +441,20 @@ class PhysicsWorld:
 
         By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
         """
+        return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
+
+    def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return the same of several places [m], shapes (n, 2) and (n,)."""
         if self.floor is None:
-            return False
+            return np.zeros(len(places), dtype=bool)
         solids = self.solids
         ramps = solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
-        place = np.array((x, y))
-        away = np.maximum(np.maximum(ramps[:, :2] - place, place - ramps[:, 3:5]), 0.0)
-        if (np.einsum("ij,ij->i", away, away) < reach * reach).any():
-            return False
-        return not any(
-            math.hypot(x - pivot[0], y - pivot[1]) < reach + far
-            for row, pivot, far in self.hanging
-            if row not in self._hanging
-        )
+        away = np.maximum(np.maximum(ramps[:, :2] - places[:, None], places[:, None] - ramps[:, 3:5]), 0.0)
+        flat: BoolArray = ~(np.einsum("nij,nij->ni", away, away) < np.square(reach)[:, None]).any(axis=1)
+        for row, pivot, far in self.hanging:
+            if row not in self._hanging:
+                flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
+        return flat
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """Return whether the bounding box of something that stands on the field is near places, shape (n,).

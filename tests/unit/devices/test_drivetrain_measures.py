@@ -70,7 +70,7 @@ def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
-@pytest.mark.parametrize(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
+@each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
 def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
     """Wheels of 6 in at 8.45:1: the unit in which that is a speed of robots."""
     way = math.tau * 0.0762 / 8.45
