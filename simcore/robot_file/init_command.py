@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.install_text import shared_requirement
+from simcore.install_text import is_source, shared_requirement
 from simcore.match.registry import installed_games
 from simcore.robot_file.key_tables import read_toml
 from simcore.robot_file.reader import read_settings
@@ -182,6 +182,10 @@ def find_robot_py(place: Path) -> Path:
     """
     if place.is_file():
         return place
+    if is_source(place):
+        raise ConfigError(
+            f"{place.resolve()} is simcore's own folder: go to that of your robot.py, or name it: simcore init FOLDER"
+        )
     for depth in ("robot.py", "*/robot.py", "*/*/robot.py", "*/*/*/robot.py"):
         found = sorted(p for p in place.glob(depth) if not _is_foreign(p.relative_to(place)))
         if len(found) == 1:

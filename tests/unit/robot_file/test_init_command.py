@@ -254,3 +254,8 @@ def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypat
     (repository / ".git").rmdir()
     assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
     assert "is in no git repository" in capsys.readouterr().err
+
+
+def test_simcores_own_folder_is_no_robot_project(capsys):
+    assert main(["init", str(Path(__file__).resolve().parents[3])]) == 1
+    assert "is simcore's own folder: go to that of your robot.py" in capsys.readouterr().err
