@@ -67,7 +67,7 @@ MUTANTS = (
            f"{PINS}::test_a_ball_pinned_by_a_robot_stays_before_the_wall"),
     Mutant("friction forgets", BALLS, "if is_new:", "if True:",
            "tests/physics/test_ball_laws.py::test_a_ball_squeezed_between_walls_hangs_by_its_friction"),
-    Mutant("balls roll on without loss", BALLS, "part * (rolling * turnability / size +", "part * (0.0 +",
+    Mutant("balls roll on without loss", BALLS, "h * (rolling * turnability / size +", "h * (0.0 +",
            "tests/physics/test_ball_laws.py::test_a_rolling_ball_slows_by_its_lever"),
     Mutant("edges within a floor are felt", BALLS, "if n > 1:", "if False:",
            "tests/physics/test_ball_laws.py::test_a_ball_that_rolls_over_seams_keeps_its_course"),

@@ -98,6 +98,7 @@ _OTHER_UNITS = {
     "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
     "kg": (("pounds", 0.45359237), ("g", 0.001)),
     "rad": (("degrees", math.pi / 180.0),),
+    "1/s": (("rpm", 1.0 / 60.0),),
 }
 """Of the units that people think in, what one is in ours."""
 
@@ -139,7 +140,7 @@ class Quantity:
         return f"must be {self}, got {shown(value)}{hint}"
 
     def in_other_units(self, number: float) -> str:
-        """What a length, mass or heading is if it was meant in another unit; empty if none makes sense."""
+        """What a length, mass, heading or speed is if it was meant in another unit; empty if none makes sense."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:
                 return f". As {name} that is {number * size:.3g} {self.unit}"

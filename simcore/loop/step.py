@@ -67,12 +67,12 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call)
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
     has_balls = any_moves(balls, bodies)
-    lists, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
-    has_balls = has_balls and lists[1] > 0
+    listed, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
+    has_balls = has_balls and listed.size > 0
     force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
     step = dt  # of the balls
     if has_balls:
-        drift_balls(balls, lists, 0.5 * step)
+        drift_balls(balls, listed, 0.5 * step)
     for number in range(steps):
         kick_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
         for r in range(len(fleet.robots)):
@@ -91,10 +91,10 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call)
             left -= step
             if has_balls:
                 rest = left if left > 1e-9 else dt if number + 1 < steps else 0.0
-                step = step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force, step, rest)
+                step = step_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, step, rest)
         _drift_bodies(bodies, dt - at, call)
     if has_balls:
-        end_balls(balls, lists, h)
+        end_balls(balls, listed, h)
 
 
 @compiled

@@ -201,15 +201,19 @@ class CameraRig:
         for headset in self.headsets:
             headset.close()
 
-    def lines(self, robots: Sequence[Robot]) -> dict[str, FloatArray]:
-        """What to draw, by telemetry key: rows of poses."""
-        found: dict[str, FloatArray] = {}
-        for name, camera in self.cameras.items():
-            chassis = robots[camera.robot].chassis
-            pos, quat = camera.pose_at(chassis.pos, chassis.quat)
-            found[f"Sim/Limelights/{name}/DirectionLine"] = direction_line(pos, quat, camera.last)
-            found[f"Sim/Limelights/{name}/SeenTags"] = sighting_lines(pos, quat, camera.last, self.layout)
-        return found
+    def direction_lines(self) -> dict[str, FloatArray]:
+        """Return rows of poses from each lens to what its last frame aims at, by the camera's name."""
+        return {name: direction_line(*self._pose(camera), camera.last) for name, camera in self.cameras.items()}
+
+    def sighting_lines(self) -> dict[str, FloatArray]:
+        """Return rows of poses from each lens to the tags of its last frame and back."""
+        return {
+            name: sighting_lines(*self._pose(camera), camera.last, self.layout) for name, camera in self.cameras.items()
+        }
+
+    def _pose(self, camera: LimelightSim) -> tuple[Vector, Quaternion]:
+        chassis = self._robots[camera.robot].chassis
+        return camera.pose_at(chassis.pos, chassis.quat)
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:

@@ -24,7 +24,7 @@ from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.motion import Motion, RobotContacts
 from simcore.match.piece_flow import PieceFlow
-from simcore.match.publish import build_snapshot
+from simcore.match.publish import Publisher
 from simcore.match.run_record import PieceCount, RunRecord, TrajectoryDigest
 from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_variation, start_error
 from simcore.match.scoring import Alliance, Score, ScoringTracker, ScoringZone
@@ -287,6 +287,7 @@ class Match:
             network=self._network,
         )
         self._begin_rules()
+        self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
         """Feed the digest with all that moves, and every 0.1 s with the points."""
@@ -507,7 +508,7 @@ class Match:
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
             for event in events:
-                self.record.note_scored(event.slot)
+                self.record.note_scored(event)
             self.pieces.score(np.array([event.slot for event in events]))
             for event in events:
                 self.rules.scored(event)
@@ -654,14 +655,20 @@ class Match:
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Pieces that scored, by zone, and the rules' breakdown, as telemetry shows them.
+        """The breakdown as telemetry shows it.
 
         They are counted every 0.1 s, and when points change: in most ticks nothing has.
         """
         now = self.ticks // _COUNT_PERIOD, self.score
         if now != self._counted:
-            self._counted, self._counts = now, {**self.tracker.pieces, **self.rules.breakdown()}
+            self._counted, self._counts = now, self.breakdown()
         return self._counts
+
+    def breakdown(self) -> dict[str, int]:
+        """Count pieces that scored, by zone, points that human players threw, and what the rules count."""
+        people = self.record.human_points.items() if self.rules.human_actions() else ()
+        thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
+        return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:
@@ -705,4 +712,6 @@ class Match:
 
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
-        return build_snapshot(self)
+        if self._publisher is None:
+            self._publisher = Publisher(self)
+        return self._publisher.snapshot()

@@ -1,36 +1,37 @@
-"""What a tick looks like from outside: telemetry keys (docs/telemetry.md) from what match and robots have."""
+"""What a tick looks like from outside: a row of all channels (`simcore.match.channels`) from match and robots."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from simcore.geometry.rotation import matrix, multiply
 from simcore.match.camera_rig import CameraRig
+from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.game import PlayedMatch
-from simcore.match.run_record import RobotRecord
-from simcore.match.scoring import Alliance, Score
-from simcore.match.starts import pose_text
-from simcore.pieces.pool import PieceStatus
+from simcore.match.scoring import Score
 from simcore.robot.chassis import ground_clearance
-from simcore.robot.mechanisms import ArmSim, ElevatorSim, PistonSim, RackSim
+from simcore.robot.mechanisms import PistonSim, RackSim, ShaftSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.telemetry.columns import FIELDS, GAP, Channel, Columns, Table
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
-from simcore.typing import FloatArray, IntArray
-from simcore.units import TICK
+from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["build_snapshot"]
+__all__ = ["Publisher"]
 
-_DECIMALS = 6
-"""Of the poses of robots and of what they carry [um, 1e-6], and of mechanisms: the engine holds a robot at rest to some
-1e-9 m, and a log would take up every tick of it."""
-_VOLT_DECIMALS = 3
-"""Of the battery's voltage [mV], which comes back after a load for minutes."""
+_DECIMALS = 6  # of poses: the engine holds a robot at rest to some 1e-9 m, and a log would take up every tick of it
+_FIELD = {
+    "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
+    "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
+}  # fmt: skip
+"""Field of a `Snapshot`, by the type of a channel."""
+_KINDS = {bool: "booleans", int: "integers", float: "doubles", str: "strings"}
+"""The same by the type of a value, which may be derived from it."""
 
 
 class PublishedMatch(PlayedMatch, Protocol):
@@ -55,206 +56,328 @@ class PublishedMatch(PlayedMatch, Protocol):
         """Pieces that scored, by zone, and the rules' breakdown."""
 
 
-def build_snapshot(match: PublishedMatch) -> Snapshot:
-    """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
-    rows = Snapshot(time=match.time, tick=match.ticks - 1)
-    _add_pieces(rows, match)
-    _add_match(rows, match)
-    if match.hanging:
-        bodies = [(*body.pos, body.quat[3], *body.quat[:3]) for body in match.hanging]
-        rows.pose_arrays["Sim/Hanging"] = _rounded(np.array(bodies))
-    rows.pose_arrays.update({key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()})
-    for robot in match.robots:
-        _add_robot(rows, robot, match.alliances[robot.number], match.record.robots[robot.number])
-    by_type: Any = ((bool, rows.booleans), (int, rows.integers), (float, rows.doubles), (str, rows.strings))
-    for key, value in match.rules.telemetry().items():
-        next(values for kind, values in by_type if isinstance(value, kind))[key] = value
-    return rows
+class _Source(NamedTuple):
+    """Some keys of one type, and who gives their values."""
+
+    field: str
+    """Of a snapshot."""
+    keys: list[str]
+    """A `<...>` in them is filled by the names of the values."""
+    decimals: int | None
+    values: Callable[[], Iterable[Any]]
+    """One of each key; by name, if they are open; None: it is not published now."""
 
 
-def _add_pieces(rows: Snapshot, match: PublishedMatch) -> None:
-    pieces = match.pieces
-    flying = match.record.flying
-    held, carried = _carried(match)
-    kinds = pieces.state.kind[held]
-    for number, supply in enumerate(match.game.pieces):
-        name = supply.kind.name
-        slots, here = pieces.shown.of(number)
-        rows.pose_arrays[f"Sim/GamePieces/{name}"] = here
-        rows.integer_arrays[f"Sim/PieceIds/{name}"] = slots
-        in_flight, mine = _NO_POSES, _NO_IDS
-        if len(flying):
-            mine = _frozen_ids(flying[pieces.state.kind[flying] == number])
-            in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
-            in_flight.setflags(write=False)
-        rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
-        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = mine
-        poses, ids = _NO_POSES, _NO_IDS
-        if (inside := kinds == number).any():
-            poses, ids = _rounded(carried[inside]), _frozen_ids(held[inside])
-        rows.pose_arrays[f"Sim/Held/{name}"] = poses
-        rows.integer_arrays[f"Sim/HeldIds/{name}"] = ids
+class Publisher:
+    """Gives all channels of a match their columns as it begins, and makes a snapshot of a tick.
+
+    Args:
+        match: With all its robots.
+    """
+
+    def __init__(self, match: PublishedMatch) -> None:
+        self._match, self._robots, self._pieces = match, _Robots(match), _Pieces(match)
+        self._tables = {name: Table(name) for name in FIELDS}
+        self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
+        self._others: list[_Source] = []
+        """Arrays, texts, and values by name."""
+        self._strings: dict[str, str] = {}
+        for kind in self._pieces.kinds:
+            for channel in PIECES:
+                self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
+        by_type: dict[tuple[str, bool], list[Channel]] = {}
+        for channel in MATCH:
+            by_type.setdefault((channel.kind, "<" in channel.key), []).append(channel)
+        for some in by_type.values():
+            self._add(some[0], [channel.key for channel in some], partial(_asked, some, match))
+        things: dict[Channel, list[tuple[str, Any]]] = {}
+        for robot in match.robots:
+            for channel, key, thing in _lines(robot):
+                things.setdefault(channel, []).append((key, thing))
+                self._place(channel, key)  # robot by robot, for whoever lists them; values come channel by channel
+        for channel, mine in things.items():
+            self._add(channel, [key for key, _ in mine], self._robots.values_of(channel, [thing for _, thing in mine]))
+        self._rounding = {name: self._decimals(name) for name in FIELDS}
+
+    def _place(self, channel: Channel, key: str) -> bool:
+        """Give a key its column, if it has one; whether it has."""
+        has_one = "<" not in key and _FIELD[channel.kind] in FIELDS
+        if has_one:
+            self._tables[_FIELD[channel.kind]].place(key)
+        return has_one
+
+    def _add(self, channel: Channel, keys: list[str], values: Callable[[], Iterable[Any]]) -> None:
+        source = _Source(_FIELD[channel.kind], keys, channel.decimals, values)
+        has_columns = [self._place(channel, key) for key in keys]
+        (self._fixed[source.field] if any(has_columns) else self._others).append(source)
+
+    def _decimals(self, name: str) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Return columns of fixed values, a power of ten for each, and where they are rounded at all."""
+        sources, shape = self._fixed[name], (-1, *(1 for _ in FIELDS[name][1]))
+        columns = [self._tables[name].place(key) for one in sources for key in one.keys]
+        decimals = [one.decimals for one in sources for _ in one.keys]
+        scales = np.array([1.0 if d is None else 10.0**d for d in decimals])
+        is_rounded = np.array([d is not None for d in decimals], bool)
+        return np.array(columns, np.int64), scales.reshape(shape), is_rounded.reshape(shape)
+
+    def snapshot(self) -> Snapshot:
+        """Return everything that telemetry shows of the last tick."""
+        match = self._match
+        self._robots.look()
+        self._pieces.look()
+        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELD.values()}
+        """What has no column of its own from the beginning."""
+        for name, keys, decimals, values in self._others:
+            rows = found[name]
+            for key, value in zip(keys, values(), strict=True):
+                if "<" in key:
+                    head, tail = key.split("<")[0], key.split(">")[1]
+                    rows.update({f"{head}{k}{tail}": _rounded(v, decimals) for k, v in value.items()})
+                elif value is not None:
+                    rows[key] = _rounded(value, decimals)
+        for key, value in match.rules.telemetry().items():
+            found[next(name for kind, name in _KINDS.items() if isinstance(value, kind))][key] = value
+        if found["strings"] == self._strings:
+            found["strings"] = self._strings  # the same object: nobody need look into it
+        self._strings = found["strings"]
+        rows = {name: self._row(name, found[name]) for name in FIELDS}
+        return Snapshot(time=match.time, tick=match.ticks - 1, **found | rows)
+
+    def _row(self, name: str, named: dict[str, Any]) -> Columns:
+        """Return the values of a field: those of its fixed columns, and by key what else there is."""
+        table, (columns, scales, is_rounded) = self._tables[name], self._rounding[name]
+        places = [table.place(key) for key in named]
+        block = table.empty()
+        if len(columns):
+            values = np.concatenate([one.values() for one in self._fixed[name]])
+            if is_rounded.any():
+                np.copyto(values, np.rint(values * scales) / scales + 0.0, where=is_rounded)  # no -0.0: another value
+            block[columns] = values
+        if named:
+            block[places] = list(named.values())
+        return Columns(table, block)
 
 
-def _carried(match: PublishedMatch) -> tuple[IntArray, FloatArray]:
-    """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
-    robots = [robot for robot in match.robots if robot.held]
-    if not robots:
-        return _NO_IDS, _NO_POSES
-    inside = [robot.held_poses(match.pieces.radius) for robot in robots]
-    counts, rows = [len(poses) for poses in inside], np.concatenate(inside)
-    own = np.repeat([(*robot.chassis.pos, *robot.chassis.quat) for robot in robots], counts, axis=0).T
-    w, x, y, z = rows[:, 3:].T
-    x, y, z, w = multiply(tuple(own[3:]), (x, y, z, w))
-    places = own[:3] + np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])
-    return _frozen_ids([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
+def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
+    """Return values of one type, of the match or a kind of pieces; a gap for a number that there is not."""
+    found = [channel.of(thing) for channel in channels]
+    return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
 
-def _rounded(poses: FloatArray) -> FloatArray:
-    rows: FloatArray = np.round(poses, _DECIMALS) + 0.0
-    rows.setflags(write=False)
-    return rows
+def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
+    """Yield the channels of a robot with their keys, and what of it they are of."""
+    prefix = robot_prefix(robot.number)
+    for channel in ROBOT:
+        yield channel, f"{prefix}/{channel.key}", robot
+    for name, mechanism in robot.mechanisms.items():
+        for channel in MECHANISM:
+            is_turning = not isinstance(mechanism, PistonSim)  # one has no turns, and takes air
+            if isinstance(mechanism, channel.owner) and (is_turning or channel.owner is RackSim):
+                yield channel, f"{prefix}/Debug/{telemetry_name(name)}{channel.key}", mechanism
+    for channel in PART:
+        parts = [part for part in (*robot.intakes, *robot.shooters, *robot.climbers) if isinstance(part, channel.owner)]
+        for number, part in enumerate(parts, 1):
+            yield channel, f"{prefix}/Debug/{channel.key}{number if number > 1 else ''}", part
 
 
-def _rounded_pose(*row: float) -> FloatArray:
-    pose = np.array([round(value, _DECIMALS) + 0.0 for value in row])  # no -0.0, which would be another value
-    pose.setflags(write=False)
-    return pose
+class _Mechanisms:
+    """Mechanisms of some robots, and their records in the loop by the name of a field."""
+
+    def __init__(self, robots: _Robots, mechanisms: list[ShaftSim]) -> None:
+        self._robots, self.mechanisms = robots, mechanisms
+        self._rows = np.array([robots.shaft_of[id(mechanism)] for mechanism in mechanisms])
+
+    def __getitem__(self, name: str) -> Any:
+        return self._robots.shafts[name][self._rows]
+
+
+class _Robots:
+    """All robots of a match, as arrays with a row each."""
+
+    def __init__(self, match: PublishedMatch) -> None:
+        self.match, self.robots, self.records = match, match.robots, match.record.robots
+        loop = match.world.robots.robots
+        self._first_wheel = loop["first_wheel"].astype(np.int64)
+        self.shaft_of: dict[int, int] = {}
+        """Row of each mechanism among the shafts of the loop, by its identity."""
+        drives: dict[tuple[int, bool], list[tuple[int, int]]] = {}  # by number of shafts, and whether they are swerve
+        for robot, first in zip(self.robots, loop["first_shaft"].tolist(), strict=True):
+            count = len(robot.drive.shafts)
+            drives.setdefault((count, isinstance(robot.drive, SwerveDrive)), []).append((robot.number, first))
+            self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
+        self._drives = [
+            (
+                np.array([number for number, _ in some]),
+                np.array([first for _, first in some])[:, None] + np.arange(n),
+                is_swerve,
+            )
+            for (n, is_swerve), some in drives.items()
+        ]
+        """Numbers of robots whose drives are alike, rows of their shafts, and whether they are swerve."""
+        soles = [robot.chassis.soles for robot in self.robots]
+        self._soles, self._sole_of = (
+            np.concatenate(soles),
+            np.repeat(np.arange(len(soles)), [len(one) for one in soles]),
+        )
+        self._first_sole = np.searchsorted(self._sole_of, np.arange(len(soles)))
+
+    def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
+        """Return who gives the values of a channel of robots, mechanisms or their parts."""
+        if channel in MECHANISM:
+            return partial(channel.of, _Mechanisms(self, things))
+        return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
+
+    def look(self) -> None:
+        """See where robots are now."""
+        fleet = self.match.world.robots.fleet
+        self.shafts, self.wheels, self.batteries, self._state = (
+            fleet.shafts,
+            fleet.wheels,
+            fleet.batteries,
+            fleet.robots,
+        )
+        self.places = np.array([(*r.chassis.pos, r.chassis.quat[3], *r.chassis.quat[:3]) for r in self.robots])
+        """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
+        self.held = [len(robot.held) for robot in self.robots]
+        """Pieces in each."""
+        self.clearance = self._clearance()
+        """Height of the lowest wheel over the ground [m]."""
+
+    def _clearance(self) -> FloatArray:
+        places = self.places
+        w, x, y, z = places[self._sole_of, 3:].T
+        heights = self._soles[:, 0] * (2.0 * (x * z - w * y)) + self._soles[:, 1] * (2.0 * (y * z + w * x))
+        low: FloatArray = np.minimum.reduceat(heights + places[self._sole_of, 2], self._first_sole)
+        for robot in self.robots:
+            if not robot.chassis.is_on_flat:
+                low[robot.number] = ground_clearance(*robot.chassis.wheel_ground()).height
+        return low
+
+    @property
+    def believed(self) -> FloatArray:
+        """Where programs believe to be, to 1 mm and 1 mrad: a gyro's noise would change it while a robot stands."""
+        x, y, yaw = np.round([robot.believed_pose for robot in self.robots], 3).T
+        zero = np.zeros(len(x))
+        return np.array((x, y, zero, np.cos(0.5 * yaw), zero, zero, np.sin(0.5 * yaw))).T
+
+    @property
+    def wheel_slip(self) -> FloatArray:
+        """Speed of the fastest sliding tire [m/s]."""
+        slip = np.maximum.reduceat(self.wheels["slip"], self._first_wheel)
+        return np.where(self._state["is_sliding"], slip, 0.0)
+
+    @property
+    def drive_currents(self) -> FloatArray:
+        """Of all motors of each drive from the battery [A]."""
+        found = np.empty(len(self.robots))
+        for numbers, rows, _ in self._drives:
+            found[numbers] = self.shafts["supply"][rows].sum(axis=1)
+        return found
+
+    @property
+    def module_states(self) -> list[FloatArray | None]:
+        """Speed and angle of the modules of each swerve drive, as their encoders show them."""
+        found: list[FloatArray | None] = [None] * len(self.robots)
+        for numbers, rows, is_swerve in self._drives:
+            if is_swerve:
+                wheels, azimuths = np.split(rows, 2, axis=1)
+                speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
+                states = _module_states(np.stack((speeds, self.shafts["position"][azimuths]), axis=-1))
+                for number, rows_of_one in zip(numbers.tolist(), states, strict=True):
+                    found[number] = rows_of_one
+        return found
+
+    @property
+    def module_setpoints(self) -> list[FloatArray | None]:
+        """The same as they are wanted."""
+        wanted = [
+            (robot.drive.module_setpoints() if robot.module_setpoints is None else robot.module_setpoints)
+            if isinstance(robot.drive, SwerveDrive)
+            else None
+            for robot in self.robots
+        ]
+        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in wanted if rows is not None)]))
+        last = 0
+        found: list[FloatArray | None] = []
+        for rows in wanted:
+            first, last = last, last + (0 if rows is None else len(rows))
+            found.append(None if rows is None else states[first:last])
+        return found
+
+    @property
+    def sensors(self) -> list[dict[str, bool]]:
+        """What sensors of robot programs show, by name."""
+        return [{telemetry_name(k): value for k, value in robot.sensor_states.items()} for robot in self.robots]
+
+
+class _Kind:
+    """Pieces of one kind, as telemetry shows them."""
+
+    def __init__(self, number: int, name: str) -> None:
+        self.number, self.name = number, name
+        self.slots, self.here = _NO_IDS, _NO_POSES
+        """Which are on the field or in the air, and where."""
+        self.flying_slots, self.flying = _NO_IDS, _NO_POSES
+        self.held_slots, self.held = _NO_IDS, _NO_POSES
+        """Those in robots, field frame."""
+
+
+class _Pieces:
+    """All pieces of a match, by their kinds."""
+
+    def __init__(self, match: PublishedMatch) -> None:
+        self._match = match
+        self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
+
+    def look(self) -> None:
+        """See where they are now."""
+        pieces, flying = self._match.pieces, self._match.record.flying
+        held, carried = self._carried()
+        kinds = pieces.state.kind
+        for kind in self.kinds:
+            kind.slots, kind.here = pieces.shown.of(kind.number)
+            mine = flying[kinds[flying] == kind.number]
+            kind.flying_slots, kind.flying = _NO_IDS, _NO_POSES
+            if len(mine):  # one in flight is one of those here, which are in order
+                kind.flying_slots, kind.flying = _frozen(mine), _frozen(kind.here[np.searchsorted(kind.slots, mine)])
+            inside = kinds[held] == kind.number
+            kind.held_slots, kind.held = _NO_IDS, _NO_POSES
+            if inside.any():
+                kind.held_slots, kind.held = _frozen(held[inside]), _rounded(carried[inside], _DECIMALS)
+
+    def _carried(self) -> tuple[IntArray, FloatArray]:
+        """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
+        match = self._match
+        robots = [robot for robot in match.robots if robot.held]
+        if not robots:
+            return _NO_IDS, _NO_POSES
+        inside = [robot.held_poses(match.pieces.radius) for robot in robots]
+        counts, rows = [len(poses) for poses in inside], np.concatenate(inside)
+        own = np.repeat([(*robot.chassis.pos, *robot.chassis.quat) for robot in robots], counts, axis=0).T
+        w, x, y, z = rows[:, 3:].T
+        x, y, z, w = multiply(tuple(own[3:]), (x, y, z, w))
+        places = own[:3] + np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])
+        return np.array([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
+
+
+def _rounded(value: Any, decimals: int | None) -> Any:
+    """Return a number or an array to so many decimals, without -0.0, which would be another value."""
+    if decimals is None:
+        return value
+    return round(value, decimals) + 0.0 if isinstance(value, float) else _frozen(np.round(value, decimals) + 0.0)
 
 
 def _module_states(rows: FloatArray) -> FloatArray:
     """To 1 mm/s and 1 mrad, with angles within half a turn."""
-    turned = np.column_stack((rows[:, 0], np.arctan2(np.sin(rows[:, 1]), np.cos(rows[:, 1]))))
-    states: FloatArray = np.round(turned, 3) + 0.0
-    states.setflags(write=False)
+    turned = np.stack((rows[..., 0], np.arctan2(np.sin(rows[..., 1]), np.cos(rows[..., 1]))), axis=-1)
+    states: FloatArray = _frozen(np.round(turned, 3) + 0.0)
     return states
 
 
-def _settled(value: float) -> float:
-    """A value of a mechanism; one that a loop holds in place comes to rest and does not fall to 1e-70."""
-    return round(value, _DECIMALS) + 0.0
+def _frozen(values: Any) -> Any:
+    values.setflags(write=False)
+    return values
 
 
-def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
-    ids = np.array(slots, dtype=np.int64)
-    ids.setflags(write=False)
-    return ids
-
-
-def _add_match(rows: Snapshot, match: PublishedMatch) -> None:
-    timer, score, record = match.timer, match.score, match.record
-    integers, integer_arrays = rows.integers, rows.integer_arrays
-    rows.doubles.update({"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining})
-    rows.strings["Sim/Match/Game"] = match.game.name
-    rows.strings["Sim/Match/Period"] = timer.phase.name
-    rows.booleans["Sim/Match/Enabled"] = timer.is_enabled
-    integers |= {
-        "Sim/Score/Total": score.total,
-        "Sim/Score/Red": score.red,
-        "Sim/Score/Blue": score.blue,
-        "Sim/Performance/SubSteps": match.substeps,
-        "Sim/Performance/AwakePieces": len(match.pieces.awake),
-        "Sim/Performance/FlyingPieces": match.pieces.count(PieceStatus.IN_FLIGHT),
-        "Sim/Performance/PiecesInContact": len(match.pieces.in_contact),
-        "Sim/Performance/SleepingPieces": match.pieces.count(PieceStatus.ASLEEP),
-        "Sim/Shots": len(record.shots),
-        "Sim/Hits": record.hits,
-        "Sim/TakenIn": len(record.taken_in),
-    }
-    columns = record.columns
-    integer_arrays |= {
-        "Sim/ShotIds": columns.shot_ids,
-        "Sim/ShotRobots": columns.shot_robots,
-        "Sim/ShotHits": columns.shot_hits,
-        "Sim/ShotTicks": columns.shot_ticks,
-        "Sim/TakenInPlaces": columns.taken_places,
-    }
-    if record.failure:
-        rows.strings["Sim/Failure"] = record.failure
-    if record.warnings:
-        rows.strings["Sim/Warnings"] = "\n".join(record.warnings)
-    rows.integers.update({f"Sim/Score/{name}": count for name, count in match.score_counts.items()})
-    if fouls := match.tracker.fouls:
-        rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
-    for level, total in match.pieces.places.totals().items():
-        rows.integers[f"Sim/Placed/{level}"] = total
-    for level, counts in match.pieces.places.counts().items():
-        rows.integer_arrays[f"Sim/Places/{level}"] = counts
-    if match.last_tick_ms is not None:
-        rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
-        rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)
-
-
-def _add_robot(rows: Snapshot, robot: Robot, alliance: Alliance, record: RobotRecord) -> None:
-    prefix = robot_prefix(robot.number)
-    x, y, z, w = robot.chassis.quat
-    rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded_pose(*robot.chassis.pos, w, x, y, z)
-    rows.pose_arrays[f"{prefix}/Robot/ComponentPoses"] = robot.component_poses()
-    if isinstance(robot.drive, SwerveDrive):
-        wanted = robot.drive.module_setpoints() if robot.module_setpoints is None else robot.module_setpoints
-        for name, states in (("States", robot.drive.module_states()), ("Setpoints", wanted)):
-            rows.state_arrays[f"{prefix}/Robot/Swerve{name}"] = _module_states(states)
-    held = len(robot.held)
-    ground = ground_clearance(*robot.chassis.wheel_ground())
-    rows.doubles[f"{prefix}/Robot/GroundClearance"] = round(ground.height, _DECIMALS)
-    rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
-    rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
-    rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
-    rows.doubles[f"{prefix}/Robot/DistanceDriven"] = round(record.distance, _DECIMALS)
-    rows.integers[f"{prefix}/Robot/Placements"] = len(record.placements)
-    last = record.placements[-1]
-    rows.strings[f"{prefix}/Robot/LastPlacement"] = f"{last.reason}: {pose_text(last.pose)}"
-    if record.player:
-        rows.strings[f"{prefix}/Robot/Player"] = record.player
-    # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
-    px, py, yaw = (round(value, 3) for value in robot.believed_pose)
-    half = 0.5 * yaw
-    rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded_pose(px, py, 0.0, math.cos(half), 0.0, 0.0, math.sin(half))
-    rows.integers[f"{prefix}/Intake/HeldCount"] = held
-    rows.integers[f"{prefix}/Debug/HeldCount"] = held
-    debug = f"{prefix}/Debug/"
-    rows.doubles[f"{debug}BatteryVoltage"] = round(robot.battery.voltage, _VOLT_DECIMALS)
-    rows.doubles[f"{debug}BatteryVoltageMin"] = round(robot.battery.tick_min_voltage, _VOLT_DECIMALS)
-    rows.doubles[f"{debug}BatteryVoltageLowest"] = round(record.battery.min_voltage, _DECIMALS)
-    rows.integers[f"{debug}Brownouts"] = record.battery.brownouts
-    rows.booleans[f"{debug}BrownedOut"] = robot.battery.tick_browned_out
-    rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
-    rows.doubles[f"{debug}DrivetrainCurrent"] = robot.drive.supply_current
-    for name, mechanism in robot.mechanisms.items():
-        key = debug + telemetry_name(name)
-        if isinstance(mechanism, PistonSim):  # it has no turns, and takes air
-            rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
-            continue
-        rows.doubles[f"{key}VelocityRPS"] = _settled(mechanism.velocity / math.tau)
-        rows.doubles[f"{key}PositionRot"] = _settled(mechanism.position / math.tau)
-        rows.doubles[f"{key}VoltageIn"] = _settled(mechanism.volts)
-        rows.doubles[f"{key}CurrentA"] = _settled(mechanism.supply_current)
-        if isinstance(mechanism, ArmSim):
-            rows.doubles[f"{key}AngleDeg"] = _settled(math.degrees(mechanism.position))
-        elif isinstance(mechanism, RackSim):
-            rows.doubles[f"{key}ExtendedPct"] = _settled(100.0 * mechanism.extended_fraction)
-        elif isinstance(mechanism, ElevatorSim):
-            rows.doubles[f"{key}HeightM"] = _settled(mechanism.height)
-    for name, goal in robot.setpoints.items():
-        rows.doubles[f"{debug}{name}Setpoint"] = _settled(goal)
-    for number, intake in enumerate(robot.intakes):
-        rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
-    for number, shooter in enumerate(robot.shooters):
-        rows.booleans[f"{debug}{_numbered('ShootingGateOpen', number)}"] = shooter.gate_open
-    for number, climber in enumerate(robot.climbers):
-        rows.booleans[f"{debug}{_numbered('IsHanging', number)}"] = climber.rung is not None
-    for name, state in robot.sensor_states.items():
-        rows.booleans[f"{prefix}/Sensors/{telemetry_name(name)}"] = state
-    for name, colors in robot.light_colors.items():
-        rows.integer_arrays[f"{prefix}/Lights/{name}/Colors"] = colors
-    for name, words in robot.light_requests.items():
-        rows.strings[f"{prefix}/Lights/{name}/Shows"] = words
-
-
-_NO_POSES = _rounded(np.empty((0, 7)))
-_NO_IDS = _frozen_ids([])
-
-
-def _numbered(name: str, number: int) -> str:
-    """The first of its kind has no number."""
-    return name if number == 0 else f"{name}{number + 1}"
+_NO_POSES, _NO_STATES = _frozen(np.empty((0, 7))), _frozen(np.empty((0, 2)))
+_NO_IDS = _frozen(np.empty(0, np.int64))

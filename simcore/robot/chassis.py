@@ -126,7 +126,8 @@ class ChassisSimulation:
             quat=from_yaw(pose[2]),
         )
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
-        self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
+        self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
+        """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
         self._wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
@@ -208,6 +209,7 @@ class ChassisSimulation:
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
+        self._yaw = yaw_of(self.quat)  # asked for eight times a tick
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -227,7 +229,7 @@ class ChassisSimulation:
     @property
     def pose(self) -> tuple[float, float, float]:
         """Position and heading, field frame [m, m, rad]."""
-        return self.pos[0], self.pos[1], yaw_of(self.quat)
+        return self.pos[0], self.pos[1], self._yaw
 
     @property
     def roll_pitch_yaw(self) -> Vector:
@@ -274,6 +276,11 @@ class ChassisSimulation:
         """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""
         return self._world.standing(self._number, pose)
 
+    @property
+    def is_on_flat(self) -> bool:
+        """Whether there is nothing but the floor under its wheels."""
+        return self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach)
+
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
         """What is under the wheels.
 
@@ -281,8 +288,8 @@ class ChassisSimulation:
             Lowest point of each wheel, field frame [m], shape (n, 3), and the height of what carries robots straight
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
-        soles = self._contacts @ matrix(self.quat).T + self.pos
-        if self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach):
+        soles = self.soles @ matrix(self.quat).T + self.pos
+        if self.is_on_flat:
             return soles, np.zeros(len(soles))
         hubs = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         return soles, self._world.ground_under(hubs, _FAR_BELOW)

@@ -123,6 +123,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._n = len(modules)
         self._zeros = [0.0] * self._n
         self._modules = modules
+        self._positions = [(m.x, m.y) for m in config.modules]
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
@@ -191,8 +192,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
-        positions = [(m.x, m.y) for m in self.config.modules]
-        speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
+        speeds, angles = module_targets(self._positions, vx, vy, omega, self.max_speed, self._present_angles())
         self._ask(TARGET, speeds, angles)
 
     def stop(self) -> None:

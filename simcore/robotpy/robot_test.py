@@ -127,6 +127,8 @@ class RobotTest:
         self._sinks: list[TelemetrySink] = []
         self._mode = "disabled"
         self._is_played = True
+        self.was_enabled = False
+        """Whether the robot has been enabled: before that nothing falls short."""
         self._auto = self._op_mode = ""
         self._alliance = "blue"
         handler = _WarningList(self.warnings)
@@ -158,6 +160,12 @@ class RobotTest:
         """
         if (color, station) not in _STATIONS:
             raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
+        if self.was_enabled and color != self._alliance:
+            _log.warning(
+                "alliance(%r) after the robot was enabled changes its color and leaves it where it stands: call it "
+                "first, or place the robot, too",
+                color,
+            )
         self._alliance = color
         DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
 
@@ -436,6 +444,10 @@ class RobotTest:
                 "on with run(10)"
             )
 
+    def __repr__(self) -> str:
+        """Show a failed assertion where the run was."""
+        return f"<sim at {self.summary()}>" if self.has_run else "<sim before its start>"
+
     def summary(self) -> str:
         """One line: the auto, and where robot and score stand."""
         x, y, yaw = self.robot_sim.chassis.pose
@@ -486,7 +498,7 @@ class RobotTest:
         self.require_played()
         self._mode = mode
         if mode != "disabled":
-            self._is_played = False
+            self._is_played, self.was_enabled = False, True
             season.set_mode(mode, self._op_mode)
         DriverStationSim.set_enabled(mode != "disabled")
 

@@ -53,18 +53,18 @@ class Snapshot:
     """Simulated time at the end of the tick [s]."""
     tick: int
     """Number of the tick, from 0."""
-    poses: dict[str, FloatArray] = field(default_factory=dict)
+    poses: Mapping[str, FloatArray] = field(default_factory=dict)
     """Pose3d by key, shape (7,)."""
-    pose_arrays: dict[str, FloatArray] = field(default_factory=dict)
+    pose_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
     """Pose3d[] by key, shape (n, 7)."""
-    state_arrays: dict[str, FloatArray] = field(default_factory=dict)
+    state_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
     """SwerveModuleState[] by key, rows of speed [m/s] and angle [rad], shape (n, 2)."""
-    doubles: dict[str, float] = field(default_factory=dict)
-    integers: dict[str, int] = field(default_factory=dict)
-    booleans: dict[str, bool] = field(default_factory=dict)
-    integer_arrays: dict[str, IntArray] = field(default_factory=dict)
+    doubles: Mapping[str, float] = field(default_factory=dict)
+    integers: Mapping[str, int] = field(default_factory=dict)
+    booleans: Mapping[str, bool] = field(default_factory=dict)
+    integer_arrays: Mapping[str, IntArray] = field(default_factory=dict)
     """int64[] by key, shape (n,); `Sim/PieceIds/<Type>` names the piece of each row of `Sim/GamePieces/<Type>`."""
-    strings: dict[str, str] = field(default_factory=dict)
+    strings: Mapping[str, str] = field(default_factory=dict)
     """Text by key, e.g. `Sim/Match/Period`."""
 
     @property

@@ -93,6 +93,7 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         match.play(0.5)
         assert match.rules.human_players.stock["blue"] == 10, "it does not come back at once"
         assert match.count.is_conserved and match.pieces.recovered == 0
+        assert match.breakdown()["Blue/humanPlayerPoints"] == match.score.blue, "no robot has shot"
 
 
 def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():

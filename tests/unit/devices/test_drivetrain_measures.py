@@ -9,7 +9,7 @@ from each_case import each
 
 from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
-from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
+from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure, guesses
 from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.project_settings import project_measures
 from simcore.quantities import DeviceAddress
@@ -203,3 +203,4 @@ def test_a_way_too_short_for_wheels_of_4_in_is_that_of_smaller_ones(tmp_path):
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess
     assert found.measure("drive_gearing") == pytest.approx(math.tau * 0.0381 / 0.012)
+    assert "wheel_diameter 0.0762 (as many robots have it)" in guesses(found), "as [drivetrain] has it"

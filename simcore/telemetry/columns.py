@@ -1,0 +1,164 @@
+"""Numbers of a run as columns: each key has its column for good, and a tick is one row of each type.
+
+Columns only grow: a key that comes late has the next one. A value that is not published in a tick is a gap, a number
+that no computation makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from simcore.errors import ConfigError
+from simcore.typing import BoolArray, IntArray
+
+__all__ = ["FIELDS", "GAP", "Changes", "Channel", "Columns", "Table"]
+
+Block = npt.NDArray[Any]
+"""A row of all columns of one type, shape (n,); of poses (n, 7)."""
+
+_GAP_BITS = 0x7FF8_0000_DEAD_0001
+GAP = float(np.array(_GAP_BITS).view(np.float64))
+"""A double that stands for no value."""
+FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
+    "poses": (np.float64, (7,), GAP),
+    "doubles": (np.float64, (), GAP),
+    "integers": (np.int64, (), np.iinfo(np.int64).min),
+    "booleans": (np.uint8, (), 255),
+}
+"""Type, shape and gap of a value, by the field of a `Snapshot`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A line of the schema: a key, and all that is to be known of its values."""
+
+    key: str
+    """After the prefix of a robot, if it is one's; `<...>` stands for a name that its source gives."""
+    kind: str
+    """`double`, `int`, `boolean`, `string`, `Pose3d`; an array with `[]`."""
+    of: Callable[[Any], Any]
+    """Its value, values by name where the key has a `<...>` that its source fills; None: it is not published now."""
+    meaning: str
+    unit: str = ""
+    decimals: int | None = None
+    """To which it is rounded; None: not at all."""
+    owner: type = object
+    """Of a mechanism: the kinds that have it."""
+
+
+class Table:
+    """Keys of one type, each with its column."""
+
+    def __init__(self, field: str) -> None:
+        self.field = field
+        self.dtype, self.shape, self.gap = FIELDS[field]
+        self.keys: list[str] = []
+        """In the order of columns."""
+        self.places: dict[str, int] = {}
+        """Column of each key."""
+        self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)
+
+    def place(self, key: str) -> int:
+        """Return the column of a key, the next one if it is new."""
+        if key not in self.places:
+            self.places[key] = len(self.keys)
+            self.keys.append(key)
+        return self.places[key]
+
+    def empty(self, *rows: int) -> Block:
+        """Return a row of gaps, or some."""
+        return np.full((*rows, len(self.keys), *self.shape), self.gap, self.dtype)
+
+    def gaps(self, block: Block) -> BoolArray:
+        """Return where rows have gaps."""
+        bits = block[..., 0] if self.shape else block
+        found: BoolArray = bits.view(np.int64) == _GAP_BITS if self.dtype == np.float64 else bits == self.gap
+        return found
+
+    def row(self, values: Mapping[str, Any]) -> Block:
+        """Return values by key as a row of this table; new keys get columns.
+
+        Raises:
+            ConfigError: A pose has another shape.
+        """
+        if isinstance(values, Columns):
+            (known, places, is_same), block = self._other, values.block
+            if known is not values.table or len(places) < len(block):
+                places = np.array([self.place(key) for key in values.table.keys[: len(block)]], np.int64)
+                is_same = bool((places == np.arange(len(places))).all())
+                self._other = values.table, places, is_same
+            if is_same and len(block) == len(self.keys):
+                return block
+            places = places[: len(block)]
+        else:
+            places = np.array([self.place(key) for key in values], np.int64)
+            for key, value in values.items() if self.shape else ():
+                if np.shape(value) != self.shape:
+                    raise ConfigError(
+                        f"{key}: a pose needs shape (7,) as x, y, z, qw, qx, qy, qz, got {np.shape(value)}"
+                    )
+            block = np.array(list(values.values()), self.dtype).reshape(-1, *self.shape)
+        row = self.empty()
+        row[places] = block
+        return row
+
+
+class Columns(Mapping[str, Any]):
+    """A row of a table, read by key."""
+
+    __slots__ = ("_made", "block", "table")
+
+    def __init__(self, table: Table, block: Block) -> None:
+        self.table, self.block = table, block
+        block.setflags(write=False)
+        self._made: dict[str, Any] | None = None
+
+    @property
+    def _values(self) -> dict[str, Any]:
+        if self._made is None:
+            table, block = self.table, self.block
+            values = (
+                block if table.shape else block.astype(bool).tolist() if table.dtype == np.uint8 else block.tolist()
+            )
+            rows = zip(table.keys, values, table.gaps(block).tolist(), strict=False)  # the table may have grown
+            self._made = {key: value for key, value, is_gap in rows if not is_gap}
+        return self._made
+
+    def __getitem__(self, key: str) -> Any:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(self._values)
+
+
+class Changes:
+    """Finds what is new in each row, for who keeps what was before."""
+
+    def __init__(self, field: str) -> None:
+        self.table = Table(field)
+        self._last = self.table.empty()
+
+    def of(self, values: Mapping[str, Any]) -> tuple[IntArray, Block]:
+        """Return the columns whose values differ from those of before, bit by bit, and these; gaps are passed over."""
+        table = self.table
+        row = table.row(values)
+        if len(self._last) < len(row):
+            last, self._last = self._last, table.empty()
+            self._last[: len(last)] = last
+        bits = np.int64 if table.dtype == np.float64 else table.dtype
+        is_new = row.view(bits) != self._last.view(bits)
+        columns = np.nonzero(is_new.any(axis=1) if table.shape else is_new)[0]
+        columns = columns[~table.gaps(row[columns])]
+        self._last[columns] = row[columns]
+        return columns, row[columns]
