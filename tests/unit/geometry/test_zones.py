@@ -40,6 +40,10 @@ def test_a_cylinder_is_round_and_closed(point, inside):
     assert bool(TUBE.contains(row(*point))[0]) is inside
 
 
+def test_a_path_as_far_as_a_face_touches_the_box():
+    assert BOX.crossed(row(0.5, 3.0, 0.5), row(1.0, 3.0, 0.5))[0]
+
+
 @pytest.mark.parametrize("zone", [BOX, TUBE])
 def test_no_pieces_and_pieces_that_are_no_numbers(zone):
     none = np.zeros((0, 3))
@@ -75,6 +79,10 @@ def test_a_capsule_is_what_is_near_its_line():
         capsule.contains(start)[np.abs(near - 0.1) > 0.002], (near <= 0.1)[np.abs(near - 0.1) > 0.002]
     )
     assert 10 < capsule.crossed(start, end).sum() < 190
+    bar = CapsuleZone((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), 0.1)
+    for beyond, is_near in ((0.13, True), (0.15, False)):  # past an end at 45 degrees: 92 and 106 mm from it
+        for x in (-beyond, 1.0 + beyond):
+            assert bar.crossed(row(x - 1.0, -1.0, 1.0), row(x + 1.0, 1.0, 1.0))[0] == is_near
     assert np.array(capsule.box) == pytest.approx(np.array([(0.9, 0.9, 0.9), (1.4, 1.1, 1.5)]))
     with pytest.raises(ConfigError, match="start and end must differ"):
         CapsuleZone((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 0.1)

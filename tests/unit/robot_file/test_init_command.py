@@ -152,7 +152,7 @@ def test_init_overwrites_only_when_told(project, capsys):
 
 def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
     (project / "robot.py").unlink()
-    for place in ("src", ".venv/lib", "tests"):
+    for place in ("src", ".venv", ".venv/lib", "tests"):
         (project / place).mkdir(parents=True)
         (project / place / "robot.py").write_text("")
     assert main(["init", "--no-look"]) == 0
@@ -185,6 +185,13 @@ def test_a_program_that_does_not_load_gets_no_file(project, capsys):
     said = capsys.readouterr()
     assert "does not load (ModuleNotFoundError: No module named 'no_such_package')" in said.err and not said.out
     assert not (project / "simcore.toml").exists()
+
+
+def test_a_file_with_which_the_program_does_not_start_says_so(project, capsys, monkeypatch):
+    answers = {(): {"motors": [dict(NAMED[0])]}, ("described", "started"): {"start_problem": "no motor 7"}}
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda path, *options: answers[options])
+    assert main(["init"]) == 1
+    assert "but the program does not start with it: no motor 7" in capsys.readouterr().out
 
 
 def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):

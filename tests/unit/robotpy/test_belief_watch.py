@@ -116,7 +116,7 @@ def test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what
     assert _watched([(BEGIN, p) for p in TRUTH], caplog, disabled=len(TRUTH)) == []
     elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # three ticks after it was asked for
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []
-    seen = [_seen_in_steps((7.0, 1.0, 1.0), p, 1 - 0.9**k) for k, p in enumerate(TRUTH)]
+    seen = [_seen_in_steps((7.0, 1.0, 2.5), p, 1 - 0.9**k) for k, p in enumerate(TRUTH)]
     (said,) = _watched([(seen[min(k, 75)], p) for k, p in enumerate(TRUTH)], caplog, sees=True)
     assert "robot 0 believes to have gone" in said
 
