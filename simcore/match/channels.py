@@ -90,9 +90,9 @@ MATCH = (
     Channel("Sim/Score/<name>", "int", lambda m: m.score_counts,
             "pieces through a scoring zone of the game, `<Alliance>/humanPlayerPoints` of what people threw, and "
             "what else its score is made of"),
-    Channel("Sim/Placed/<Level>", "int", lambda m: m.pieces.places.totals(),
+    Channel("Sim/Placed/<Level>", "int", lambda m: m.pieces.places.totals() if m.game.places else {},
             "pieces that are placed on a level, of a game with resting places"),
-    Channel("Sim/Places/<Level>", "int[]", lambda m: m.pieces.places.counts(),
+    Channel("Sim/Places/<Level>", "int[]", lambda m: m.pieces.places.counts() if m.game.places else {},
             "how many of them are in each place of that level, in the order of the game's `places`"),
     Channel("Sim/Hanging", "Pose3d[]", lambda m: _hanging(m.hanging),
             "what hangs from the field and swings, of a game that has such bodies", "m", 6),

@@ -140,14 +140,17 @@ class Publisher:
         if self._programs != [len(robot.channels) for robot in match.robots]:
             self._add_programs()
         self._robots.look()
-        self._pieces.look(self._robots.places)
+        self._pieces.look(self._robots.places, self._robots.slots)
         found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
             for key, value in zip(keys, values(), strict=True):
-                if value is not None:
-                    some = _filled(key, value) if "<" in key else {key: value}
-                    rows.update(some if decimals is None else {k: _rounded(v, decimals) for k, v in some.items()})
+                if value is None:
+                    continue
+                if "<" not in key:
+                    rows[key] = value if decimals is None else _rounded(value, decimals)
+                elif value:
+                    rows.update({k: _rounded(v, decimals) for k, v in _filled(key, value).items()})
         late: dict[str, list[tuple[IntArray, Any]]] = {name: [] for name in FIELDS}
         for name, keys, decimals, values in self._named:
             for key, some in zip(keys, values(), strict=True):
@@ -236,15 +239,16 @@ class _Robots:
             drives.setdefault((count, isinstance(robot.drive, SwerveDrive)), []).append((robot.number, first))
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
-        self._drives = [
-            (
-                np.array([number for number, _ in some]),
-                np.array([first for _, first in some])[:, None] + np.arange(n),
-                is_swerve,
-            )
-            for (n, is_swerve), some in drives.items()
-        ]
-        """Numbers of robots whose drives are alike, rows of their shafts, and whether they are swerve."""
+        self._drives: list[tuple[IntArray, IntArray]] = []
+        """Numbers of robots whose drives have as many shafts, and rows of these."""
+        self._swerves: list[tuple[IntArray, IntArray, IntArray]] = []
+        """Of swerve drives, numbers, and rows of wheels and azimuths."""
+        for (count, is_swerve), some in drives.items():
+            numbers, firsts = np.array(some).T
+            rows = firsts[:, None] + np.arange(count)
+            self._drives.append((numbers, rows))
+            if is_swerve:
+                self._swerves.append((numbers, rows[:, : count // 2], rows[:, count // 2 :]))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
         soles = [robot.chassis.soles for robot in self.robots]
         self._soles, self._sole_of = (
@@ -270,8 +274,11 @@ class _Robots:
         )
         self.places = np.array([(*r.chassis.pos, r.chassis.quat[3], *r.chassis.quat[:3]) for r in self.robots])
         """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
-        self.held = [len(robot.held) for robot in self.robots]
-        """Pieces in each."""
+        self.slots = [robot.held for robot in self.robots]
+        self.held = [len(slots) for slots in self.slots]
+        """Pieces in each: which, and how many."""
+        modules = self._modules()
+        self.module_states, self.module_setpoints = modules[: len(self.robots)], modules[len(self.robots) :]
         self.clearance = self._clearance()
         """Height of the lowest wheel over the ground [m]."""
 
@@ -301,38 +308,29 @@ class _Robots:
     def drive_currents(self) -> FloatArray:
         """Of all motors of each drive from the battery [A]."""
         found = np.empty(len(self.robots))
-        for numbers, rows, _ in self._drives:
+        for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
         return found
 
-    @property
-    def module_states(self) -> list[FloatArray | None]:
-        """Speed and angle of the modules of each swerve drive, as their encoders show them."""
+    def _modules(self) -> list[FloatArray | None]:
+        """Speed and angle of the modules of each swerve drive, as encoders show them, then as they are wanted."""
         found: list[FloatArray | None] = [None] * len(self.robots)
-        for numbers, rows, is_swerve in self._drives:
-            if is_swerve:
-                wheels, azimuths = np.split(rows, 2, axis=1)
-                speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
-                states = _module_states(np.stack((speeds, self.shafts["position"][azimuths]), axis=-1))
-                for number, rows_of_one in zip(numbers.tolist(), states, strict=True):
-                    found[number] = rows_of_one
-        return found
-
-    @property
-    def module_setpoints(self) -> list[FloatArray | None]:
-        """The same as they are wanted."""
-        wanted = [
-            (robot.drive.module_setpoints() if robot.module_setpoints is None else robot.module_setpoints)
-            if isinstance(robot.drive, SwerveDrive)
-            else None
-            for robot in self.robots
-        ]
-        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in wanted if rows is not None)]))
+        for numbers, wheels, azimuths in self._swerves:
+            speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
+            states = np.stack((speeds, self.shafts["position"][azimuths]), axis=-1)
+            for number, rows in zip(numbers.tolist(), states, strict=True):
+                found[number] = rows
+        for robot in self.robots:
+            wanted = robot.module_setpoints
+            if wanted is None and isinstance(robot.drive, SwerveDrive):
+                wanted = robot.drive.module_setpoints()
+            found.append(wanted if isinstance(robot.drive, SwerveDrive) else None)
+        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in found if rows is not None)]))
         last = 0
-        found: list[FloatArray | None] = []
-        for rows in wanted:
-            first, last = last, last + (0 if rows is None else len(rows))
-            found.append(None if rows is None else states[first:last])
+        for place, rows in enumerate(found):
+            if rows is not None:
+                first, last = last, last + len(rows)
+                found[place] = states[first:last]
         return found
 
     @property
@@ -370,10 +368,10 @@ class _Pieces:
         """Slots, robots and poses in them of all held pieces; None: something has changed."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
-    def look(self, places: FloatArray) -> None:
-        """See where they are now, with robots at poses of shape (n, 7)."""
+    def look(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
+        """See where they are now, with robots at poses of shape (n, 7) and pieces in them."""
         pieces, flying = self._match.pieces, self._match.record.flying
-        held, rows = self._carried(places)
+        held, rows = self._carried(places, slots)
         kinds = pieces.state.kind
         for kind in self.kinds:
             kind.slots, kind.here = pieces.shown.of(kind.number)
@@ -386,18 +384,17 @@ class _Pieces:
             if inside.any():
                 kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
-    def _carried(self, places: FloatArray) -> tuple[IntArray, FloatArray]:
+    def _carried(self, places: FloatArray, slots: Sequence[list[int]]) -> tuple[IntArray, FloatArray]:
         """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
         robots, radii = self._match.robots, self._match.pieces.radius
-        for robot, inside in zip(robots, self._inside, strict=True):
-            held = robot.held
+        for robot, inside, held in zip(robots, self._inside, slots, strict=True):
             if held != inside.slots or (held and robot.is_shifting):
                 inside.slots, inside.rows = held, robot.held_poses(radii)
                 self._held = None
         if self._held is None:
-            slots = [slot for one in self._inside for slot in one.slots]
+            found = [slot for one in self._inside for slot in one.slots]
             owners = np.repeat(np.arange(len(robots)), [len(one.slots) for one in self._inside])
-            self._held = _frozen(np.array(slots, np.int64)), owners, np.concatenate([one.rows for one in self._inside])
+            self._held = _frozen(np.array(found, np.int64)), owners, np.concatenate([one.rows for one in self._inside])
         held_slots, owners, rows = self._held
         return held_slots, carried(rows, owners, places)
 

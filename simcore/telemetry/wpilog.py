@@ -19,7 +19,7 @@ import re
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, LogError, OutputError, UnknownNameError
-from simcore.telemetry.columns import Changes
+from simcore.telemetry.columns import FIELDS, Changes
 from simcore.telemetry.sinks import Cadence, output_error
 from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
@@ -60,6 +60,14 @@ _HEADERS = {
 _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int64", "booleans": "boolean"}
 """Types of what comes in columns, by the field of a snapshot."""
 _HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
+
+
+@cache
+def _record(field: str, is_early: bool) -> np.dtype[Any]:
+    """Return the layout of a record of a number or pose, before 72 minutes or after."""
+    dtype, shape, _ = FIELDS[field]
+    value = ("value", np.dtype(dtype).newbyteorder("<"), shape)
+    return np.dtype([("head", "u1"), ("entry", "<u2"), ("size", "u1"), ("time", "<u4" if is_early else "<u8"), value])
 
 
 class WpilogSink:
@@ -207,9 +215,7 @@ class WpilogSink:
         for column in columns[entries[columns] == 0].tolist():
             entries[column] = self._entry(table.keys[column], _COLUMNS[field], micros)
         _, head = _HEADERS[True, micros < 1 << 32]
-        time = "<u4" if micros < 1 << 32 else "<u8"
-        value = ("value", block.dtype.newbyteorder("<"), block.shape[1:])
-        records = np.empty(len(columns), [("head", "u1"), ("entry", "<u2"), ("size", "u1"), ("time", time), value])
+        records = np.empty(len(columns), _record(field, micros < 1 << 32))
         records["head"], records["entry"], records["size"] = head, entries[columns], block[0].nbytes
         records["time"], records["value"] = micros, block
         self._buffer += records.tobytes()
