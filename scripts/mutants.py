@@ -114,7 +114,7 @@ MUTANTS = (
     Mutant("held pieces are shown unturned", "simcore/match/publish.py",
            'np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])', "rows[:, :3].T",
            f"{MANIPULATORS}::test_a_released_piece_has_velocity_and_attitude_of_the_grip"),
-    Mutant("a disabled robot's mechanisms run on", ROBOTS, "if battery.is_off or not robot.is_enabled:",
+    Mutant("a disabled robot's mechanisms run on", ROBOTS, "if battery.is_off or not robot.request.is_enabled:",
            "if battery.is_off:",
            "tests/games/test_robot_power.py::test_a_disabled_robot_coasts_and_goes_on_when_enabled_again"),
     Mutant("a released piece does not turn with the robot", "simcore/robot/robot.py",
@@ -132,7 +132,7 @@ MUTANTS = (
     # of paths, rolling balls, shots and meshes
     Mutant("long steps", "simcore/loop/robot_state.py", "STEP = 1e-3", "STEP = 5e-3",
            f"{PATHS}::test_a_path_hardly_depends_on_the_step"),
-    Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.supply_limit * supply",
+    Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.request.supply_limit * supply",
            "power = math.inf",
            "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
     Mutant("a shot leaves before the gate opens", "simcore/pieces/shooter.py", "self._opening() * TICK", "0.0",

@@ -1,10 +1,10 @@
 """Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
 
-`list_contacts` lists who may touch whom within a few milliseconds; `step_balls` takes one step of at most 1 ms: every
-contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the next step
-(leapfrog). It has three parts: `find_contacts` with floor, solids and bodies; `choose_step`, as a ball whose contacts
-are too stiff for the step, or that is fast, goes through it in shorter ones of its own, which nobody else notices;
-`integrate`. Contacts of balls with each other are looked at once a step.
+`list_contacts` lists who may touch whom within a few milliseconds; `advance_balls` takes one step of at most 1 ms:
+every contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the
+next step (leapfrog). It has three parts: `find_contacts` with floor, solids and bodies; `choose_step`, as a ball whose
+contacts are too stiff for the step, or that is fast, goes through it alone in shorter steps; `integrate`. Contacts of
+balls with each other are found once a step.
 
 What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
 and get the same impulse afterwards.
@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from simcore.loop.body import give
+from simcore.loop.body import apply_impulse
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
     air_acceleration,
@@ -47,7 +47,7 @@ from simcore.loop.state import (
 )
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts", "step_balls"]
+__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts"]
 
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
@@ -55,12 +55,12 @@ _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; l
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
-_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow begins anew to count as still
+_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
 _WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
 _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
-_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into: nobody has squeezed it
+_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into, in which no force has pressed it
 _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
 
 
@@ -79,9 +79,9 @@ class Listed(NamedTuple):
     number: IntArray
     """Contacts now, shape (size,)."""
     found: FloatArray
-    """Normal, depth and place on the surface relative to the center of the ball of each, shape (size, 12, 7)."""
+    """Normal, depth and place on the surface relative to the center of the ball of each, shape (12, size, 7)."""
     which: IntArray
-    """Solid of each, and whether its face is touched, shape (size, 12, 2)."""
+    """Solid of each, and whether its face is touched, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
     """Whether it is in the body that it was launched from, shape (size,)."""
     reach: FloatArray
@@ -94,7 +94,7 @@ class Listed(NamedTuple):
 
 @compiled
 def _slot(key, stamp, i, touched):
-    """Place in the memory of ball i for a contact: its own, else the one whose contact is over for the longest."""
+    """Return the place in the memory of ball i for a contact: its own, else that of the oldest contact."""
     oldest = 0
     for s in range(REMEMBERED):
         if key[i, s] == touched:
@@ -108,7 +108,7 @@ def _slot(key, stamp, i, touched):
 
 @inlined
 def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
-    """How deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
+    """Return how deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
     if is_new:
         spring[i, s, 3] = max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0
     else:
@@ -118,7 +118,7 @@ def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
 
 @inlined
 def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h):
-    """Force of friction with memory [N].
+    """Return the force of friction with memory [N].
 
     Args:
         spring: Stretch of all contacts' springs [m].
@@ -162,7 +162,7 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 
 @compiled
 def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is_face):
-    """Sort a contact into the list of a ball, the deepest first; returns their number.
+    """Sort a contact into the list of a ball, the deepest first, and return their number.
 
     Args:
         found: See `Listed`.
@@ -177,23 +177,23 @@ def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is
         nz: The same.
         is_face: Whether its face is touched.
     """
-    if count == _MOST_SURFACES and found[q, count - 1, 3] >= radius - distance:
+    if count == _MOST_SURFACES and found[count - 1, q, 3] >= radius - distance:
         return count
     k = min(count, _MOST_SURFACES - 1)
-    while k > 0 and found[q, k - 1, 3] < radius - distance:
+    while k > 0 and found[k - 1, q, 3] < radius - distance:
         for c in range(7):
-            found[q, k, c] = found[q, k - 1, c]
-        which[q, k, 0], which[q, k, 1] = which[q, k - 1, 0], which[q, k - 1, 1]
+            found[k, q, c] = found[k - 1, q, c]
+        which[k, q, 0], which[k, q, 1] = which[k - 1, q, 0], which[k - 1, q, 1]
         k -= 1
-    found[q, k, 0], found[q, k, 1], found[q, k, 2], found[q, k, 3] = nx, ny, nz, radius - distance
-    found[q, k, 4], found[q, k, 5], found[q, k, 6] = -distance * nx, -distance * ny, -distance * nz
-    which[q, k, 0], which[q, k, 1] = solid, 1 if is_face else 0
+    found[k, q, 0], found[k, q, 1], found[k, q, 2], found[k, q, 3] = nx, ny, nz, radius - distance
+    found[k, q, 4], found[k, q, 5], found[k, q, 6] = -distance * nx, -distance * ny, -distance * nz
+    which[k, q, 0], which[k, q, 1] = solid, 1 if is_face else 0
     return min(count + 1, _MOST_SURFACES)
 
 
 @compiled
 def _without_edges(found, which, q, count):
-    """Leave out edges and corners within a surface whose face is touched more deeply; returns how many are left.
+    """Leave out edges and corners within a surface whose face is touched more deeply, and return how many are left.
 
     A floor of two plates has an edge where they meet, which a ball that rolls over it does not feel.
     """
@@ -201,18 +201,18 @@ def _without_edges(found, which, q, count):
     for k in range(count):
         is_hidden = False
         for m in range(kept):
-            if which[q, m, 1] == 1:
+            if which[m, q, 1] == 1:
                 over = (
-                    (found[q, k, 4] - found[q, m, 4]) * found[q, m, 0]
-                    + (found[q, k, 5] - found[q, m, 5]) * found[q, m, 1]
-                    + (found[q, k, 6] - found[q, m, 6]) * found[q, m, 2]
+                    (found[k, q, 4] - found[m, q, 4]) * found[m, q, 0]
+                    + (found[k, q, 5] - found[m, q, 5]) * found[m, q, 1]
+                    + (found[k, q, 6] - found[m, q, 6]) * found[m, q, 2]
                 )
                 is_hidden = is_hidden or over < _COPLANAR
         if not is_hidden:
             if kept < k:
                 for c in range(7):
-                    found[q, kept, c] = found[q, k, c]
-                which[q, kept, 0], which[q, kept, 1] = which[q, k, 0], which[q, k, 1]
+                    found[kept, q, c] = found[k, q, c]
+                which[kept, q, 0], which[kept, q, 1] = which[k, q, 0], which[k, q, 1]
             kept += 1
     return kept
 
@@ -230,9 +230,9 @@ def _wake(status, still, hold, i):
 
 @compiled
 def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
-    """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it.
+    """Add the forces of balls on each other, and return into how many steps the stiffest contact cuts one of h [s].
 
-    Added to `force`: of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
+    `force` has of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
@@ -404,8 +404,8 @@ def choose_step(balls, listed, first, last, least, h):
         if 0.0 <= gap[q] < comes:  # it will touch
             most = max(most, steps_for(foam_slope(comes - gap[q], k1, k3, hard_from, hard), mass, h))
         for k in range(number[q]):
-            closing = -(vx * found[q, k, 0] + vy * found[q, k, 1] + vz * found[q, k, 2])
-            depth = found[q, k, 3] + max(0.0, closing) * h
+            closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
+            depth = found[k, q, 3] + max(0.0, closing) * h
             most = max(most, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
         steps[q] = most
 
@@ -486,8 +486,8 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
             x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
             fx, fy, fz, tx, ty, tz, rolling, by_bodies, is_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False
             for k in range(number[q]):
-                s, depth = which[q, k, 0], found[q, k, 3]
-                nx, ny, nz = found[q, k, 0], found[q, k, 1], found[q, k, 2]
+                s, depth = which[k, q, 0], found[k, q, 3]
+                nx, ny, nz = found[k, q, 0], found[k, q, 1], found[k, q, 2]
                 lever = radius - depth
                 ux = vx - lever * (sy * nz - sz * ny)
                 uy = vy - lever * (sz * nx - sx * nz)
@@ -501,9 +501,9 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
                     resistance = own_rolling * material[s, 0] + material[s, 2] * own_friction
                     b = owner[s]
                     if b >= 0:
-                        ax = x + found[q, k, 4] - center[b, 0] - late * moving[b, 0]
-                        ay = y + found[q, k, 5] - center[b, 1] - late * moving[b, 1]
-                        az = z + found[q, k, 6] - center[b, 2] - late * moving[b, 2]
+                        ax = x + found[k, q, 4] - center[b, 0] - late * moving[b, 0]
+                        ay = y + found[k, q, 5] - center[b, 1] - late * moving[b, 1]
+                        az = z + found[k, q, 6] - center[b, 2] - late * moving[b, 2]
                         ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
                         uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
                         uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
@@ -528,7 +528,7 @@ def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahe
                 if b >= 0:
                     by_bodies += push
                     seen[i] |= bodies[b].mark
-                    give(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
+                    apply_impulse(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
             touched += number[q]
             is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
             if is_asleep:
@@ -580,8 +580,8 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
             if owner[near[entry]] >= 0:
                 has_bodies[k] = 1
     listed = Listed(
-        queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((count, _MOST_SURFACES, 7)),
-        np.empty((count, _MOST_SURFACES, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
+        queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((_MOST_SURFACES, count, 7)),
+        np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
         np.ones(count, np.int64),
     )  # fmt: skip
     return listed, (first, second, pairs)
@@ -589,7 +589,7 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
 
 @compiled
 def drift_balls(balls, listed, h):
-    """Let all listed balls that are awake move on for h [s]."""
+    """Move all listed balls that are awake for h [s] with the velocities that they have."""
     for q in range(listed.size):
         i = listed.queue[q]
         if not sleeps(balls.status, i):
@@ -598,7 +598,7 @@ def drift_balls(balls, listed, h):
 
 
 @compiled
-def step_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, h, left):
+def advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, h, left):
     """Take one step of h [s]; balls are in its middle, and go on to the middle of the next one.
 
     Args:
@@ -628,7 +628,7 @@ def step_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force
 
 @compiled
 def end_balls(balls, listed, h):
-    """Turn the attitudes of all listed balls, and note which of them are still, after h [s]."""
+    """Turn the attitudes of all listed balls, and add up how long each has been still, after h [s]."""
     queue, spin, radius, still, vel = listed.queue, balls.spin, balls.radius, balls.still, balls.vel
     for q in range(listed.size):
         i = queue[q]
@@ -669,7 +669,7 @@ def any_moves(balls, bodies):
 
 @compiled
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
-    """How deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
+    """Return how deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     x0, x1 = cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
     y0, y1 = cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)

@@ -22,13 +22,12 @@ from simcore.loop.robot_state import SPRINGS, TOUCHES
 from simcore.loop.solids import nearest_point
 
 __all__ = [
+    "add_touch",
+    "apply_force",
+    "apply_impulse",
     "drift",
     "find_spring",
-    "give",
     "kick_and_drift",
-    "note_touch",
-    "place",
-    "push",
     "rotate",
     "rotate_back",
     "touch_each_other",
@@ -36,12 +35,13 @@ __all__ = [
     "touch_plates",
     "turned_rate",
     "unexplained",
+    "update_axes",
     "way_out",
 ]
 
 UPRIGHT = math.cos(math.radians(25.0))
 """Cosine of the tilt up to which bumpers meet walls in plan: a bump's 16 degrees with some to spare."""
-_LOOK = 0.005  # [m]; gaps up to here are known
+_NEAR = 0.005  # [m]; gaps up to here are known
 _MOST_NEAR = 64  # solids near a robot that it may touch
 _MOST_ENDS = 24  # of edges in the box of a robot's bumpers or frame
 _SLIDES = 0.1  # friction of skids and plates under a frame on the field; estimate
@@ -71,8 +71,8 @@ def rotate_back(quat, x, y, z):
 
 
 @compiled
-def place(body):
-    """Work out axes and center of mass from the pose."""
+def update_axes(body):
+    """Update axes and center of mass of a body from its pose."""
     x = body.quat[0]
     y = body.quat[1]
     z = body.quat[2]
@@ -122,7 +122,7 @@ def drift(body, h):
     body.pos[0] = body.com[0] + ox
     body.pos[1] = body.com[1] + oy
     body.pos[2] = body.com[2] + oz
-    place(body)
+    update_axes(body)
 
 
 @compiled
@@ -130,7 +130,7 @@ def kick_and_drift(bodies, b, vx, vy, vz, wx, wy, wz, h):
     """Change the velocity of a body as if it had been so from the start of the last step of h [s]."""
     body = bodies[b]
     kept = (body.vel[0], body.vel[1], body.vel[2], body.rate[0], body.rate[1], body.rate[2])
-    place(body)
+    update_axes(body)
     for k in range(3):
         body.vel[k] = (vx, vy, vz)[k]
         body.rate[k] = (wx, wy, wz)[k]
@@ -173,10 +173,10 @@ def change_velocity(body, jx, jy, jz, ax, ay, az):
 
 
 @compiled
-def give(body, jx, jy, jz, ax, ay, az):
+def apply_impulse(body, jx, jy, jz, ax, ay, az):
     """Give a body an impulse [N s] at a place from its center [m].
 
-    What carries robots yields at once, as robots do; the engine's bodies get it after the call.
+    Robots and what carries them change velocity at once; the engine gets the sum for its bodies after the call.
     """
     mx = ay * jz - az * jy
     my = az * jx - ax * jz
@@ -192,8 +192,8 @@ def give(body, jx, jy, jz, ax, ay, az):
 
 
 @compiled
-def push(robot, ax, ay, az, fx, fy, fz):
-    """Let a force [N] act on a robot in this step, at a place from its center of mass [m]."""
+def apply_force(robot, ax, ay, az, fx, fy, fz):
+    """Add a force [N] on a robot in this step, at a place from its center of mass [m]."""
     robot.press[0] += fx
     robot.press[1] += fy
     robot.press[2] += fz
@@ -203,8 +203,8 @@ def push(robot, ax, ay, az, fx, fy, fz):
 
 
 @compiled
-def note_touch(robot, row):
-    """Note the row of what a robot touches."""
+def add_touch(robot, row):
+    """Add the row of what a robot touches to its list."""
     for k in range(robot.touched):
         if robot.touches[k] == row:
             return
@@ -215,7 +215,7 @@ def note_touch(robot, row):
 
 @compiled
 def find_spring(springs, r, key, stamp):
-    """Find the friction of a contact of robot r: where it is, and whether the contact is new.
+    """Find the memory of a contact of robot r: its place, and whether the contact is new.
 
     That of a new one takes the place of the one that is over for the longest.
     """
@@ -398,7 +398,7 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
     if point.is_wheel:  # tires have their own friction
         load = point.stiffness * depth - point.damping * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
-            push(robot, ax, ay, az, load * nx, load * ny, load * nz)
+            apply_force(robot, ax, ay, az, load * nx, load * ny, load * nz)
             _add_load(point, load, nx, ny, nz, ax, ay, az)
         return
     damping = _limited_damping(point.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
@@ -406,7 +406,7 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
         robot, r, fleet.springs, _POINTS + (i - robot.first_point) * 100000 + what, fleet.clock[0], depth, nx, ny, nz,
         ax, ay, az, ux, uy, uz, point.stiffness, damping, _RUBS, h,
     )  # fmt: skip
-    push(robot, ax, ay, az, fx, fy, fz)
+    apply_force(robot, ax, ay, az, fx, fy, fz)
 
 
 # --- edges of the field in the box of a robot's bumpers or frame ------------------------------------------------------
@@ -414,7 +414,7 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 
 @compiled
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
-    """Clip an edge to a box around the origin, into two rows of `ends`; returns their number."""
+    """Clip an edge to a box around the origin, into two rows of `ends`, and return their number."""
     t0 = 0.0
     t1 = 1.0
     for axis in range(3):
@@ -511,8 +511,8 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
             damping, friction, h,
         )  # fmt: skip
         if load > 0.0:
-            push(robot, ax, ay, az, fx, fy, fz)
-            note_touch(robot, solids.row[s])
+            apply_force(robot, ax, ay, az, fx, fy, fz)
+            add_touch(robot, solids.row[s])
 
 
 @compiled
@@ -536,7 +536,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
     sine = math.sqrt(max(0.0, 1.0 - up * up))
     # lowest of bumpers and frame, and of all
     lowest = body.pos[2] + min(robot.low * up, robot.high * up) - robot.reach * sine
-    soles = min(lowest, body.pos[2] - robot.reach * sine) - 2.0 * _LOOK
+    soles = min(lowest, body.pos[2] - robot.reach * sine) - 2.0 * _NEAR
     near = np.empty(_MOST_NEAR, np.int64)
     count = 0
     x0, x1 = cell_range(body.com[0] - robot.reach, body.com[0] + robot.reach, low[0], low[2], nx_cells)
@@ -583,7 +583,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         x = body.com[0] + ax
         y = body.com[1] + ay
         z = body.com[2] + az
-        point.gap = z - radius if has_floor else _LOOK
+        point.gap = z - radius if has_floor else _NEAR
         before = n
         if has_floor and z < radius:
             _note_hit(hits, n, i, _FLOOR, radius - z, 0.0, 0.0, 1.0, ax, ay, az)
@@ -595,9 +595,9 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         bz = 1.0
         for k in range(count):
             s = near[k]
-            if is_outside(solids.box, s, x, y, z, radius + _LOOK):
+            if is_outside(solids.box, s, x, y, z, radius + _NEAR):
                 continue
-            d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _LOOK, solids.first, solids.plane, solids.corner)
+            d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
             point.gap = min(point.gap, d - radius)
             if radius - d > best:
                 best = radius - d
@@ -608,7 +608,7 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         if best > 0.0:
             _note_hit(hits, n, i, solid, best, bx, by, bz, ax, ay, az)
             n += 1
-            note_touch(robot, solids.row[solid])
+            add_touch(robot, solids.row[solid])
         if not point.is_wheel:
             points += n - before
     for k in range(n):
@@ -644,9 +644,9 @@ def touch_plates(fleet, r, bodies, solids, h):
                 body.com[2] + az - plate.pos[2],
             )  # fmt: skip
             for s in range(plate.first_solid, plate.last_solid):
-                if is_outside(solids.box, s, x, y, z, radius + _LOOK):
+                if is_outside(solids.box, s, x, y, z, radius + _NEAR):
                     continue
-                d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _LOOK, solids.first, solids.plane, solids.corner)
+                d, nx, ny, nz, _ = nearest_point(s, x, y, z, radius + _NEAR, solids.first, solids.plane, solids.corner)
                 point.gap = min(point.gap, d - radius)
                 if d >= radius:
                     continue
@@ -680,9 +680,9 @@ def touch_plates(fleet, r, bodies, solids, h):
                         point.stiffness, point.damping, _RUBS, h,
                     )  # fmt: skip
                 if load > 0.0:
-                    push(robot, px, py, pz, fx, fy, fz)
-                    give(plate, -h * fx, -h * fy, -h * fz, cx, cy, cz)
-                    note_touch(robot, plate.row)
+                    apply_force(robot, px, py, pz, fx, fy, fz)
+                    apply_impulse(plate, -h * fx, -h * fy, -h * fz, cx, cy, cz)
+                    add_touch(robot, plate.row)
 
 
 # --- robots that lie, or stand on another one ------------------------------------------------------------------------
@@ -762,10 +762,10 @@ def _press_into(fleet, r, q, body, other, h):
             _limited_damping(point.damping, mobility, n, h), _RUBS, h,
         )  # fmt: skip
         if load > 0.0:
-            push(robot, ax, ay, az, fx, fy, fz)
-            push(beneath, cx, cy, cz, -fx, -fy, -fz)
-            note_touch(robot, other.row)
-            note_touch(beneath, body.row)
+            apply_force(robot, ax, ay, az, fx, fy, fz)
+            apply_force(beneath, cx, cy, cz, -fx, -fy, -fz)
+            add_touch(robot, other.row)
+            add_touch(beneath, body.row)
 
 
 @compiled

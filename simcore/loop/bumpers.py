@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from simcore.loop.body import find_spring, note_touch, push, unexplained, way_out
+from simcore.loop.body import add_touch, apply_force, find_spring, unexplained, way_out
 from simcore.loop.compiled import compiled
 
 __all__ = ["place_parts", "touch_outlines", "touch_robots"]
@@ -295,11 +295,11 @@ def touch_outlines(fleet, r, body, h, found):
                 robot.shift[0] -= way * nx
                 robot.shift[1] -= way * ny
                 if normal > 0.0:
-                    push(
+                    apply_force(
                         robot, x - body.com[0], y - body.com[1], height - body.com[2],
                         -nx * normal + ny * across, -ny * normal - nx * across, 0.0,
                     )  # fmt: skip
-                    note_touch(robot, one.row)
+                    add_touch(robot, one.row)
 
 
 @compiled
@@ -345,7 +345,7 @@ def touch_robots(fleet, a, b, bodies, h, found):
                 if normal > 0.0:
                     fx = nx * normal + ny * across
                     fy = ny * normal - nx * across
-                    push(other, x - met.com[0], y - met.com[1], height - met.com[2], fx, fy, 0.0)
-                    push(one, x - body.com[0], y - body.com[1], height - body.com[2], -fx, -fy, 0.0)
-                    note_touch(one, met.row)
-                    note_touch(other, body.row)
+                    apply_force(other, x - met.com[0], y - met.com[1], height - met.com[2], fx, fy, 0.0)
+                    apply_force(one, x - body.com[0], y - body.com[1], height - body.com[2], -fx, -fy, 0.0)
+                    add_touch(one, met.row)
+                    add_touch(other, body.row)

@@ -161,7 +161,8 @@ class ChassisSimulation:
         """
         self._require_finite("force", force)
         self._require_finite("torque", torque)
-        self._record["force"], self._record["torque"] = force, torque
+        request = self._record["request"]
+        request["force"], request["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
         """Put the robot somewhere at rest, on the carpet or on what robots drive over [m, m, rad].

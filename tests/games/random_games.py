@@ -94,7 +94,7 @@ class Watch:
         for robot in self.match.robots:
             battery, record = robot.battery, robot.battery.records
             most = open_voltage(record, 0) + max(0.0, -battery.current) * (
-                float(record["resistance"][0]) + float(record["recovery_resistance"][0])
+                float(record["model"]["resistance"][0]) + float(record["model"]["recovery_resistance"][0])
             )
             if battery.voltage > most + 0.01:
                 self.fail(f"battery of robot {robot.number} has {battery.voltage:.2f} V, at most {most:.2f}")
@@ -174,7 +174,7 @@ class Watch:
             z = c.pos[2] + rotate(c.quat, c.distribution.center)[2]
             total += m * G * z + 0.5 * m * float(np.array(c.vel) @ np.array(c.vel)) + 0.5 * float(inertia @ spin**2)
             shafts = robot.drive.shafts
-            total += 0.5 * float(shafts["inertia"] @ shafts["speed"] ** 2)
+            total += 0.5 * float(shafts["model"]["inertia"] @ shafts["speed"] ** 2)
             if robot.config.moving_masses:  # whose height is the robot's, and their motion that of mechanisms
                 total += sum(0.5 * one.inertia * one.velocity**2 for one in robot.mechanisms.values())
         for body in match.hanging:

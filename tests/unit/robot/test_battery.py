@@ -11,7 +11,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
     """Draw a current for h [s], worked out at a voltage, as the loop of robots does; returns the voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
-    battery.tell()
+    battery.report()
     return battery.voltage
 
 
