@@ -1,7 +1,7 @@
 """simcore: physics for FIRST Robotics Competition robots written in Python.
 
 The everyday names are here, each loaded when it is first asked for (PEP 562): importing this package loads neither the
-physics engine nor wpilib.
+physics engine nor wpilib. (PYTEST_DONT_REWRITE: it is imported before pytest comes, and asserts nothing.)
 
 >>> from simcore import FieldSymmetry
 >>> FieldSymmetry.__module__
@@ -11,12 +11,11 @@ physics engine nor wpilib.
 from __future__ import annotations
 
 import difflib
-import re
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from simcore.errors import SimcoreError
+from simcore.errors import SimcoreError, home_of
 
 if TYPE_CHECKING:
     from simcore.geometry.symmetry import FieldSymmetry
@@ -143,10 +142,8 @@ def _missing(name: str) -> Exception:
         return AttributeError(f"module 'simcore' has no attribute {name!r}")
     if name in _OTHERS:
         return ImportError(f"simcore has no {name!r}: {_OTHERS[name]}")
-    for path in sorted(folder.rglob("*.py")):
-        if re.search(rf"^(class|def) {re.escape(name)}\b", path.read_text(encoding="utf-8"), re.MULTILINE):
-            module = ".".join(path.relative_to(folder.parent).with_suffix("").parts)
-            return ImportError(f"simcore has no {name!r}: from {module} import {name}")
+    if home := home_of(name):
+        return ImportError(f"simcore has no {name!r}: from {home} import {name}")
     near = difflib.get_close_matches(name, __all__, n=1, cutoff=0.75)
     if near:
         return ImportError(f"simcore has no {name!r}. Did you mean {near[0]!r}?")

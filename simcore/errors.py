@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import linecache
 import os
+import re
 import sys
 import traceback
 from collections.abc import Iterable, Iterator
@@ -23,6 +25,7 @@ __all__ = [
     "SimcoreError",
     "UnknownNameError",
     "VendorError",
+    "home_of",
     "leave",
     "nearest",
     "outside_part",
@@ -99,6 +102,19 @@ def _question(near: list[str]) -> str:
     return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
+def home_of(name: str) -> str:
+    """Return the module of simcore that defines a class or function; empty: none does.
+
+    >>> home_of("PieceSupply"), home_of("PieceSuply")
+    ('simcore.match.game', '')
+    """
+    folder = Path(__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        if re.search(rf"^(class|def) {re.escape(name)}\b", path.read_text(encoding="utf-8"), re.MULTILINE):
+            return ".".join(path.relative_to(folder.parent).with_suffix("").parts)
+    return ""
+
+
 def print_error(program: str, sentence: str) -> None:
     """Print what is wrong after a blank line, behind all that was printed before.
 
@@ -121,7 +137,7 @@ def start_sentence(error: BaseException, folder: Path, *, base: Path | None = No
         folder: Of the project, or its only file; a place in its own files is named, one in a library is not.
         base: From where paths are written; None: from the folder.
     """
-    text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}"
+    text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}{_moved(error)}"
     own = [(_file(at), at.tb_lineno) for at in _places(error) if _is_in(_file(at), folder)]
     if isinstance(error, SyntaxError) and error.filename and _is_in(error.filename, folder):
         text = f"{type(error).__name__}: {error.msg}"
@@ -161,6 +177,18 @@ def outside_part(error: BaseException) -> TracebackType | None:
         if path.is_file() and not is_library and not path.is_relative_to(here):
             return at
     return None
+
+
+def _moved(error: BaseException) -> str:
+    """Return where simcore has names that are asked of another module of it, as what follows after a sentence."""
+    asked = str(getattr(error, "name", "") or "")
+    if not isinstance(error, ImportError) or asked.partition(".")[0] != "simcore":
+        return ""
+    lines = [linecache.getline(_file(at), at.tb_lineno) for at in _places(error)]
+    line = next((line for line in reversed(lines) if f"from {asked}" in line), "")
+    names = re.findall(r"\w+", line.partition(" import ")[2].partition("#")[0])
+    homes = {name: home for name in names if (home := home_of(name)) not in ("", asked)}
+    return "".join(f"; now from {home} import {name}" for name, home in homes.items())
 
 
 def _places(error: BaseException) -> Iterator[TracebackType]:

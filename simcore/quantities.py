@@ -15,6 +15,7 @@ from argparse import ArgumentTypeError
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 from numbers import Real
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, Union, get_args, get_origin
@@ -97,10 +98,12 @@ _OTHER_UNITS = {
     "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
     "kg": (("pounds", 0.45359237), ("g", 0.001)),
     "rad": (("degrees", math.pi / 180.0),),
+    "1/s": (("rpm", 1.0 / 60.0),),
 }
 """Of the units that people think in, what one is in ours."""
 
 _TINY = 1e-12  # what is less above an open bound is 0 in every formula that divides by it
+_MOST_ITEMS = 10_000_000  # of a row: `range(10**12)` is one, too
 _MOST_COMMANDED = 1e6  # V, A, m/s: the squares of what is beyond soon are no numbers
 
 
@@ -137,7 +140,7 @@ class Quantity:
         return f"must be {self}, got {shown(value)}{hint}"
 
     def in_other_units(self, number: float) -> str:
-        """What a length, mass or heading is if it was meant in another unit; empty if none makes sense."""
+        """What a length, mass, heading or speed is if it was meant in another unit; empty if none makes sense."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:
                 return f". As {name} that is {number * size:.3g} {self.unit}"
@@ -260,11 +263,11 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     if isinstance(values, (str, bytes)) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     try:
-        numbers = list(values)
+        numbers = list(islice(values, _MOST_ITEMS + 1))
     except TypeError:  # an array of no dimension
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}") from None
     quantities = row * len(numbers) if isinstance(row, list) else row
-    if len(numbers) != len(quantities):
+    if len(numbers) != len(quantities) or len(numbers) > _MOST_ITEMS:
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
         check = require if isinstance(quantity, Quantity) else require_row
@@ -389,7 +392,7 @@ def _misfit(name: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
     elif origin is Literal:
         fits = isinstance(value, str) and value in parts
     elif origin in (tuple, Sequence):
-        fits = isinstance(value, Sequence) and not isinstance(value, (str, bytes))
+        fits = isinstance(value, Sequence) and not isinstance(value, (str, bytes)) and len(value) <= _MOST_ITEMS
         if fits:
             kinds = parts[:1] * len(value) if origin is Sequence or parts[-1] is ... else parts
             fits = len(kinds) == len(value)
@@ -537,8 +540,8 @@ def shown(value: object) -> str:
     """A value as messages show it: whatever it is, within eighty characters."""
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # over 4300 digits, or nested deeper than the stack
-        text = f"{type(value).__name__} too large to show"
+    except Exception:  # over 4300 digits, nested deeper than the stack, or of a class that cannot
+        text = f"{type(value).__name__} that cannot be shown"
     return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
 
 

@@ -1,4 +1,4 @@
-"""For page_reader.py, which tests of several folders share."""
+"""For page_reader.py and each_case.py, which tests of several folders share."""
 
 import sys
 from pathlib import Path

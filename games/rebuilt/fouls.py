@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
+import numpy as np
+
 from games.rebuilt import dimensions as dim
 from games.rebuilt.scoring import ALLIANCES
 from games.rebuilt.tower import TowerJudge
@@ -27,6 +29,7 @@ from simcore.units import TICK
 __all__ = ["MAJOR", "MINOR", "Fouls", "crosses_center", "is_closed", "is_outside_zone"]
 
 MINOR, MAJOR = 5, 15
+_ASLEEP, _HELD = int(PieceStatus.ASLEEP), int(PieceStatus.HELD)
 _FEW_SECONDS = 3.0  # [s]; what goes on for so long is a further foul
 _MOMENT = 0.5  # [s]; ours: what a robot holds for less, it holds for a moment
 _NEAR = 0.05  # [m]; ours: a fuel this near to a robot's bumpers touches it
@@ -106,7 +109,8 @@ class Fouls:
             self._shots[piece.slot] = piece.robot, is_outside_zone(match.outline(piece.robot))
         if not match.timer.is_enabled or match.timer.is_over:
             return
-        for slot in [slot for slot in self._shots if match.pieces.state.status[slot] == PieceStatus.ASLEEP]:
+        shots = np.array(list(self._shots), dtype=np.int64)
+        for slot in shots[match.pieces.state.status[shots] == _ASLEEP].tolist():
             del self._shots[slot]
         self._judge_emerged()
         if len(match.robots) > 1:
@@ -116,24 +120,27 @@ class Fouls:
 
     def _judge_emerged(self) -> None:
         """G408: a robot keeps fuel that came out of a hub before it touched anything else."""
-        match, state = self._match, self._match.pieces.state
-        untouched = match.pieces.is_untouched
-        reach = match.pieces.types[0].bounding_radius + _NEAR
-        for slot, met in list(self._emerged.items()):
-            here = robot_near(match.robots, state.pos[slot, :2], reach)
-            holder = int(state.holder[slot]) if state.status[slot] == PieceStatus.HELD else -1
+        match, pieces, slots = self._match, self._match.pieces, list(self._emerged)
+        if not slots:
+            return
+        state, reach = pieces.state, pieces.types[0].bounding_radius + _NEAR
+        holders = np.where(state.status[slots] == _HELD, state.holder[slots], -1).tolist()
+        places, untouched = state.pos[slots], pieces.is_untouched[slots].tolist()
+        for slot, holder, place, is_untouched in zip(slots, holders, places, untouched, strict=True):
+            met = self._emerged[slot]
             if holder >= 0:
                 since = self._kept.setdefault(slot, match.time)
                 if met != holder or match.time - since > _MOMENT:
                     if met == holder:
                         self.book.call("G408", holder, MINOR, "keeps fuel as it comes out of a hub")
                     del self._emerged[slot], self._kept[slot]
-            elif slot in self._kept or (met < 0 and not untouched[slot] and here < 0):
-                self._kept.pop(slot, None)
-                del self._emerged[slot]
-            elif met < 0 and not untouched[slot]:
-                self._emerged[slot] = here
-            elif met >= 0 and state.pos[slot, 2] < match.pieces.types[0].rest_height + _NEAR:
+            elif slot in self._kept:
+                del self._emerged[slot], self._kept[slot]
+            elif met < 0 and not is_untouched:
+                self._emerged[slot] = robot_near(match.robots, place[:2], reach)
+                if self._emerged[slot] < 0:
+                    del self._emerged[slot]
+            elif met >= 0 and place[2] < pieces.types[0].rest_height + _NEAR:
                 del self._emerged[slot]  # it has come to the carpet
 
     def _judge_contacts(self) -> None:
@@ -183,15 +190,16 @@ class Fouls:
         """G419: robots of an alliance close off both trenches, or both bumps, of a side for a few seconds."""
         match = self._match
         for alliance in ALLIANCES:
-            stand = [
-                match.outline(robot.number)
+            slow = [
+                robot.number
                 for robot in match.robots
                 if match.alliances[robot.number] == alliance and robot.chassis.speed < _STANDS
             ]
+            stand = [_extent(match.outline(number)) for number in slow] if len(slow) > 1 else []
             for name, passages in _PASSAGES.items():
                 for side, middle in (("own", dim.HUB_CENTER[0]), ("other", dim.FIELD_LENGTH - dim.HUB_CENTER[0])):
                     key = (alliance, f"both {name} of the {side} side")
-                    closed = len(stand) > 1 and _are_closed(passages, stand, middle)
+                    closed = bool(stand) and _are_closed(passages, stand, middle)
                     self._closed[key] = self._closed.get(key, 0.0) + TICK if closed else 0.0
                     if self._closed[key] > _FEW_SECONDS:
                         robot = match.alliances.index(alliance)
@@ -208,11 +216,18 @@ _PASSAGES = {
 }
 
 
-def _are_closed(passages: Sequence[tuple[float, float]], outlines: Sequence[FloatArray], middle: float) -> bool:
-    """Whether robots close off all of some passages, whose middle is so far from the alliance wall [m]."""
+def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
+    """Lowest x and y and highest x and y of an outline [m]."""
+    (x, y), (far_x, far_y) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
+    return x, y, far_x, far_y
+
+
+def _are_closed(
+    passages: Sequence[tuple[float, float]], robots: Sequence[tuple[float, float, float, float]], middle: float
+) -> bool:
+    """Whether robots, by their extents, close off all of some passages, whose middle is so far from the wall [m]."""
     reach = 0.5 * dim.HUB_SIZE
-    there = [o for o in outlines if o[:, 0].min() < middle + reach and o[:, 0].max() > middle - reach]
-    spans = [(float(o[:, 1].min()), float(o[:, 1].max())) for o in there]
+    spans = [(low, high) for x, low, far_x, high in robots if x < middle + reach and far_x > middle - reach]
     return all(
         is_closed(passage, [s for s in spans if s[1] > passage[0] and s[0] < passage[1]]) for passage in passages
     )

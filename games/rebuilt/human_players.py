@@ -23,6 +23,7 @@ from simcore.units import degrees
 
 __all__ = ["HUMAN_PLAYERS", "HumanPlayers"]
 
+_AWAKE, _ASLEEP = int(PieceStatus.AWAKE), int(PieceStatus.ASLEEP)
 HUMAN_PLAYERS = "human_players"
 """Option: human players feed and throw the fuel of their outposts, and what leaves the field is carried back."""
 
@@ -76,9 +77,9 @@ class HumanPlayers:
 
     def act(self) -> None:
         """Take what has come into the corrals, feed who waits, and throw while the own hub counts; once a tick."""
-        match, (door, throw, _) = self._match, self.actions
+        match, (door, throw, _), rolled_in = self._match, self.actions, self._in_corrals()
         for alliance, feeder in self._feeders.items():
-            feeder.take_off(self._in_corral(alliance))
+            feeder.take_off(rolled_in[alliance])
             if alliance in match.persons:
                 continue
             kept = _KEEPS if alliance in match.alliances else 0
@@ -122,13 +123,18 @@ class HumanPlayers:
             place, vel = FIELD.symmetry.flip_points(place), FIELD.symmetry.flip_vectors(vel)
         feeder.put(place[0], velocity=vel[0])
 
-    def _in_corral(self, alliance: Alliance) -> list[int]:
-        """Slots of the fuel in the corral's opening, which lies behind the wall."""
-        state = self._match.pieces.state
-        x, y = state.pos[:, 0], state.pos[:, 1]
-        if alliance == "red":
-            x, y = FIELD.size[0] - x, FIELD.size[1] - y
-        near = (x < FUEL.bounding_radius + _AT_WALL) & (abs(y - dim.OUTPOST_Y) < 0.5 * dim.CORRAL_OPENING_WIDTH)
-        near &= state.pos[:, 2] < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
-        on_field = (state.status == PieceStatus.AWAKE) | (state.status == PieceStatus.ASLEEP)
-        return [int(slot) for slot in np.nonzero(near & on_field)[0]]
+    def _in_corrals(self) -> dict[Alliance, list[int]]:
+        """Slots of the fuel in the opening of each corral, which lies behind the wall."""
+        state, (length, width) = self._match.pieces.state, FIELD.size
+        on_field = (state.status == _AWAKE) | (state.status == _ASLEEP)
+        at_wall = np.abs(state.pos[:, 0] - 0.5 * length) > 0.5 * length - FUEL.bounding_radius - _AT_WALL
+        slots = np.nonzero(on_field & at_wall)[0]
+        found: dict[Alliance, list[int]] = {"blue": [], "red": []}
+        for slot, (x, y, z) in zip(slots.tolist(), state.pos[slots].tolist(), strict=True):
+            aside = (y if x < 0.5 * length else width - y) - dim.OUTPOST_Y
+            if (
+                abs(aside) < 0.5 * dim.CORRAL_OPENING_WIDTH
+                and z < dim.CORRAL_OPENING_BOTTOM + dim.CORRAL_OPENING_HEIGHT
+            ):
+                found["blue" if x < 0.5 * length else "red"].append(slot)
+        return found

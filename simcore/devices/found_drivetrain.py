@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from simcore.devices.motor_controllers import BuiltDevice
@@ -13,6 +13,7 @@ from simcore.quantities import DeviceKey
 
 __all__ = [
     "DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure", "drivetrain_lines", "drivetrain_rows",
+    "guesses",
 ]  # fmt: skip
 
 
@@ -163,7 +164,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
             ways = [_rounded(w.meters_per_encoder_turn) for w in wheels]
             rows.append(("wheel_distances", ways, "m that 2048 pulses are to the code"))
     if found.gyro is not None:
-        rows.append(("gyro", str(found.gyro), ""))
+        rows += [("gyro", str(found.gyro), ""), ("gyro_upside_down", False, "guess: it is mounted upright")]
     return rows + measures
 
 
@@ -172,8 +173,16 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
     loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
     closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
     lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]
-    lines += [f"guess: {name} {measure}" for name, measure in found.measures.items() if measure.is_guess]
+    lines += [f"guess: {guess}" for guess in guesses(found)]
     return lines + [f"differs: {sentence}" for sentence in found.differences]
+
+
+def guesses(found: FoundDrivetrain) -> list[str]:
+    """List measures that are guesses, by the keys of `[drivetrain]`."""
+    measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
+    if (radius := measures.pop("wheel_radius", None)) is not None:
+        measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)
+    return [f"{name} {measure}" for name, measure in measures.items()]
 
 
 def _numbers(devices: Iterable[BuiltDevice | None]) -> list[Any]:

@@ -12,7 +12,7 @@ from simcore.geometry.rotation import Vector
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "box_crossed"]
 
 
 @runtime_checkable
@@ -20,8 +20,8 @@ class Zone(Protocol):
     """A closed region of the field."""
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]: what stays below cannot touch it."""
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of a box around it [m]: what stays outside of that cannot touch it."""
         ...
 
     def contains(self, points: FloatArray) -> BoolArray:
@@ -48,9 +48,9 @@ class BoxZone:
             raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]."""
-        return self.low[2]
+    def box(self) -> tuple[Vector, Vector]:
+        """Its corners [m]."""
+        return self.low, self.high
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
@@ -58,11 +58,8 @@ class BoxZone:
         return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,): the slab method."""
-        enter, leave = _slab(start, end, np.asarray(self.low), np.asarray(self.high))
-        first: FloatArray = np.max(enter, axis=1)
-        last: FloatArray = np.min(leave, axis=1)
-        return first <= last
+        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
+        return box_crossed(self.low, self.high, start, end)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +81,12 @@ class CylinderZone:
         )
         if not self.bottom < self.top:
             raise ConfigError(f"CylinderZone: bottom must be below top, got {self.bottom} and {self.top} m")
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the box around it [m]."""
+        (x, y), r = self.center, self.radius
+        return (x - r, y - r, self.bottom), (x + r, y + r, self.top)
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
@@ -126,9 +129,10 @@ class CapsuleZone:
             raise ConfigError(f"CapsuleZone: start and end must differ, got {self.start}")
 
     @property
-    def bottom(self) -> float:
-        """Lowest height [m]."""
-        return min(self.start[2], self.end[2]) - self.radius
+    def box(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of the box around it [m]."""
+        (a, b, c), (d, e, f), r = self.start, self.end, self.radius
+        return (min(a, d) - r, min(b, e) - r, min(c, f) - r), (max(a, d) + r, max(b, e) + r, max(c, f) + r)
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
@@ -142,6 +146,14 @@ class CapsuleZone:
         """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
         hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
         return hit
+
+
+def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
+    """Which segments (n, 3) to (n, 3) [m] touch the box between two corners, shape (n,): the slab method."""
+    enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
+    first: FloatArray = np.max(enter, axis=1)
+    last: FloatArray = np.min(leave, axis=1)
+    return first <= last
 
 
 def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:

@@ -1,9 +1,10 @@
 """Balls of all games at all times, by small steps: why a ball rolls, bounces, is pinned and lies in a heap.
 
-`list_contacts` lists who may touch whom within a few milliseconds; `step_balls` takes one step of at most 1 ms: every
-contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the next step
-(leapfrog). Contacts of balls with each other are looked at once a step. A ball whose contacts with solids are too stiff
-for it, or that is fast, goes through the step in shorter ones of its own; nobody else notices.
+`list_contacts` lists who may touch whom within a few milliseconds; `advance_balls` takes one step of at most 1 ms:
+every contact gives its force in the middle of the step, forces change velocities, all drift on to the middle of the
+next step (leapfrog). It has three parts: `find_contacts` with floor, solids and bodies; `choose_step`, as a ball whose
+contacts are too stiff for the step, or that is fast, goes through it alone in shorter steps; `integrate`. Contacts of
+balls with each other are found once a step.
 
 What balls do to a robot changes its velocity at once. Bodies of the engine move on with the velocity that they have,
 and get the same impulse afterwards.
@@ -15,10 +16,12 @@ fell asleep; it takes the impulse of the push that wakes it.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from simcore.loop.body import give
+from simcore.loop.body import apply_impulse
 from simcore.loop.compiled import compiled, inlined
 from simcore.loop.contact import (
     air_acceleration,
@@ -42,8 +45,9 @@ from simcore.loop.state import (
     to_body,
     to_field,
 )
+from simcore.typing import FloatArray, IntArray
 
-__all__ = ["any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts", "step_balls"]
+__all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls", "list_contacts"]
 
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
@@ -51,18 +55,46 @@ _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; l
 _PAIR_ROOM = 3.0  # contacts of balls with each other may be so much stiffer for their step than those with solids
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
-_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow begins anew to count as still
+_GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
 _WAKING_SPEED = 0.05  # [m/s]; of a ball or body that wakes what it touches
 _BESIDE = 0.003  # [m]; balls so near may lean on each other
 _LIFTED = 2.5  # of a ball's weight; a ball that another presses by so much more than when it fell asleep wakes
 _TOUCH_FORCE, _TOUCH_SHARE = 0.2, 0.05  # [N] and of the force; by how much the push of a body may change in sleep
-_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into: nobody has squeezed it
+_RISES = 0.5  # [m/s]; with no more than this a ball comes out of what it was put into, in which no force has pressed it
 _FARTHEST = 0.25  # of its radius, that a ball moves in a step of its own
+
+
+class Listed(NamedTuple):
+    """Balls that may move within a few milliseconds, and what each of them touches."""
+
+    queue: IntArray
+    """The balls; the first `size` of them count."""
+    size: int
+    start: IntArray
+    """Of each the first of its solids in `near`, and the end, shape (size + 1,)."""
+    near: IntArray
+    """Solids that it may touch within that time."""
+    has_bodies: npt.NDArray[np.uint8]
+    """Whether bodies are among them, shape (size,)."""
+    number: IntArray
+    """Contacts now, shape (size,)."""
+    found: FloatArray
+    """Normal, depth and place on the surface relative to the center of the ball of each, shape (12, size, 7)."""
+    which: IntArray
+    """Solid of each, and whether its face is touched, shape (12, size, 2)."""
+    is_leaving: npt.NDArray[np.uint8]
+    """Whether it is in the body that it was launched from, shape (size,)."""
+    reach: FloatArray
+    """Distance from its center up to which gaps are known [m], shape (size,)."""
+    gap: FloatArray
+    """Smallest to anything that is so near; below 0: a contact [m], shape (size,)."""
+    steps: IntArray
+    """Into how many it cuts the step, shape (size,)."""
 
 
 @compiled
 def _slot(key, stamp, i, touched):
-    """Place in the memory of ball i for a contact: its own, else the one whose contact is over for the longest."""
+    """Return the place in the memory of ball i for a contact: its own, else that of the oldest contact."""
     oldest = 0
     for s in range(REMEMBERED):
         if key[i, s] == touched:
@@ -76,7 +108,7 @@ def _slot(key, stamp, i, touched):
 
 @inlined
 def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
-    """How deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
+    """Return how deep a ball is squeezed [m] that is so deep in something: less by what it was put into it."""
     if is_new:
         spring[i, s, 3] = max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0
     else:
@@ -86,7 +118,7 @@ def _squeeze(spring, i, s, is_new, is_put, depth, closing, h):
 
 @inlined
 def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, friction, mass, h):
-    """Force of friction with memory [N].
+    """Return the force of friction with memory [N].
 
     Args:
         spring: Stretch of all contacts' springs [m].
@@ -129,12 +161,13 @@ def _friction(spring, i, s, is_new, nx, ny, nz, ux, uy, uz, push, slope, frictio
 
 
 @compiled
-def _add_contact(found, which, count, solid, distance, radius, nx, ny, nz, is_face):
-    """Sort a contact into the list of a ball, the deepest first; returns their number.
+def _add_contact(found, which, q, count, solid, distance, radius, nx, ny, nz, is_face):
+    """Sort a contact into the list of a ball, the deepest first, and return their number.
 
     Args:
-        found: Of each contact normal, depth and place on the surface relative to the center of the ball, shape (12, 7).
-        which: Of each the solid, and whether its face is touched, shape (12, 2).
+        found: See `Listed`.
+        which: See `Listed`.
+        q: Place of the ball in the queue.
         count: Of the contacts so far; the shallowest of more than 12 is dropped.
         solid: Which one.
         distance: Of the center from it [m].
@@ -144,23 +177,23 @@ def _add_contact(found, which, count, solid, distance, radius, nx, ny, nz, is_fa
         nz: The same.
         is_face: Whether its face is touched.
     """
-    if count == _MOST_SURFACES and found[count - 1, 3] >= radius - distance:
+    if count == _MOST_SURFACES and found[count - 1, q, 3] >= radius - distance:
         return count
     k = min(count, _MOST_SURFACES - 1)
-    while k > 0 and found[k - 1, 3] < radius - distance:
+    while k > 0 and found[k - 1, q, 3] < radius - distance:
         for c in range(7):
-            found[k, c] = found[k - 1, c]
-        which[k, 0], which[k, 1] = which[k - 1, 0], which[k - 1, 1]
+            found[k, q, c] = found[k - 1, q, c]
+        which[k, q, 0], which[k, q, 1] = which[k - 1, q, 0], which[k - 1, q, 1]
         k -= 1
-    found[k, 0], found[k, 1], found[k, 2], found[k, 3] = nx, ny, nz, radius - distance
-    found[k, 4], found[k, 5], found[k, 6] = -distance * nx, -distance * ny, -distance * nz
-    which[k, 0], which[k, 1] = solid, 1 if is_face else 0
+    found[k, q, 0], found[k, q, 1], found[k, q, 2], found[k, q, 3] = nx, ny, nz, radius - distance
+    found[k, q, 4], found[k, q, 5], found[k, q, 6] = -distance * nx, -distance * ny, -distance * nz
+    which[k, q, 0], which[k, q, 1] = solid, 1 if is_face else 0
     return min(count + 1, _MOST_SURFACES)
 
 
 @compiled
-def _without_edges(found, which, count):
-    """Leave out edges and corners within a surface whose face is touched more deeply; returns how many are left.
+def _without_edges(found, which, q, count):
+    """Leave out edges and corners within a surface whose face is touched more deeply, and return how many are left.
 
     A floor of two plates has an edge where they meet, which a ball that rolls over it does not feel.
     """
@@ -168,18 +201,18 @@ def _without_edges(found, which, count):
     for k in range(count):
         is_hidden = False
         for m in range(kept):
-            if which[m, 1] == 1:
+            if which[m, q, 1] == 1:
                 over = (
-                    (found[k, 4] - found[m, 4]) * found[m, 0]
-                    + (found[k, 5] - found[m, 5]) * found[m, 1]
-                    + (found[k, 6] - found[m, 6]) * found[m, 2]
+                    (found[k, q, 4] - found[m, q, 4]) * found[m, q, 0]
+                    + (found[k, q, 5] - found[m, q, 5]) * found[m, q, 1]
+                    + (found[k, q, 6] - found[m, q, 6]) * found[m, q, 2]
                 )
                 is_hidden = is_hidden or over < _COPLANAR
         if not is_hidden:
             if kept < k:
                 for c in range(7):
-                    found[kept, c] = found[k, c]
-                which[kept, 0], which[kept, 1] = which[k, 0], which[k, 1]
+                    found[kept, q, c] = found[k, q, c]
+                which[kept, q, 0], which[kept, q, 1] = which[k, q, 0], which[k, q, 1]
             kept += 1
     return kept
 
@@ -197,9 +230,9 @@ def _wake(status, still, hold, i):
 
 @compiled
 def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
-    """Forces of balls on each other in a step of h [s]; returns into how many steps the stiffest contact cuts it.
+    """Add the forces of balls on each other, and return into how many steps the stiffest contact cuts one of h [s].
 
-    Added to `force`: of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
+    `force` has of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
     """
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
@@ -282,23 +315,146 @@ def _collide(balls, memory, gravity, table, first, second, pairs, force, h):
 
 
 @compiled
-def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ahead):
-    """All listed balls through a step of h [s], from its middle on to where they are `ahead` [s] later.
+def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
+    """Find the contacts of listed balls with floor, solids and bodies.
 
-    A ball whose contacts are too stiff for the step, or that is too fast, takes shorter steps of its own in between.
+    Args:
+        balls: All of them.
+        solids: What they touch.
+        bodies: All, in the middle of the step.
+        floor: The floor.
+        listed: Of `list_contacts`.
+        first: Place of the first ball in its queue.
+        last: Place behind the last one.
+        late: Time since the middle of the step, by which bodies have moved on [s].
+        h: Step whose second half counts for gaps [s].
     """
-    queue, count, start, near, has_bodies, found, which = lists
+    queue, start, near, found, which = listed.queue, listed.start, listed.near, listed.found, listed.which
+    number, is_leaving, reaches, gaps = listed.number, listed.is_leaving, listed.reach, listed.gap
+    status, pos, vel, radii, leaves = balls.status, balls.pos, balls.vel, balls.radius, balls.leaves
+    owner, box, begin, plane, corner = solids.body, solids.box, solids.first, solids.plane, solids.corner
+    origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
+    is_floor, has_bodies = floor.is_there, listed.has_bodies
+    for q in range(first, last):
+        i = queue[q]
+        is_asleep = sleeps(status, i)
+        n = 0
+        number[q], is_leaving[q] = 0, 0
+        if is_asleep and not has_bodies[q]:
+            continue
+        x, y, z, radius = pos[i, 0], pos[i, 1], pos[i, 2], radii[i]
+        reach = radius if is_asleep else radius + 0.5 * h * speed(vel, i)
+        gap = z - radius if is_floor else 1e30
+        if is_floor and z < radius and not is_asleep:
+            n = _add_contact(found, which, q, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
+        for entry in range(start[q], start[q + 1]):
+            s = near[entry]
+            b = owner[s]
+            if b < 0:
+                if is_asleep or is_outside(box, s, x, y, z, reach):
+                    continue
+                distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, reach, begin, plane, corner)
+            else:
+                ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
+                wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
+                lx, ly, lz = to_body(
+                    axes, b,
+                    x - origin[b, 0] - late * (moving[b, 0] + wy * oz - wz * oy),
+                    y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
+                    z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
+                )  # fmt: skip
+                if is_outside(box, s, lx, ly, lz, reach):
+                    continue
+                distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, reach, begin, plane, corner)
+                nx, ny, nz = to_field(axes, b, lx, ly, lz)
+            if distance < radius and b >= 0 and b == leaves[i]:
+                is_leaving[q] = 1
+                continue
+            gap = min(gap, distance - radius)
+            if distance < radius:
+                n = _add_contact(found, which, q, n, s, distance, radius, nx, ny, nz, is_face)
+        if n > 1:
+            n = _without_edges(found, which, q, n)
+        number[q], reaches[q], gaps[q] = n, reach, gap
+
+
+@compiled
+def choose_step(balls, listed, first, last, least, h):
+    """Choose into how many steps listed balls cut one of h [s]: so many as their speed and stiffest contact need.
+
+    Args:
+        balls: All of them.
+        listed: Of `list_contacts`, with their contacts.
+        first: Place of the first ball in its queue.
+        last: Place behind the last one.
+        least: Fewest steps.
+        h: Step [s].
+    """
+    queue, start, number, found, steps = listed.queue, listed.start, listed.number, listed.found, listed.steps
+    reach, gap, status, vel, radii, foam = listed.reach, listed.gap, balls.status, balls.vel, balls.radius, balls.foam
+    for q in range(first, last):
+        i = queue[q]
+        if sleeps(status, i):
+            continue
+        k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
+        vx, vy, vz, mass, most = vel[i, 0], vel[i, 1], vel[i, 2], balls.mass[i], least
+        if start[q + 1] > start[q]:
+            most = max(most, math.ceil(speed(vel, i) * h / (_FARTHEST * radii[i])))
+        comes = reach[q] - radii[i]  # within this step
+        if 0.0 <= gap[q] < comes:  # it will touch
+            most = max(most, steps_for(foam_slope(comes - gap[q], k1, k3, hard_from, hard), mass, h))
+        for k in range(number[q]):
+            closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
+            depth = found[k, q, 3] + max(0.0, closing) * h
+            most = max(most, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
+        steps[q] = most
+
+
+@inlined
+def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass, radius, h):
+    """Return velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
+
+    Rolling resistance [N m] and air stop its spin, but do not turn it back.
+    """
+    turnability = 2.5 / (mass * radius * radius)
+    vx, vy, vz = vx + h * ax, vy + h * ay, vz + h * az
+    sx, sy, sz = sx + h * turnability * tx, sy + h * turnability * ty, sz + h * turnability * tz
+    size = math.sqrt(sx * sx + sy * sy + sz * sz)
+    if size > 0.0:
+        keep = max(0.0, 1.0 - h * (rolling * turnability / size + fading * size))
+        sx, sy, sz = keep * sx, keep * sy, keep * sz
+    return vx, vy, vz, sx, sy, sz
+
+
+@compiled
+def integrate(balls, memory, solids, bodies, floor, table, listed, force, h, ahead):
+    """Move all listed balls on by the forces of their contacts, and push the bodies that they touch.
+
+    A ball goes through the step in as many as it has chosen. Bodies feel one that sleeps; it wakes if they push
+    otherwise than when it fell asleep.
+
+    Args:
+        balls: All of them, in the middle of the step.
+        memory: Of their contacts.
+        solids: What they touch.
+        bodies: All, in the middle of the step.
+        floor: The floor, and gravity.
+        table: `DAMPING_RATIOS`.
+        listed: Of `list_contacts`, with their contacts and steps.
+        force: Of balls on each other, which becomes 0, shape (n, 8).
+        h: Step [s].
+        ahead: Time from the middle of the step to that of the next one, to which balls go [s].
+    """
+    queue, number, found, which, steps = listed.queue, listed.number, listed.found, listed.which, listed.steps
+    has_bodies, is_leaving = listed.has_bodies, listed.is_leaving
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, air, still, load = balls.foam, balls.surface, balls.air, balls.still, balls.load
     hold, contacts, seen, leaves = balls.hold, balls.contacts, balls.bodies, balls.leaves
-    key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
-    owner, box, material = solids.body, solids.box, solids.surface
-    first, plane, corner = solids.first, solids.plane, solids.corner
-    origin, axes, center, moving, turning = bodies.pos, bodies.axes, bodies.com, bodies.vel, bodies.rate
-    gravity, is_floor = floor.gravity, floor.is_there
-    floor_friction, floor_restitution, floor_rolling = floor.friction, floor.restitution, floor.rolling
     is_touched, press, is_put = balls.is_touched, balls.press, balls.is_put
-    for q in range(count):
+    key, stamp, spring, now = memory.key, memory.stamp, memory.spring, memory.clock[0]
+    owner, material = solids.body, solids.surface
+    center, moving, turning = bodies.com, bodies.vel, bodies.rate
+    for q in range(listed.size):
         i = queue[q]
         px, py, pz, qx, qy, qz = force[i, 0], force[i, 1], force[i, 2], force[i, 3], force[i, 4], force[i, 5]
         touched, pressed = int(force[i, 6]), force[i, 7]
@@ -309,86 +465,45 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
             continue
         radius, mass = radii[i], masses[i]
         k1, k3, hard_from, hard = foam[i, 0], foam[i, 1], foam[i, 2], foam[i, 3]
-        lightness, turnability = 1.0 / mass, 2.5 / (mass * radius * radius)
-        x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
+        lightness = 1.0 / mass
         vx, vy, vz = vel[i, 0], vel[i, 1], vel[i, 2]
         sx, sy, sz = spin[i, 0], spin[i, 1], spin[i, 2]
         own_friction, own_restitution, own_rolling = surface[i, 0], surface[i, 1], surface[i, 2]
-        steps, step, part = 1, 0, h
-        while step < steps:
+        step, part = 0, h
+        if steps[q] > 1:
+            part = h / steps[q]
+        while step < steps[q]:
             late = (step + 0.5) * part - 0.5 * h
-            # what it touches, and before the first of its steps, how near the next is
-            n, is_leaving, gap = 0, False, z - radius if is_floor else 1e30
-            reach = radius if step > 0 or is_asleep else radius + 0.5 * h * math.sqrt(vx * vx + vy * vy + vz * vz)
-            if is_floor and z < radius and not is_asleep:
-                n = _add_contact(found, which, n, _FLOOR, z, radius, 0.0, 0.0, 1.0, True)
-            for entry in range(start[q], start[q + 1]):
-                s = near[entry]
-                b = owner[s]
-                if b < 0:
-                    if is_asleep or is_outside(box, s, x, y, z, reach):
-                        continue
-                    distance, nx, ny, nz, is_face = nearest_point(s, x, y, z, reach, first, plane, corner)
-                else:
-                    ox, oy, oz = x - center[b, 0], y - center[b, 1], z - center[b, 2]
-                    wx, wy, wz = turning[b, 0], turning[b, 1], turning[b, 2]
-                    lx, ly, lz = to_body(
-                        axes, b,
-                        x - origin[b, 0] - late * (moving[b, 0] + wy * oz - wz * oy),
-                        y - origin[b, 1] - late * (moving[b, 1] + wz * ox - wx * oz),
-                        z - origin[b, 2] - late * (moving[b, 2] + wx * oy - wy * ox),
-                    )  # fmt: skip
-                    if is_outside(box, s, lx, ly, lz, reach):
-                        continue
-                    distance, lx, ly, lz, is_face = nearest_point(s, lx, ly, lz, reach, first, plane, corner)
-                    nx, ny, nz = to_field(axes, b, lx, ly, lz)
-                if distance < radius and b >= 0 and b == leaves[i]:
-                    is_leaving = True
-                    continue
-                gap = min(gap, distance - radius)
-                if distance < radius:
-                    n = _add_contact(found, which, n, s, distance, radius, nx, ny, nz, is_face)
-            if n > 1:
-                n = _without_edges(found, which, n)
-            # how finely it must go on
-            if step == 0 and not is_asleep:
-                if start[q + 1] > start[q]:
-                    steps = max(steps, math.ceil(math.sqrt(vx * vx + vy * vy + vz * vz) * h / (_FARTHEST * radius)))
-                if 0.0 <= gap < reach - radius:  # it will touch within this step
-                    slope = foam_slope(reach - radius - gap, k1, k3, hard_from, hard)
-                    steps = max(steps, steps_for(slope, mass, h))
-                for k in range(n):
-                    closing = -(vx * found[k, 0] + vy * found[k, 1] + vz * found[k, 2])
-                    depth = found[k, 3] + max(0.0, closing) * h
-                    steps = max(steps, steps_for(foam_slope(depth, k1, k3, hard_from, hard), mass, h))
-                if steps > 1 and part == h:
-                    part = h / steps
-                    back = 0.5 * part - 0.5 * h
-                    x, y, z = x + back * vx, y + back * vy, z + back * vz
-                    continue  # anew, from the middle of the first of them
-            if not is_leaving and len(origin) > 0:
+            if part < h:
+                if step == 0:  # back to the middle of the first of them
+                    for c in range(3):
+                        pos[i, c] += late * vel[i, c]
+                find_contacts(balls, solids, bodies, floor, listed, q, q + 1, late, h if step == 0 else 0.0)
+                if step == 0:
+                    choose_step(balls, listed, q, q + 1, steps[q], h)
+            if not is_leaving[q] and len(bodies) > 0:
                 leaves[i] = NOBODY
-            # forces
+            x, y, z = pos[i, 0], pos[i, 1], pos[i, 2]
             fx, fy, fz, tx, ty, tz, rolling, by_bodies, is_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False
-            for k in range(n):
-                s, depth = which[k, 0], found[k, 3]
-                nx, ny, nz = found[k, 0], found[k, 1], found[k, 2]
+            for k in range(number[q]):
+                s, depth = which[k, q, 0], found[k, q, 3]
+                nx, ny, nz = found[k, q, 0], found[k, q, 1], found[k, q, 2]
                 lever = radius - depth
                 ux = vx - lever * (sy * nz - sz * ny)
                 uy = vy - lever * (sz * nx - sx * nz)
                 uz = vz - lever * (sx * ny - sy * nx)
                 b, ax, ay, az = NOBODY, 0.0, 0.0, 0.0
                 if s == _FLOOR:
-                    friction, restitution = own_friction * floor_friction, own_restitution * floor_restitution
-                    resistance = own_rolling * floor_friction + floor_rolling * own_friction
+                    friction, restitution = own_friction * floor.friction, own_restitution * floor.restitution
+                    resistance = own_rolling * floor.friction + floor.rolling * own_friction
                 else:
                     friction, restitution = own_friction * material[s, 0], own_restitution * material[s, 1]
                     resistance = own_rolling * material[s, 0] + material[s, 2] * own_friction
                     b = owner[s]
                     if b >= 0:
-                        ax = x + found[k, 4] - center[b, 0] - late * moving[b, 0]
-                        ay = y + found[k, 5] - center[b, 1] - late * moving[b, 1]
-                        az = z + found[k, 6] - center[b, 2] - late * moving[b, 2]
+                        ax = x + found[k, q, 4] - center[b, 0] - late * moving[b, 0]
+                        ay = y + found[k, q, 5] - center[b, 1] - late * moving[b, 1]
+                        az = z + found[k, q, 6] - center[b, 2] - late * moving[b, 2]
                         ux -= moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay
                         uy -= moving[b, 1] + turning[b, 2] * ax - turning[b, 0] * az
                         uz -= moving[b, 2] + turning[b, 0] * ay - turning[b, 1] * ax
@@ -413,37 +528,30 @@ def _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, ah
                 if b >= 0:
                     by_bodies += push
                     seen[i] |= bodies[b].mark
-                    give(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
-            touched += n
+                    apply_impulse(bodies[b], -part * gx, -part * gy, -part * gz, ax, ay, az)
+            touched += number[q]
             is_put[i] = 1 if is_put[i] and (is_in or is_asleep) else 0
-            if is_asleep:  # bodies feel it; it wakes if they push otherwise than when it fell asleep
+            if is_asleep:
                 most = hold[i] if hold[i] > 0.0 else _TOUCH_FORCE + _TOUCH_SHARE * load[i]
                 if abs(by_bodies - load[i]) <= most:
                     break
                 _wake(status, still, hold, i)
                 is_asleep = False
             load[i] = by_bodies
-            # what they do to it
             gx, gy, gz = air_acceleration(vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])
-            vx += part * (gx + (px + fx) * lightness)
-            vy += part * (gy + (py + fy) * lightness)
-            vz += part * (gz + (pz + fz) * lightness - gravity)
-            sx += part * turnability * (qx + tx)
-            sy += part * turnability * (qy + ty)
-            sz += part * turnability * (qz + tz)
-            size = math.sqrt(sx * sx + sy * sy + sz * sz)
-            if size > 0.0:  # rolling resistance stops a ball, it does not turn it back
-                keep = max(0.0, 1.0 - part * (rolling * turnability / size + air[i, 3] * size))
-                sx, sy, sz = keep * sx, keep * sy, keep * sz
+            vx, vy, vz, sx, sy, sz = _kick(
+                vx, vy, vz, sx, sy, sz, gx + (px + fx) * lightness, gy + (py + fy) * lightness,
+                gz + (pz + fz) * lightness - floor.gravity, qx + tx, qy + ty, qz + tz, rolling, air[i, 3], mass, radius,
+                part,
+            )  # fmt: skip
             step += 1
-            on = part if step < steps else 0.5 * part - 0.5 * h + ahead
-            x, y, z = x + on * vx, y + on * vy, z + on * vz
+            on = part if step < steps[q] else 0.5 * part - 0.5 * h + ahead
+            pos[i, 0], pos[i, 1], pos[i, 2] = x + on * vx, y + on * vy, z + on * vz
         contacts[i] = touched
         if touched > 0:
             is_touched[i] = 1
         if not is_asleep:
             press[i] = pressed
-            pos[i, 0], pos[i, 1], pos[i, 2] = x, y, z
             vel[i, 0], vel[i, 1], vel[i, 2] = vx, vy, vz
             spin[i, 0], spin[i, 1], spin[i, 2] = sx, sy, sz
 
@@ -471,23 +579,26 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
         for entry in range(start[k], start[k + 1]):
             if owner[near[entry]] >= 0:
                 has_bodies[k] = 1
-    found, which = np.empty((_MOST_SURFACES, 7)), np.empty((_MOST_SURFACES, 2), np.int64)
-    return (queue, count, start, near, has_bodies, found, which), (first, second, pairs)
+    listed = Listed(
+        queue, count, start, near, has_bodies, np.zeros(count, np.int64), np.empty((_MOST_SURFACES, count, 7)),
+        np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
+        np.ones(count, np.int64),
+    )  # fmt: skip
+    return listed, (first, second, pairs)
 
 
 @compiled
-def drift_balls(balls, lists, h):
-    """Let all listed balls that are awake move on for h [s]."""
-    queue, count = lists[0], lists[1]
-    for k in range(count):
-        i = queue[k]
+def drift_balls(balls, listed, h):
+    """Move all listed balls that are awake for h [s] with the velocities that they have."""
+    for q in range(listed.size):
+        i = listed.queue[q]
         if not sleeps(balls.status, i):
             for c in range(3):
                 balls.pos[i, c] += h * balls.vel[i, c]
 
 
 @compiled
-def step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force, h, left):
+def advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, h, left):
     """Take one step of h [s]; balls are in its middle, and go on to the middle of the next one.
 
     Args:
@@ -497,7 +608,7 @@ def step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force,
         bodies: All, in the middle of the step.
         floor: The floor, and gravity.
         table: `DAMPING_RATIOS`.
-        lists: Of `list_contacts`.
+        listed: Of `list_contacts`.
         pairs: Likewise.
         force: Room for forces of balls on each other, all 0, shape (n, 8).
         h: Step [s].
@@ -509,17 +620,18 @@ def step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force,
     memory.clock[0] += 1
     cuts = _collide(balls, memory, floor.gravity, table, pairs[0], pairs[1], pairs[2], force, h)
     following = min(STEP, h / cuts if cuts > 1 else 2.0 * h, left) if left > 1e-9 else 0.0
-    _move_balls(balls, memory, solids, bodies, floor, table, lists, force, h, 0.5 * (h + following))
+    find_contacts(balls, solids, bodies, floor, listed, 0, listed.size, 0.0, h)
+    choose_step(balls, listed, 0, listed.size, 1, h)
+    integrate(balls, memory, solids, bodies, floor, table, listed, force, h, 0.5 * (h + following))
     return following
 
 
 @compiled
-def end_balls(balls, lists, h):
-    """Turn the attitudes of all listed balls, and note which of them are still, after h [s]."""
-    queue, count = lists[0], lists[1]
-    spin, radius, still, vel = balls.spin, balls.radius, balls.still, balls.vel
-    for k in range(count):
-        i = queue[k]
+def end_balls(balls, listed, h):
+    """Turn the attitudes of all listed balls, and add up how long each has been still, after h [s]."""
+    queue, spin, radius, still, vel = listed.queue, balls.spin, balls.radius, balls.still, balls.vel
+    for q in range(listed.size):
+        i = queue[q]
         if not sleeps(balls.status, i):
             _turn(balls.quat, spin, i, h)
             fast = max(speed(vel, i), speed(spin, i) * radius[i])
@@ -557,7 +669,7 @@ def any_moves(balls, bodies):
 
 @compiled
 def depth_at(solids: Solids, x: float, y: float, z: float, radius: float) -> float:
-    """How deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
+    """Return how deep a ball at a place [m] would be in the solids of the field [m]; 0 for none."""
     nx, ny = solids.cell_count[0], solids.cell_count[1]
     x0, x1 = cell_range(x - radius, x + radius, solids.cell_low[0], solids.cell_low[2], nx)
     y0, y1 = cell_range(y - radius, y + radius, solids.cell_low[1], solids.cell_low[2], ny)

@@ -13,9 +13,9 @@ __all__ = ["begin_battery", "bus_voltage", "draw", "open_voltage", "watch_browno
 
 @compiled
 def open_voltage(batteries: Records, i: int) -> float:
-    """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
+    """Return what the terminals would show without a load: the voltage behind the resistance [V]."""
     b = batteries[i]
-    voltage: float = b.empty + (b.full - b.empty) * b.charge - b.slow_drop
+    voltage: float = b.model.empty + (b.model.full - b.model.empty) * b.charge - b.slow_drop
     return max(0.0, voltage)
 
 
@@ -31,10 +31,10 @@ def begin_battery(batteries: Records, i: int) -> None:
     b.min_voltage = min(b.min_voltage, b.voltage)
     b.is_off = 0
     b.is_low = 0
-    b.heard = b.heartbeat
+    b.heard = b.model.heartbeat
     b.starved = 0.0
     b.boots = 0.0
-    if b.browns_out:
+    if b.model.browns_out:
         watch_brownout(batteries, i, 0.0)
 
 
@@ -55,20 +55,20 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
     """
     b = batteries[i]
     if current > 0.0 and at_voltage > 0.0:
-        share = open_voltage(batteries, i) / (at_voltage + b.resistance * current)
+        share = open_voltage(batteries, i) / (at_voltage + b.model.resistance * current)
         if share < 1.0:
             current *= share
     b.current = current
     b.drawn += current * h
-    b.charge = min(1.0, max(0.0, b.charge - current * h / b.capacity))
+    b.charge = min(1.0, max(0.0, b.charge - current * h / b.model.capacity))
     # Exact for a constant current: the slow drop relaxes towards I * R_slow.
-    b.slow_drop += (b.slow_drop - current * b.recovery_resistance) * math.expm1(-h / b.recovery_time)
-    voltage = max(0.0, open_voltage(batteries, i) - b.resistance * current)
+    b.slow_drop += (b.slow_drop - current * b.model.recovery_resistance) * math.expm1(-h / b.model.recovery_time)
+    voltage = max(0.0, open_voltage(batteries, i) - b.model.resistance * current)
     b.voltage = voltage
     b.energy += (at_voltage if at_voltage > 0.0 else voltage) * current * h
     b.tick_min_voltage = min(b.tick_min_voltage, voltage)
     b.min_voltage = min(b.min_voltage, voltage)
-    return watch_brownout(batteries, i, h) if b.browns_out else False
+    return watch_brownout(batteries, i, h) if b.model.browns_out else False
 
 
 @compiled
@@ -81,22 +81,22 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     b = batteries[i]
     v = b.voltage
     has_begun = False
-    level = b.recovered_voltage if b.is_low else b.brownout_voltage
+    level = b.model.recovered_voltage if b.is_low else b.model.brownout_voltage
     b.is_low = 1 if v < level or (b.is_low and v == level) else 0
-    if v < b.reset_voltage:
+    if v < b.model.reset_voltage:
         b.starved += h
-        if b.starved > b.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
+        if b.starved > b.model.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
             if b.boots == 0.0:
                 b.resets += 1
                 has_begun = True
-            b.boots = b.reboot_time
+            b.boots = b.model.reboot_time
     else:
         b.starved = 0.0
         b.boots = max(0.0, b.boots - h)
     if b.is_off:
         b.off_time += h
     b.heard += h
-    if b.heard > b.heartbeat - 1e-9:
+    if b.heard > b.model.heartbeat - 1e-9:
         b.heard = 0.0
         was_off = b.is_off
         b.is_off = 1 if b.is_low or b.boots > 0.0 else 0
@@ -113,7 +113,7 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
 
 @compiled
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
-    """Voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
+    """Return the voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
 
     Four stalled motors have less resistance together than the battery, so last step's current must not set this
     step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
@@ -129,7 +129,7 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
     """
     b = batteries[i]
     source = open_voltage(batteries, i)
-    if b.resistance == 0.0:
+    if b.model.resistance == 0.0:
         return source
     bus = guess if guess > 1e-3 else source
     if bus < 1e-3:
@@ -139,10 +139,11 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
         rise = 0.0  # d total / d bus
         for k in range(first, last):
             s = shafts[k]
-            if s.is_open or s.rail > 0.0:
+            model = s.model
+            if s.is_open or model.rail > 0.0:
                 continue
-            emf = s.emf * s.speed + s.emf_offset
-            v, resistance = line_in_force(s.wanted, bus, emf, s.limit, s.resistance, s.winding)
+            emf = model.emf * s.speed + s.emf_offset
+            v, resistance = line_in_force(s.wanted, bus, emf, s.limit, model.resistance, model.winding)
             if v >= bus:
                 amps = (bus - emf) / resistance
                 drawn = amps
@@ -157,17 +158,17 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
                 slope = -drawn / bus
             if amps > s.limit or amps < -s.limit:
                 amps = within(amps, s.limit)
-                drawn = (emf + amps * s.winding) * amps / bus
+                drawn = (emf + amps * model.winding) * amps / bus
                 slope = -drawn / bus
-            if drawn > s.supply_limit or drawn < -s.supply_limit:
-                drawn = within(drawn, s.supply_limit)
+            if drawn > s.request.supply_limit or drawn < -s.request.supply_limit:
+                drawn = within(drawn, s.request.supply_limit)
                 slope = 0.0
-            total += drawn * s.count
-            rise += slope * s.count
-        miss = source - b.resistance * total - bus
+            total += drawn * model.count
+            rise += slope * model.count
+        miss = source - b.model.resistance * total - bus
         if -1e-4 < miss < 1e-4:
             break
-        steep = 1.0 + b.resistance * rise
+        steep = 1.0 + b.model.resistance * rise
         # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
         if steep > 0.2:
             new = bus + miss / steep

@@ -1,4 +1,4 @@
-"""State of robots, as arrays of records: each has the constants, the requests and the state of one thing.
+"""State of robots, as arrays of records, one of each thing: its state, with its model and requests apart.
 
 A robot is a body with shafts, wheels and bumpers; what the engine moves (tubes, cages) is a body alone. Shafts and
 wheels are numbered within their robot.
@@ -50,7 +50,7 @@ Records: TypeAlias = npt.NDArray[Any]
 STEP = 1e-3
 """Longest step of motors, shafts, tires and bumpers [s]."""
 TOUCHES = 24
-"""Bodies and elements of the field that a robot can touch at once, of which it is told."""
+"""Bodies and elements of the field that a robot can touch at once, that it lists."""
 SPRINGS = 96
 """Contacts of a robot whose friction is remembered."""
 
@@ -63,7 +63,7 @@ NEUTRAL, VOLTS, DUTY, CURRENT, TARGET = 0, 1, 2, 3, 4
 
 _f, _i, _b = np.float64, np.int64, np.uint8
 
-SHAFT = np.dtype(
+_MOTOR = np.dtype(
     [
         # --- motors behind their controller and gear, all of them equal; see `simcore.robot.wheel_config` ---
         ("kind", _i),
@@ -78,11 +78,11 @@ SHAFT = np.dtype(
         ("supply_limit", _f),  # of one motor, drawing and feeding back [A]
         ("count", _f),  # motors
         ("rail", _f),  # voltage of a supply of its own [V]; 0: the battery's
+        ("idle", _f),  # of a piston: volts of its valve without power [V]
         # --- what it carries ---
         ("lower", _f),  # hard stops [rad]
         ("upper", _f),
         ("weight_torque", _f),  # of a weight on a lever, times the cosine of the position [N m]
-        ("load", _f),  # torque from outside [N m]
         # --- wheels on it ---
         ("first", _i),  # wheel of the robot
         ("last", _i),  # the one behind its last
@@ -90,12 +90,10 @@ SHAFT = np.dtype(
         ("grain", _f),  # friction of the treads across over that along [-]
         ("slip_ratio", _f),  # slip per rolling speed at which tires begin to slide [-]
         ("slip_speed", _f),  # the same at standstill [m/s]
-        ("cos", _f),  # of the direction of the wheels
-        ("sin", _f),
         # --- swerve: the azimuth of a wheel's shaft, and the wheel's shaft of an azimuth ---
         ("partner", _i),  # shaft of the robot, -1: none
         ("zero", _f),  # of an azimuth: direction of the wheel at position 0 [rad]
-        ("scrub", _f),  # of an azimuth: friction torque over load [m]
+        ("scrub", _f),  # of an azimuth: mean radius of the contact patch [m]
         ("coupling", _f),  # of an azimuth: torque over current of the wheel's motor [N m/A]
         ("coupled_emf", _f),  # of wheels: back-EMF per speed of the azimuth [V s/rad]
         ("coupled_inertia", _f),  # of wheels: of the rotor that the azimuth turns as well [kg m^2]
@@ -106,14 +104,31 @@ SHAFT = np.dtype(
         ("ks_slope", _f),  # of its rise with the target or error [s/m or 1/rad]
         ("known_radius", _f),  # tread speed over shaft speed as the loop has it [m]
         ("loop_coupled", _f),  # volts per speed of the azimuth [V s/rad]
-        # --- request ---
+    ],
+    align=True,
+)
+
+_MOTOR_REQUEST = np.dtype(
+    [
         ("mode", _i),
-        ("request", _f),  # [V], [-], [A], [m/s] or [rad]
+        ("value", _f),  # [V], [-], [A], [m/s] or [rad]
         ("brakes", _b),  # at zero volts: shorted, or else open
-        ("idle", _f),  # of a piston: volts of its valve without power [V]
+        ("stator_limit", _f),  # of one motor, at most the model's [A]
+        ("supply_limit", _f),  # the same, drawing and feeding back [A]
+        ("load", _f),  # torque from outside [N m]
+    ],
+    align=True,
+)
+
+SHAFT = np.dtype(
+    [
+        ("model", _MOTOR),  # constant
+        ("request", _MOTOR_REQUEST),  # until the next one
         # --- state ---
         ("position", _f),  # [rad]
         ("speed", _f),  # [rad/s]
+        ("cos", _f),  # of the direction of the wheels
+        ("sin", _f),
         ("volts", _f),  # at each motor in the last step [V]
         ("current", _f),  # of each motor in the last step [A]
         ("supply", _f),  # of all motors from the battery in the last step [A]
@@ -173,9 +188,8 @@ WHEEL = np.dtype(
 )
 """A wheel on carpet."""
 
-BATTERY = np.dtype(
+_BATTERY_MODEL = np.dtype(
     [
-        # --- constants, see `BatteryConfig` ---
         ("full", _f),
         ("empty", _f),
         ("resistance", _f),
@@ -189,6 +203,13 @@ BATTERY = np.dtype(
         ("reset_hold", _f),
         ("reboot_time", _f),
         ("browns_out", _b),
+    ],
+    align=True,
+)
+
+BATTERY = np.dtype(
+    [
+        ("model", _BATTERY_MODEL),  # constant, see `BatteryConfig`
         # --- state ---
         ("charge", _f),  # [0..1]
         ("slow_drop", _f),  # [V]
@@ -243,8 +264,19 @@ BODY = np.dtype(
 )
 """A rigid body."""
 
+_ROBOT_REQUEST = np.dtype(
+    [
+        ("is_enabled", _b),
+        ("other_current", _f),  # from the battery, in addition to that of its motors [A]
+        ("force", _f, (3,)),  # from outside on the center of mass, field frame [N]
+        ("torque", _f, (3,)),  # [N m]
+    ],
+    align=True,
+)
+
 ROBOT = np.dtype(
     [
+        ("request", _ROBOT_REQUEST),  # until the next one
         # --- what it consists of ---
         ("body", _i),
         ("first_shaft", _i),
@@ -259,11 +291,6 @@ ROBOT = np.dtype(
         ("reach", _f),  # of bumpers and wheels around its vertical axis [m]
         ("low", _f),  # lowest and highest part of its bumpers and frame, robot frame [m]
         ("high", _f),
-        ("is_enabled", _b),
-        ("other_current", _f),  # from the battery beside that of its motors [A]
-        # --- requests ---
-        ("force", _f, (3,)),  # from outside on the center of mass, field frame [N]
-        ("torque", _f, (3,)),  # [N m]
         # --- in this step ---
         ("press", _f, (3,)),  # by all contacts but tires, field frame [N]
         ("twist", _f, (3,)),  # their moment about the center of mass [N m]

@@ -1,7 +1,7 @@
 """Robots by small steps: motors, shafts, wheels, batteries, tires and bumpers of all of them at once.
 
-`kick_robots` changes the velocities of all robots by the forces of one step. `simcore.loop.step` moves them on, and
-lets balls push them.
+`advance_robots` changes the velocities of all robots by the forces of one step. `simcore.loop.step` lets them drift,
+and balls push them.
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ import numpy as np
 from simcore.loop.battery import bus_voltage, draw
 from simcore.loop.body import (
     UPRIGHT,
+    apply_impulse,
     drift,
-    give,
-    place,
     rotate,
     rotate_back,
     touch_each_other,
     touch_field,
     touch_plates,
     turned_rate,
+    update_axes,
 )
 from simcore.loop.bumpers import place_parts, touch_outlines, touch_robots
 from simcore.loop.compiled import compiled
 from simcore.loop.motor import within
 from simcore.loop.robot_state import AZIMUTH, TARGET, WHEELS, Fleet, Records
-from simcore.loop.shaft import begin_motor, open_circuit, request, turn
+from simcore.loop.shaft import begin_motor, control, open_circuit, turn
 from simcore.loop.solids import Solids
 from simcore.loop.tires import step_tires
 
-__all__ = ["begin_robots", "end_robots", "kick_robots", "optimize", "settle"]
+__all__ = ["advance_robots", "begin_robots", "end_robots", "optimize", "settle"]
 
 _SETTLES = 3.0  # [s], after which a robot that was put down stands
 _HELD_BACK = 0.99  # of the velocity of a robot that is put down, that is left after 1 ms
@@ -39,7 +39,7 @@ _HELD_BACK = 0.99  # of the velocity of a robot that is put down, that is left a
 
 @compiled
 def begin_robots(fleet: Fleet, bodies: Records) -> int:
-    """Forget the sums of the last call.
+    """Clear the sums of the last call.
 
     Returns:
         Number of a robot whose pose or velocity is not finite, -1: none.
@@ -52,7 +52,7 @@ def begin_robots(fleet: Fleet, bodies: Records) -> int:
             total += body.pos[k] + body.vel[k] + body.rate[k]
         if not math.isfinite(total):
             return r
-        place(body)
+        update_axes(body)
         for k in range(6):
             body.mean_twist[k] = 0.0
         robot.touched = 0
@@ -75,8 +75,10 @@ def end_robots(fleet: Fleet, h: float) -> None:
 
 
 @compiled
-def kick_robots(fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float, part: float):
-    """Change the velocities of all robots by what acts on them in a step.
+def advance_robots(
+    fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float, part: float
+):
+    """Advance the velocities of all robots by what acts on them in a step; bodies drift in `simcore.loop.step`.
 
     Args:
         fleet: All robots.
@@ -85,10 +87,10 @@ def kick_robots(fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, 
         has_floor: Whether there is a floor at z = 0.
         gravity: Downward [m/s^2].
         h: Step [s].
-        part: Share of the step in the call.
+        part: Share of the call that the step is.
     """
     n = len(fleet.robots)
-    found = np.zeros((2, 6))
+    found = np.zeros((2, 7))
     fleet.clock[0] += 1
     for r in range(n):
         robot = fleet.robots[r]
@@ -140,31 +142,32 @@ def _meet_in_plan(fleet, robot, other):
 
 
 @compiled
-def _ask(robot, shafts, battery):
-    """Work out what all controllers of a robot want of their motors in the next step."""
+def _control(robot, shafts, battery):
+    """Work out what all controllers of a robot apply to their motors in a step."""
     for i in range(robot.first_shaft, robot.last_shaft):
         s = shafts[i]
-        is_drive = s.kind == WHEELS or s.kind == AZIMUTH
+        model = s.model
+        is_drive = model.kind == WHEELS or model.kind == AZIMUTH
         s.emf_offset = 0.0
         s.torque_offset = 0.0
         if is_drive:
-            if s.kind == WHEELS and s.partner >= 0:
-                s.emf_offset = s.coupled_emf * shafts[robot.first_shaft + s.partner].speed
-            s.limit = s.stator_limit
+            if model.kind == WHEELS and model.partner >= 0:
+                s.emf_offset = model.coupled_emf * shafts[robot.first_shaft + model.partner].speed
+            s.limit = s.request.stator_limit
             if battery.is_off:
                 s.is_open = 1
-            elif not robot.is_enabled:
-                s.is_open = 0 if s.brakes else 1
+            elif not robot.request.is_enabled:
+                s.is_open = 0 if s.request.brakes else 1
                 s.wanted = 0.0
-            elif s.mode == TARGET:
+            elif s.request.mode == TARGET:
                 s.is_open = 0
                 _follow_target(shafts, i, robot.first_shaft)
             else:
-                request(shafts, i, robot.bus, 0.0)
+                control(shafts, i, robot.bus, 0.0)
         else:
-            if battery.is_off or not robot.is_enabled:
+            if battery.is_off or not robot.request.is_enabled:
                 open_circuit(shafts, i)
-            request(shafts, i, s.rail if s.rail > 0.0 else robot.bus, s.emf * s.speed)
+            control(shafts, i, model.rail if model.rail > 0.0 else robot.bus, model.emf * s.speed)
 
 
 @compiled
@@ -195,25 +198,48 @@ def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
 def _follow_target(shafts, i, first_shaft):
     """Set the volts of the closed loop of a drive motor (wheel speed) or steer motor (angle)."""
     s = shafts[i]
-    if s.kind == AZIMUTH:
-        _, error = optimize(0.0, s.request, s.position)
-        s.wanted = s.kp * error + s.ks * within(s.ks_slope * error, 1.0)
+    model = s.model
+    if model.kind == AZIMUTH:
+        _, error = optimize(0.0, s.request.value, s.position)
+        s.wanted = model.kp * error + model.ks * within(model.ks_slope * error, 1.0)
         return
-    speed = s.request
+    speed = s.request.value
     turning = 0.0
-    if s.partner >= 0:
-        azimuth = shafts[first_shaft + s.partner]
-        if azimuth.mode == TARGET:
-            speed, _ = optimize(speed, azimuth.request, azimuth.position)
+    if model.partner >= 0:
+        azimuth = shafts[first_shaft + model.partner]
+        if azimuth.request.mode == TARGET:
+            speed, _ = optimize(speed, azimuth.request.value, azimuth.position)
         turning = azimuth.speed
     s.wanted = (
-        s.feedforward * speed
-        + s.kp * (speed - s.speed * s.known_radius)
-        + s.ks * within(s.ks_slope * speed, 1.0)
-        + s.loop_coupled * turning
+        model.feedforward * speed
+        + model.kp * (speed - s.speed * model.known_radius)
+        + model.ks * within(model.ks_slope * speed, 1.0)
+        + model.loop_coupled * turning
     )
-    if s.wanted == 0.0 and not s.brakes:
+    if s.wanted == 0.0 and not s.request.brakes:
         s.is_open = 1
+
+
+@compiled
+def scrub(azimuth, wheel, least):
+    """Return dry friction [N m] and drag [N m s/rad] of a contact patch that turns on the carpet.
+
+    While the wheel stands they are mu N r and none. Coulomb friction acts along the slip: where the patch slips by s
+    already, as that of a rolling wheel does, and an azimuth at omega rubs it by r omega < s, the share r omega / s of
+    its friction is against the turning. So a wheel that rolls is steered with little torque, and its scrub holds no
+    angle, as with a car that moves.
+
+    Args:
+        azimuth: Shaft.
+        wheel: On it.
+        least: Slip of a wheel that stands [m/s].
+    """
+    radius = azimuth.model.scrub
+    most = radius * wheel.cof * wheel.load
+    slip = wheel.slip - least
+    if radius * abs(azimuth.speed) < slip:
+        return 0.0, most * radius / slip
+    return most, 0.0
 
 
 @compiled
@@ -221,17 +247,18 @@ def _steer(robot, shafts, wheels, h, bus):
     """Turn the azimuths, and the mechanisms."""
     for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
         s = shafts[i]
-        if s.kind != AZIMUTH:
-            turn(shafts, i, h, bus, 0.0, 0.0)
+        model = s.model
+        if model.kind != AZIMUTH:
+            turn(shafts, i, h, bus, 0.0, 0.0, 0.0)
             continue
-        wheel_shaft = shafts[robot.first_shaft + s.partner]
+        wheel_shaft = shafts[robot.first_shaft + model.partner]
         before = s.speed
-        load = wheels[robot.first_wheel + wheel_shaft.first].load
-        turn(shafts, i, h, bus, s.scrub * load, s.coupling * wheel_shaft.current)
-        wheel_shaft.emf_offset = wheel_shaft.coupled_emf * 0.5 * (before + s.speed)
-        wheel_shaft.torque_offset = -wheel_shaft.coupled_inertia * (s.speed - before) / h
-        wheel_shaft.cos = math.cos(s.position + s.zero)
-        wheel_shaft.sin = math.sin(s.position + s.zero)
+        dry, drag = scrub(s, wheels[robot.first_wheel + wheel_shaft.model.first], wheel_shaft.model.slip_speed)
+        turn(shafts, i, h, bus, dry, drag, model.coupling * wheel_shaft.current)
+        wheel_shaft.emf_offset = wheel_shaft.model.coupled_emf * 0.5 * (before + s.speed)
+        wheel_shaft.torque_offset = -wheel_shaft.model.coupled_inertia * (s.speed - before) / h
+        wheel_shaft.cos = math.cos(s.position + model.zero)
+        wheel_shaft.sin = math.sin(s.position + model.zero)
 
 
 @compiled
@@ -245,19 +272,28 @@ def _kick(fleet, r, bodies, gravity, h, part):
     robot.is_put = 0
     quat = body.quat
     mass = body.mass
-    body.vel[0] += h * (robot.force[0] + robot.press[0]) / mass
-    body.vel[1] += h * (robot.force[1] + robot.press[1]) / mass
-    body.vel[2] += h * ((robot.force[2] + robot.press[2]) / mass - gravity)
+    body.vel[0] += h * (robot.request.force[0] + robot.press[0]) / mass
+    body.vel[1] += h * (robot.request.force[1] + robot.press[1]) / mass
+    body.vel[2] += h * ((robot.request.force[2] + robot.press[2]) / mass - gravity)
     tx, ty, tz = rotate_back(
-        quat, robot.torque[0] + robot.twist[0], robot.torque[1] + robot.twist[1], robot.torque[2] + robot.twist[2]
+        quat,
+        robot.request.torque[0] + robot.twist[0],
+        robot.request.torque[1] + robot.twist[1],
+        robot.request.torque[2] + robot.twist[2],
     )
     _, _, old_turn = rotate_back(quat, body.rate[0], body.rate[1], body.rate[2])
     wx, wy, wz = turned_rate(body, tx, ty, tz, h)
     if robot.last_shaft > robot.first_shaft:
         battery = fleet.batteries[r]
-        _ask(robot, fleet.shafts, battery)
+        _control(robot, fleet.shafts, battery)
         bus = bus_voltage(
-            fleet.batteries, r, robot.bus, robot.other_current, fleet.shafts, robot.first_shaft, robot.last_shaft
+            fleet.batteries,
+            r,
+            robot.bus,
+            robot.request.other_current,
+            fleet.shafts,
+            robot.first_shaft,
+            robot.last_shaft,
         )
         robot.bus = bus
         for k in range(robot.last_wheel - robot.first_wheel):
@@ -265,7 +301,7 @@ def _kick(fleet, r, bodies, gravity, h, part):
         _steer(robot, fleet.shafts, fleet.wheels, h, bus)
         if robot.drive_shafts:
             wx, wy, wz = _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part)
-        supply = robot.other_current
+        supply = robot.request.other_current
         for i in range(robot.first_shaft, robot.last_shaft):
             supply += fleet.shafts[i].supply
         robot.time += h
@@ -278,7 +314,7 @@ def _kick(fleet, r, bodies, gravity, h, part):
 
 @compiled
 def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
-    """Let the tires act on a robot; returns its angular velocity then, its own axes [rad/s].
+    """Let the tires act on a robot, and return its angular velocity after that, its own axes [rad/s].
 
     The mass that the contacts show along its axes is less than its own, as a force there tips it as well.
     """
@@ -330,10 +366,8 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
         gz += ez
         if point.on >= 0:
             plate = bodies[point.on]
-            px = arm[0] + body.com[0] - plate.com[0]
-            py = arm[1] + body.com[1] - plate.com[1]
-            pz = arm[2] + body.com[2] - plate.com[2]
-            give(plate, -h * ex, -h * ey, -h * ez, px, py, pz)
+            px, py, pz = _lever(point, body, plate)
+            apply_impulse(plate, -h * ex, -h * ey, -h * ez, px, py, pz)
         mx += arm[1] * ez - arm[2] * ey
         my += arm[2] * ex - arm[0] * ez
         mz += arm[0] * ey - arm[1] * ex
@@ -343,6 +377,16 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     mx, my, mz = rotate_back(quat, mx, my, mz)
     wz += ground_turn
     return wx + h * mx / body.inertia[0], wy + h * my / body.inertia[1], wz + h * mz / body.inertia[2]
+
+
+@compiled
+def _lever(point, body, plate):
+    """Return the place where a wheel of a body stands on a plate, from the plate's pivot, field axes [m]."""
+    return (
+        point.arm[0] + body.com[0] - plate.com[0],
+        point.arm[1] + body.com[1] - plate.com[1],
+        point.arm[2] + body.com[2] - plate.com[2],
+    )
 
 
 @compiled
@@ -360,9 +404,7 @@ def _ground_velocity(fleet, robot, bodies):
         if point.on < 0:
             continue
         plate = bodies[point.on]
-        ax = point.arm[0] + body.com[0] - plate.com[0]
-        ay = point.arm[1] + body.com[1] - plate.com[1]
-        az = point.arm[2] + body.com[2] - plate.com[2]
+        ax, ay, az = _lever(point, body, plate)
         rate = plate.rate
         x += point.load * (rate[1] * az - rate[2] * ay)
         y += point.load * (rate[2] * ax - rate[0] * az)
@@ -390,7 +432,7 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
     """
     robot = fleet.robots[r]
     body = bodies[robot.body]
-    place(body)
+    update_axes(body)
     x = body.pos[0]
     y = body.pos[1]
     for _ in range(int(_SETTLES / h)):

@@ -1,7 +1,7 @@
 """The loop: robots and balls of a world by steps of 1 ms.
 
-In each step all robots are kicked by their forces. Then they drift on, and in the middle of the step balls and robots
-push each other: what one gets the other one gives, in the same step.
+In each step `advance_robots` changes the velocities of all robots by their forces. Then they drift on, and in the
+middle of the step `advance_balls` lets balls and robots push each other: an impulse has its reaction in the same step.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from functools import cache
 
 import numpy as np
 
-from simcore.loop.balls import any_moves, depth_at, drift_balls, end_balls, list_contacts, step_balls
-from simcore.loop.body import drift, kick_and_drift, place
+from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, list_contacts
+from simcore.loop.body import drift, kick_and_drift, update_axes
 from simcore.loop.compiled import compiled, preparing
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
-from simcore.loop.robots import begin_robots, end_robots, kick_robots, settle
+from simcore.loop.robots import advance_robots, begin_robots, end_robots, settle
 from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 from simcore.typing import FloatArray
@@ -51,7 +51,7 @@ def advance(
         return lost
     for b in range(len(bodies)):
         if not bodies[b].is_robot and bodies[b].is_active:
-            place(bodies[b])
+            update_axes(bodies[b])
             for k in range(6):
                 bodies[b].impulse[k] = 0.0
     parts = max(1, math.ceil(h / _LISTED - 1e-9))
@@ -63,24 +63,21 @@ def advance(
 
 @compiled
 def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call):
-    """Move everything for h [s] of the call, with one list of what may touch."""
+    """Move robots and balls for h [s] of a call, with one list of what may touch."""
     steps = math.ceil(h / STEP - 1e-9)
     dt = h / steps
     has_balls = any_moves(balls, bodies)
-    lists, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
-    has_balls = has_balls and lists[1] > 0
+    listed, pairs = list_contacts(balls, bodies, solids, floor.with_pairs, h if has_balls else 0.0)
+    has_balls = has_balls and listed.size > 0
     force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
     step = dt  # of the balls
     if has_balls:
-        drift_balls(balls, lists, 0.5 * step)
+        drift_balls(balls, listed, 0.5 * step)
     for number in range(steps):
-        kick_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
-        for r in range(len(fleet.robots)):
-            for k in range(3):
-                bodies[fleet.robots[r].body].com[k] += fleet.robots[r].shift[k]
-                bodies[fleet.robots[r].body].pos[k] += fleet.robots[r].shift[k]
+        advance_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
+        _part_robots(fleet, bodies)
         left = dt
-        at = 0.0  # of the bodies, within the step
+        at = 0.0  # time of the bodies within the step
         while left > 1e-9:
             middle = dt - left + 0.5 * step
             if not has_balls:
@@ -90,11 +87,21 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, table, h, call)
             at = middle
             left -= step
             if has_balls:
-                rest = left if left > 1e-9 else dt if number + 1 < steps else 0.0
-                step = step_balls(balls, memory, solids, bodies, floor, table, lists, pairs, force, step, rest)
+                ahead = left if left > 1e-9 else dt if number + 1 < steps else 0.0
+                step = advance_balls(balls, memory, solids, bodies, floor, table, listed, pairs, force, step, ahead)
         _drift_bodies(bodies, dt - at, call)
     if has_balls:
-        end_balls(balls, lists, h)
+        end_balls(balls, listed, h)
+
+
+@compiled
+def _part_robots(fleet, bodies):
+    """Move robots out of what people have put them into."""
+    for r in range(len(fleet.robots)):
+        body = bodies[fleet.robots[r].body]
+        for k in range(3):
+            body.com[k] += fleet.robots[r].shift[k]
+            body.pos[k] += fleet.robots[r].shift[k]
 
 
 @compiled
@@ -107,7 +114,7 @@ def _drift_bodies(bodies, h, call):
             for k in range(3):
                 body.mean_twist[k] += part * body.vel[k]
                 body.mean_twist[3 + k] += part * body.rate[k]
-        if body.carries:  # or what stands on it would sink with it until the engine has its say
+        if body.carries:  # what stands on it would otherwise sink with it until the engine's step
             for k in range(3):
                 body.rate[k] += h * body.pull[k]
         if body.is_robot or body.is_active:

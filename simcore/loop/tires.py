@@ -28,7 +28,7 @@ import math
 from simcore.loop.compiled import compiled
 from simcore.loop.motor import LOCKED, line_in_force, solve_limited, torque_line, within
 from simcore.loop.robot_state import Records
-from simcore.loop.shaft import book, fit
+from simcore.loop.shaft import accumulate, set_step
 
 __all__ = ["share_loads", "step_tires"]
 
@@ -187,7 +187,7 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
                 speed = abs(s.cos * ux + s.sin * uy + s.arm * uw)
                 most = s.most_drag * s.touching
                 drag = s.drag * speed
-                if drag > 1.05 * most or (drag < 0.95 * most and speed > s.slip_speed):
+                if drag > 1.05 * most or (drag < 0.95 * most and speed > s.model.slip_speed):
                     s.drag = most / speed
                     changed = True
             if not changed:
@@ -207,13 +207,14 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
     fastest = 0.0
     for g in range(first_shaft, first_shaft + n_shafts):
         s = shafts[g]
+        model = s.model
         v_l = s.cos * ux + s.sin * uy + s.arm * uw
         drag = 0.0
         if s.drag > 0.0:
             drag = within(s.drag * v_l / s.touching, s.most_drag)
         has_changed = False
         total = 0.0
-        for k in range(first_wheel + s.first, first_wheel + s.last):
+        for k in range(first_wheel + model.first, first_wheel + model.last):
             wheel = wheels[k]
             if wheel.grip <= 0.0:
                 wheel.force_x = 0.0
@@ -233,20 +234,20 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
                 along *= wheel.grip / size
                 across *= wheel.grip / size
             fastest = max(fastest, wheel.slip)
-            across *= s.grain
+            across *= model.grain
             fx = s.cos * along - s.sin * across
             fy = s.sin * along + s.cos * across
             wheel.force_x = fx
             wheel.force_y = fy
         if has_changed:
             s.speed, s.current, s.volts, _, _ = solve_limited(
-                s.inertia / h, s.push - s.radius * total, s.i0, s.i1, s.limit, s.line_emf, s.line_resistance,
-                s.driving, s.driven, s.friction, s.emf_offset, s.before, s.power,
+                model.inertia / h, s.push - model.radius * total, s.i0, s.i1, s.limit, s.line_emf, s.line_resistance,
+                model.driving, model.driven, model.friction, s.emf_offset, s.before, s.power,
             )  # fmt: skip
         if s.is_open:
             s.volts = 0.0
         s.position += s.speed * h  # as the robot itself moves
-        book(shafts, g, h, bus)
+        accumulate(shafts, g, h, bus)
     robot.is_sliding = 1 if is_sliding and fastest > _SLIDE else 0
 
 
@@ -254,34 +255,38 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 def _begin_shaft(shafts, g, h, bus):
     """Start a step of a drive shaft: motor and inertia."""
     s = shafts[g]
-    fit(shafts, g, h)
+    model = s.model
+    set_step(shafts, g, h)
     s.before = s.speed
-    s.power = s.supply_limit * bus
+    s.power = s.request.supply_limit * bus
     emf = s.emf_offset
-    resistance = s.winding
+    resistance = model.winding
     volts = 0.0
-    s.line_emf = s.weight * s.emf
+    s.line_emf = s.weight * model.emf
     if not s.is_open:
-        volts, resistance = line_in_force(s.wanted, bus, emf + s.emf * s.speed, s.limit, s.resistance, s.winding)
+        volts, resistance = line_in_force(
+            s.wanted, bus, emf + model.emf * s.speed, s.limit, model.resistance, model.winding
+        )
     s.line_resistance = resistance
     # Back-EMF of the mean speed, from that at the end of the step.
-    s.emf_offset = emf + (s.emf - s.line_emf) * s.speed
+    s.emf_offset = emf + (model.emf - s.line_emf) * s.speed
     s.i0, s.i1, s.t0, s.t1 = torque_line(
         s.is_open == 1, volts, bus, s.emf_offset, s.speed, s.limit, s.power, s.line_emf, resistance,
-        s.driving, s.driven, s.friction,
+        model.driving, model.driven, model.friction,
     )  # fmt: skip
-    s.push = s.inertia / h * s.speed + s.torque_offset
+    s.push = model.inertia / h * s.speed + s.torque_offset
 
 
 @compiled
 def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
     """Start a step: wheels on the carpet, and their rolling drag, a constant force, as one over their speed."""
     s = shafts[g]
-    s.s0 = abs(s.before * s.radius) * s.slip_ratio + s.slip_speed
+    model = s.model
+    s.s0 = abs(s.before * model.radius) * model.slip_ratio + model.slip_speed
     drag = 0.0
     count = 0
     s.arm = 0.0
-    for k in range(first_wheel + s.first, first_wheel + s.last):
+    for k in range(first_wheel + model.first, first_wheel + model.last):
         wheel = wheels[k]
         wheel.grip = wheel.cof * wheel.load
         if wheel.grip > 0.0:
@@ -291,12 +296,12 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
             count += 1
     s.touching = count
     s.most_drag = drag / count if count else 0.0
-    s.drag = drag / max(abs(s.cos * vx + s.sin * vy + s.arm * omega), s.slip_speed)
+    s.drag = drag / max(abs(s.cos * vx + s.sin * vy + s.arm * omega), model.slip_speed)
 
 
 @compiled
 def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
-    """Chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
+    """Return the chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
 
     M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along as
     well, so that part is isotropic (it does not depend on the steer angle); the rest has a direction: the shaft's
@@ -313,14 +318,15 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
     b3 = turn_h * omega
     for g in range(first_shaft, first_shaft + n_shafts):
         s = shafts[g]
+        model = s.model
         rc = 0.0
         rq = 0.0
-        for k in range(first_wheel + s.first, first_wheel + s.last):
+        for k in range(first_wheel + model.first, first_wheel + model.last):
             wheel = wheels[k]
             if wheel.grip > 0.0:
                 c = wheel.grip / wheel.slip
                 rc += c
-                c *= s.grain * s.grain
+                c *= model.grain * model.grain
                 rq += c
                 a13 -= c * wheel.y
                 a23 += c * wheel.x
@@ -328,10 +334,10 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
         a11 += rq
         a22 += rq
         more = rc - rq
-        rc *= s.radius
+        rc *= model.radius
         s.stiffness = rc
-        inertia = s.inertia / s.weighted
-        share = rc / (inertia + s.t1 + s.radius * rc)
+        inertia = model.inertia / s.weighted
+        share = rc / (inertia + s.t1 + model.radius * rc)
         e = s.drag + more - share * rc
         b = share * (s.push + s.t0)
         a11 += e * s.cos * s.cos
@@ -357,18 +363,19 @@ def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, ma
 
 @compiled
 def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
-    """A shaft exactly, given the chassis; then its tires' forces and, where a tire slides, a better slip.
+    """Move a shaft exactly for a known chassis; find its tires' forces and, where a tire slides, a better slip.
 
     Returns:
         Whether slips and torque line need no further round, and whether a tire slides.
     """
     s = shafts[g]
+    model = s.model
     v_l = s.cos * ux + s.sin * uy + s.arm * uw
     last = s.speed
-    inertia = s.inertia / s.weighted
+    inertia = model.inertia / s.weighted
     s.speed, s.current, s.volts, t0, t1 = solve_limited(
-        inertia + s.radius * s.stiffness, s.push + s.stiffness * v_l, s.i0, s.i1, s.limit, s.line_emf,
-        s.line_resistance, s.driving, s.driven, s.friction, s.emf_offset, s.before, s.power,
+        inertia + model.radius * s.stiffness, s.push + s.stiffness * v_l, s.i0, s.i1, s.limit, s.line_emf,
+        s.line_resistance, model.driving, model.driven, model.friction, s.emf_offset, s.before, s.power,
     )  # fmt: skip
     settled = True
     if t0 != s.t0 or t1 != s.t1:
@@ -376,7 +383,7 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
         if t1 == LOCKED or s.t1 == LOCKED or abs(miss) > 0.02 * s.s0 * s.stiffness:
             settled = False
             turned = s.speed < 0.0 < last or last < 0.0 < s.speed
-            if turned and s.friction > 0.0 and t1 != LOCKED:
+            if turned and model.friction > 0.0 and t1 != LOCKED:
                 # The chassis made this shaft turn round, with friction that acted the other way: between the two,
                 # friction may hold it.
                 t0 = 0.0
@@ -386,14 +393,14 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
     is_sliding = False
     excess_along = 0.0
     slides = False
-    rim = s.radius * s.speed - v_l
-    for k in range(first_wheel + s.first, first_wheel + s.last):
+    rim = model.radius * s.speed - v_l
+    for k in range(first_wheel + model.first, first_wheel + model.last):
         wheel = wheels[k]
         if wheel.grip <= 0.0:
             continue
         c = wheel.grip / wheel.slip
         wheel.along = c * rim
-        wheel.across = c * s.grain * (s.sin * (ux - uw * wheel.y) - s.cos * (uy + uw * wheel.x))
+        wheel.across = c * model.grain * (s.sin * (ux - uw * wheel.y) - s.cos * (uy + uw * wheel.x))
         size = math.sqrt(wheel.along * wheel.along + wheel.across * wheel.across)
         if size > wheel.grip or wheel.slip > s.s0:
             slides = True
@@ -402,8 +409,8 @@ def _move_shaft(shafts, g, wheels, first_wheel, ux, uy, uw, compliance, count):
     if slides:
         # What the slip would be at the grip: the shaft yields to what all its contacts lose or gain together (one of
         # three that took it all for its own would swing between two wrong slips), the chassis to each one's share.
-        excess_along *= s.radius * s.radius / (inertia + s.t1)
-        for k in range(first_wheel + s.first, first_wheel + s.last):
+        excess_along *= model.radius * model.radius / (inertia + s.t1)
+        for k in range(first_wheel + model.first, first_wheel + model.last):
             wheel = wheels[k]
             size = math.sqrt(wheel.along * wheel.along + wheel.across * wheel.across)
             if wheel.grip > 0.0 and (size > wheel.grip or wheel.slip > s.s0):

@@ -16,6 +16,7 @@ import numpy as np
 from simcore.geometry.rotation import Vector
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchTimer, Mode
+from simcore.match.run_record import RunRecord
 from simcore.match.scoring import Alliance
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -33,6 +34,7 @@ class FedMatch(Protocol):
     """Match as those see it who feed pieces into it."""
 
     pieces: GamePieceManager
+    record: RunRecord
     time: float
     rules_rng: np.random.Generator
 
@@ -64,8 +66,8 @@ class Feeder:
     @property
     def stock(self) -> int:
         """How many pieces they have; those that somebody else has put on the field meanwhile are not theirs."""
-        status = self._match.pieces.state.status
-        self._slots[:] = [slot for slot in self._slots if status[slot] == _STAGED]
+        status = self._match.pieces.state.status[self._slots].tolist() if self._slots else []
+        self._slots[:] = [slot for slot, now in zip(self._slots, status, strict=True) if now == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:
@@ -129,7 +131,9 @@ class Feeder:
         vel = np.array([[level * math.cos(yaw), level * math.sin(yaw), speed * math.sin(elevation)]])
         if flip is not None:
             pos, vel = flip.flip_points(pos), flip.flip_vectors(vel)
-        return self.put(pos[0], velocity=vel[0])
+        slot = self.put(pos[0], velocity=vel[0])
+        self._match.record.note_thrown(slot)
+        return slot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

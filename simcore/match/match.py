@@ -508,7 +508,7 @@ class Match:
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
             for event in events:
-                self.record.note_scored(event.slot)
+                self.record.note_scored(event)
             self.pieces.score(np.array([event.slot for event in events]))
             for event in events:
                 self.rules.scored(event)
@@ -655,14 +655,20 @@ class Match:
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Pieces that scored, by zone, and the rules' breakdown, as telemetry shows them.
+        """The breakdown as telemetry shows it.
 
         They are counted every 0.1 s, and when points change: in most ticks nothing has.
         """
         now = self.ticks // _COUNT_PERIOD, self.score
         if now != self._counted:
-            self._counted, self._counts = now, {**self.tracker.pieces, **self.rules.breakdown()}
+            self._counted, self._counts = now, self.breakdown()
         return self._counts
+
+    def breakdown(self) -> dict[str, int]:
+        """Count pieces that scored, by zone, points that human players threw, and what the rules count."""
+        people = self.record.human_points.items() if self.rules.human_actions() else ()
+        thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
+        return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:

@@ -1,6 +1,6 @@
-"""The loop of a tick, written once, and who looks at contacts in it: for a match, and for a world without one.
+"""The loop of a tick, written once, and the contacts in it: for a match, and for a world without one.
 
-`Motion.advance` is the loop. In steps of 5 ms devices look and answer, and robots and balls move on. Where there are
+`Motion.advance` is the loop. In steps of 5 ms devices read and answer, then robots and balls move. Where there are
 other bodies, the engine moves these in one step, or in several where pieces need that. Sensors come last.
 """
 
@@ -54,7 +54,7 @@ class RobotContacts:
         """Robots, and the names of the hanging bodies that they touched in this tick."""
 
     def begin_tick(self) -> None:
-        """Forget the last tick, and see who could touch in this one."""
+        """Clear the last tick, and list who could touch in this one."""
         self.robots.clear()
         self.hanging.clear()
         spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
@@ -70,7 +70,7 @@ class RobotContacts:
         ]
 
     def note(self) -> None:
-        """Take in the contacts of the last sub-step."""
+        """Add the contacts of the last sub-step."""
         for a, b in self._near_robots:
             if b.chassis.row in self._world.touching(a.chassis.row):
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
@@ -78,15 +78,15 @@ class RobotContacts:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
 
     def touching_piece(self, slot: int) -> list[int]:
-        """Numbers of the robots that a piece touched: a ball in this tick, others in the last step of the engine."""
+        """Return numbers of the robots that a piece touched: a ball in this tick, others in the engine's last step."""
         return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
     def touching(self, row: int) -> list[int]:
-        """Numbers of the robots that a body of the world touched in the last sub-step."""
+        """Return numbers of the robots that a body of the world touched in the last sub-step."""
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Names of the field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
+        """Return names of field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
@@ -105,7 +105,7 @@ class Motion:
         robots: All of them.
         pieces: None: there are none.
         hanging: What hangs from the field.
-        watchers: Who looks at contacts.
+        watchers: Lists of contacts that follow each step.
     """
 
     def __init__(
@@ -124,11 +124,11 @@ class Motion:
         """Steps of the engine in this tick so far."""
 
     def begin_tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Before a tick of dt [s]: sleepers that can be reached wake, and what pieces need is known.
+        """Begin a tick of dt [s]: wake sleepers that can be reached, and ask pieces for the step that they need.
 
         Args:
             dt: Length of the tick [s].
-            others: What else moves, beside robots, pieces and what hangs.
+            others: What else moves: neither robot nor piece, and not hanging.
         """
         movers = [*others, *(Footprint(*robot.chassis.footprint) for robot in self._robots)]
         movers += [Footprint(*body.footprint) for body in self._hanging if body.is_awake]
@@ -138,7 +138,7 @@ class Motion:
             watcher.begin_tick()
 
     def advance(self, dt: float = TICK) -> None:
-        """The loop: everything moves for dt [s], a tick or a part of one."""
+        """Move everything for dt [s], a tick or a part of one."""
         world, robots, hanging = self._world, self._robots, self._hanging
         count = math.ceil(dt / STEP - 1e-9)
         h = dt / count
@@ -147,7 +147,7 @@ class Motion:
             for body in hanging:
                 body.read()
             for robot in robots:
-                robot.before_step(h)
+                robot.step_devices(h)
             world.advance(h)
             if world.has_engine:
                 self._step_engine(h, parts)
@@ -166,20 +166,20 @@ class Motion:
             if number == 0:
                 self._world.begin_engine(h)
             if self._pieces is not None:
-                self._pieces.before_step(h / parts)
+                self._pieces.apply_drag(h / parts)
             self._world.engine.step(h / parts)
             for watcher in self._watchers:
                 watcher.note()
         self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """A whole tick of a world without a match; for `others` see `begin_tick`."""
+        """Play a whole tick of a world without a match; for `others` see `begin_tick`."""
         self.begin_tick(dt, others=others)
         self.advance(dt)
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """After a tick of dt [s]: pieces are read, and those that have been slow for a while sleep."""
+        """End a tick of dt [s]: read pieces, and let those sleep that have been slow for a while."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

@@ -27,6 +27,7 @@ from simcore.units import TICK
 __all__ = ["PieceFlow"]
 
 _log = logging.getLogger(__name__)
+_NONE: IntArray = np.zeros(0, dtype=np.int64)
 
 
 class PieceFlow:
@@ -57,8 +58,8 @@ class PieceFlow:
 
     def take_in(self) -> None:
         """Let intakes and placers take what they reach."""
-        for robot in self._robots:
-            slots = self._in_reach(robot, self._pieces.fastest * TICK)
+        for robot, slots in zip(self._robots, self._in_reach(self._pieces.fastest * TICK), strict=True):
+            slots = slots[self._pieces.is_on_field[slots]]  # others have taken some
             if len(slots):
                 self._take_some_of(robot, slots)
             else:
@@ -83,31 +84,34 @@ class PieceFlow:
         radii = (kind.bounding_radius for kind in self._pieces.types if not wanted or kind.name in wanted)
         return storage.room_for(max(radii, default=0.0))
 
-    def _in_reach(self, robot: Robot, moved: float) -> IntArray:
-        """Slots of the pieces that may be taken by what takes pieces now.
+    def _in_reach(self, moved: float) -> list[IntArray]:
+        """Slots of the pieces that may be taken by what takes pieces now, by the number of the robot.
 
         Args:
-            robot: By which.
             moved: As far as a piece came since the last tick [m].
         """
-        takers: list[Intake | Placer] = [
-            intake for intake in robot.intakes if intake.is_active and self._room_behind(robot, intake) > 0
-        ]
-        takers += [placer for placer in robot.placers if placer.takes]
-        if not takers:
-            return np.zeros(0, dtype=np.int64)
-        state, chassis = self._pieces.state, robot.chassis
-        slots = self._pieces.on_field()  # sleepers too: a roller does not ask
-        pos = state.pos.take(slots, axis=0)
-        near: BoolArray = np.zeros(len(slots), dtype=bool)
-        for taker in takers:
-            before, now, radius = taker.around
-            place = on_part((chassis.pos, chassis.quat), now)
-            away = pos - place
-            reach = radius + math.dist(place, on_part(robot.pose_before, before)) + moved
-            near |= np.einsum("ij,ij->i", away, away) < reach * reach
-        near &= ~self._pieces.is_untouched[slots]
-        return slots[near]
+        owners, places, reaches = [], [], []
+        for robot in self._robots:
+            pose = robot.chassis.pos, robot.chassis.quat
+            for taker in self._takers(robot):
+                before, now, radius = taker.around
+                owners.append(robot.number)
+                places.append(on_part(pose, now))
+                reaches.append(radius + math.dist(places[-1], on_part(robot.pose_before, before)) + moved)
+        found = [_NONE] * len(self._robots)
+        if owners:
+            slots = self._pieces.on_field()  # sleepers too: a roller does not ask
+            away = self._pieces.state.pos.take(slots, axis=0) - np.array(places)[:, None]
+            near = np.einsum("kij,kij->ki", away, away) < np.square(reaches)[:, None]
+            near &= ~self._pieces.is_untouched[slots]
+            for number in set(owners):
+                found[number] = slots[near[np.array(owners) == number].any(axis=0)]
+        return found
+
+    def _takers(self, robot: Robot) -> list[Intake | Placer]:
+        """What takes pieces now."""
+        intakes = [one for one in robot.intakes if one.is_active and self._room_behind(robot, one) > 0]
+        return [*intakes, *(placer for placer in robot.placers if placer.takes)]
 
     def _take_some_of(self, robot: Robot, slots: IntArray) -> None:
         state = self._pieces.state

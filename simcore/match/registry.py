@@ -97,6 +97,8 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
     for game in games.values():
         if name in game.autos:
             raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
+        if name == str(game.year):
+            raise ConfigError(f"no game named {name!r}: that of {game.year} is {game.name}")
     if name is not None and points:
         raise UnknownNameError("game", name, points)
     if not games:
@@ -144,7 +146,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
         game = _imported(point)
     except (Exception, SystemExit) as error:  # whatever a package of somebody else does as it is imported
         package = _place_of(point)
-        why = start_sentence(error, package, base=package.parent) + _moved(error)
+        why = start_sentence(error, package, base=package.parent)
         raise ConfigError(f"game {name} of the package {_package(point)} does not load: {why}") from None
     if not isinstance(game, Game):
         raise ConfigError(
@@ -153,16 +155,6 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
     if game.name != name:
         raise ConfigError(f"entry point {name!r} of {GROUP} is the game {game.name!r}: name it so")
     return game
-
-
-_MOVED = {"mass_properties": "shapes", "round_shapes": "shapes"}
-"""Modules of simcore that games used to import, and those in the same package that have their names now."""
-
-
-def _moved(error: BaseException) -> str:
-    """Return where a module of simcore that is not there any more has gone, as what follows after a sentence."""
-    package, _, module = str(getattr(error, "name", "") or "").rpartition(".")
-    return f"; now in {package}.{_MOVED[module]}" if package.startswith(_OWN) and module in _MOVED else ""
 
 
 def _place_of(point: EntryPoint) -> Path:

@@ -16,12 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.geometry.symmetry import Pose
+from simcore.match.scoring import ScoreEvent
 from simcore.match.shortfalls import Shortfalls
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
-from simcore.typing import IntArray
+from simcore.typing import Alliance, IntArray
 
 __all__ = [
     "PieceCount",
@@ -84,6 +85,7 @@ class TickTimes:
 
 _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
 _DRAWN = 100  # ticks of a shot's way that are kept at least
+_PERSON = -1  # in place of a robot's number
 _LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
 
 
@@ -242,6 +244,8 @@ class RunRecord:
         """In order."""
         self.put_down = 0
         """Pieces that placers have let go."""
+        self.human_points: dict[Alliance, int] = {"blue": 0, "red": 0}
+        """Points of what human players threw, by the alliance that got them."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
@@ -279,12 +283,18 @@ class RunRecord:
         self._followed[slot] = shot
         self._columns = None
 
-    def note_scored(self, slot: int) -> None:
-        """A piece has scored: if it was shot, its shot hit."""
-        shot = self._followed.pop(slot, None)
-        if shot is not None:
+    def note_thrown(self, slot: int) -> None:
+        """Follow a piece that a human player throws: it is no robot's shot."""
+        self._followed[slot] = ShotRecord(self.time, slot, _PERSON, [])
+
+    def note_scored(self, event: ScoreEvent) -> None:
+        """Count a piece that has scored for who threw it: if a robot shot it, its shot hit."""
+        shot = self._followed.pop(event.slot, None)
+        if shot is not None and shot.robot == _PERSON:
+            self.human_points[event.alliance] += event.points
+        elif shot is not None:
             shot.scored, self._hits = True, self._hits + 1
-            if (place := tuple(self._pieces.state.pos[slot].tolist())) != tuple(shot.points[-1]):
+            if (place := tuple(self._pieces.state.pos[event.slot].tolist())) != tuple(shot.points[-1]):
                 shot.points.append(place)  # it has flown on unnoted
             self._columns = None
 
@@ -319,9 +329,10 @@ class RunRecord:
 
     @property
     def flying(self) -> IntArray:
-        """Slots of the shots that have not touched anything yet, oldest first."""
+        """Slots of the robots' shots that have not touched anything yet, oldest first."""
         untouched = self._pieces.is_untouched
-        return np.array([slot for slot in self._followed if untouched[slot]], dtype=np.int64)
+        flying = [slot for slot, shot in self._followed.items() if untouched[slot] and shot.robot != _PERSON]
+        return np.array(flying, dtype=np.int64)
 
     @property
     def columns(self) -> RecordColumns:

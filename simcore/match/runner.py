@@ -95,8 +95,8 @@ class RunReport:
         """Of all kinds."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
         """What people call them."""
-        self.breakdown = {**match.tracker.pieces, **match.rules.breakdown()}
-        """Pieces by zone, and what else the score is made of."""
+        self.breakdown = match.breakdown()
+        """Pieces by zone, points of human players' throws, and what else the score is made of."""
         self.placed = dict(match.pieces.places.totals())
         """Pieces by level, of a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)

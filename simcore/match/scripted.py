@@ -107,6 +107,8 @@ class ScriptedRobot:
         self._deploy_loop = PositionController(kp=3.0, kd=0.05)
         self._wheel_loops: dict[str, VelocityController] = {}
         self._robot: Robot | None = None
+        self.pose: Pose = (0.0, 0.0, 0.0)
+        """Where the robot believes to be in this tick since it was put down, as a blue one [m, m, rad]."""
         self.is_done = False
         """Whether the script has ended."""
         self.aim_error = (0.0, 0.0)
@@ -126,6 +128,7 @@ class ScriptedRobot:
         """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
         if self._robot is not robot:
             self.begin(robot)
+        self.pose = self.as_blue(robot.reckoned_pose)
         self.is_done = next(self._steps, _END) is _END
         if self.is_done:
             self.stop()
@@ -161,11 +164,6 @@ class ScriptedRobot:
         """The robot that the script plays."""
         assert self._robot is not None, "a script runs inside a tick"
         return self._robot
-
-    @property
-    def pose(self) -> Pose:
-        """Where the robot believes to be since it was put down, as a blue one [m, m, rad]."""
-        return self.as_blue(self.robot.reckoned_pose)
 
     def as_blue(self, pose: Pose) -> Pose:
         """A pose of the field frame [m, m, rad], as a blue robot sees it in the corresponding place."""

@@ -62,7 +62,7 @@ class Shortfalls:
         """It has thrown a piece."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
-            if self._mechanism(name).record["request"][0] == 0.0:
+            if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
@@ -98,7 +98,7 @@ class Shortfalls:
 
     def _look(self, name: str, *, is_position: bool) -> None:
         record = self._mechanism(name).record
-        value, request = float(record["position" if is_position else "speed"][0]), float(record["request"][0])
+        value, request = float(record["position" if is_position else "speed"][0]), float(record["request"]["value"][0])
         low, high = self._ranges.get(name, (value, value))
         self._ranges[name] = min(low, value), max(high, value)
         if abs(request) > _ASKED:

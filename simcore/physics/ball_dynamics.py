@@ -70,14 +70,14 @@ class BallDynamics:
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
         self._others: list[int] = []  # numbers of the bodies but robots that a ball may touch in this tick
         self._fixed: set[int] = set()  # numbers of those that sleep
-        self._told: dict[int, FloatArray] = {}  # rates that the engine got before its last step, of what carries robots
+        self._sent: dict[int, FloatArray] = {}  # rates that the engine got before its last step, of what carries robots
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
         """All of them."""
         self.memory = make_memory(0)
         """What they remember of their contacts."""
 
     def set_balls(self, balls: Balls) -> None:
-        """Say which balls there are."""
+        """Set which balls there are."""
         if len(balls.status):
             prepare()
         self.balls, self.memory = balls, make_memory(len(balls.status))
@@ -103,7 +103,7 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Say what balls may touch in a tick.
+        """Set what balls may touch in a tick.
 
         Args:
             others: Rows of the bodies that are no robots.
@@ -126,7 +126,7 @@ class BallDynamics:
             vel, body["rate"] = engine.velocity(bodies.rows[number])
             body["vel"] = (0.0, 0.0, 0.0) if body["swings"] else vel
             if body["carries"]:
-                body["pull"] = (body["rate"] - self._told.get(number, body["rate"])) / h
+                body["pull"] = (body["rate"] - self._sent.get(number, body["rate"])) / h
 
     def push_bodies(self, engine: Engine) -> None:
         """Give the engine's bodies what balls gave them, before its step."""
@@ -135,7 +135,7 @@ class BallDynamics:
             body = bodies.records[number]
             impulse = body["impulse"]
             if body["carries"]:
-                self._told[number] = np.array(engine.velocity(bodies.rows[number])[1])
+                self._sent[number] = np.array(engine.velocity(bodies.rows[number])[1])
             if number in self._fixed or not impulse.any():
                 continue
             row = bodies.rows[number]
@@ -146,7 +146,7 @@ class BallDynamics:
             spin = rate + turn
             linear = np.cross(spin, pos - body["center"]) if body["swings"] else vel + impulse[:3] / body["mass"]
             if body["carries"]:
-                self._told[number] = spin
+                self._sent[number] = spin
             engine.wake(row)
             engine.set_velocity(row, linear.tolist(), spin.tolist())
 

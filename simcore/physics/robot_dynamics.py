@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import EngineError
+from simcore.errors import ConfigError, EngineError
 from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix
 from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import (
@@ -39,7 +39,7 @@ from simcore.physics.shapes import Compound, Mesh, Part, Shape, outline, outline
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["BumperPart", "RobotDynamics", "is_met_in_plan", "slice_between"]
+__all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice_between"]
 
 _BAND = 0.02  # [m]; outlines of elements are made for heights of whole multiples, a little below what is asked for
 _LOW = 0.1  # [m]; what does not stand higher is for wheels and frames
@@ -50,6 +50,7 @@ _SINK = 0.0003  # [m]; by so much the weight of a robot presses its wheels in
 _DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
 _STIFFER = 3.0  # bumpers and frame than a wheel
 _POINT_RADIUS = 0.01  # [m]
+_ROOM = 64  # robots in a world
 _ABOVE = 0.002  # [m]; from so high above what is under it a robot that is put down sinks
 
 
@@ -76,6 +77,37 @@ class BumperPart:
 
 
 _kick_and_drift: Callable[..., None] = kick_and_drift
+
+
+class RecordRows:
+    """Records of one type, which are made once: a row that was taken stays where it is.
+
+    Args:
+        what: They are, for messages.
+        dtype: Their type.
+        room: How many there can be; memory is used of those alone that are taken.
+    """
+
+    def __init__(self, what: str, dtype: np.dtype[Any], room: int) -> None:
+        self._what, self._made, self.count = what, records(dtype, room), 0
+
+    @property
+    def taken(self) -> Records:
+        """All that are in use."""
+        return self._made[: self.count]
+
+    def take(self, new: Records) -> Records:
+        """Take as many rows as there are new records, set them, and return them.
+
+        Raises:
+            ConfigError: There is no room left.
+        """
+        first, self.count = self.count, self.count + len(new)
+        if self.count > len(self._made):
+            raise ConfigError(f"a world has room for {len(self._made)} {self._what}, its robots have {self.count}")
+        rows = self._made[first : self.count]
+        rows[:] = new
+        return rows
 
 
 class _Wheels(Protocol):
@@ -113,13 +145,13 @@ class RobotDynamics:
     def __init__(self, bodies: Bodies) -> None:
         self._bodies = bodies
         self._drives: list[_Wheels | None] = []
-        self._mechanisms: list[Sequence[_Shaft]] = []
-        self.robots = records(ROBOT, 0)
-        """In the order in which they were added."""
-        self._parts, self._shafts, self._wheels = records(PART, 0), records(SHAFT, 0), records(WHEEL, 0)
-        self._points = records(POINT, 0)
-        self._batteries = records(BATTERY, 0)
-        self._springs = records(SPRING, 0).reshape(0, SPRINGS)
+        self._robots = RecordRows("robots", ROBOT, _ROOM)
+        self._batteries = RecordRows("batteries", BATTERY, _ROOM)
+        self._shafts = RecordRows("motors", SHAFT, 64 * _ROOM)
+        self._wheels = RecordRows("wheels", WHEEL, 32 * _ROOM)
+        self._points = RecordRows("points of contact", POINT, 256 * _ROOM)
+        self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
+        self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
         self._clock = np.zeros(1, np.int64)
         self._reported = 0  # brown-outs and resets
         self._number_of: dict[int, int] = {}  # by row
@@ -132,15 +164,21 @@ class RobotDynamics:
         self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
         self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
         self._slices.clear()
-        self._heights: FloatArray = np.full(len(self._parts), np.inf)  # of the parts when outlines were chosen [m]
+        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # of the parts when outlines were chosen [m]
+
+    @property
+    def robots(self) -> Records:
+        """Their records, in the order in which they were added."""
+        return self._robots.taken
 
     @property
     def fleet(self) -> Fleet:
         """All records, as the loop takes them."""
         if self._fleet is None:
             self._fleet = Fleet(
-                self.robots, self._shafts, self._wheels, self._batteries, self._parts, self._points, self._springs,
-                self._outlines, self._corners, self._normals, self._hidden, self._clock,
+                self.robots, self._shafts.taken, self._wheels.taken, self._batteries.taken, self._parts.taken,
+                self._points.taken, self._springs.taken.reshape(-1, SPRINGS), self._outlines, self._corners,
+                self._normals, self._hidden, self._clock,
             )  # fmt: skip
         return self._fleet
 
@@ -161,13 +199,11 @@ class RobotDynamics:
         number = len(self._drives)
         self._number_of[row] = number
         self._drives.append(None)
-        self._mechanisms.append(())
-        self.robots = join((self.robots, records(ROBOT)))
-        self._springs = records(SPRING, (number + 1) * SPRINGS).reshape(number + 1, SPRINGS)
-        self._springs["stamp"] = -2
-        robot = self.robots[number : number + 1]
-        robot["body"], robot["is_enabled"], robot["is_put"] = body, 1, 1
-        robot["first_part"], robot["last_part"] = len(self._parts), len(self._parts) + len(parts)
+        robot = self._robots.take(records(ROBOT))
+        self._batteries.take(records(BATTERY))
+        self._springs.take(records(SPRING, SPRINGS))["stamp"] = -2
+        robot["body"], robot["request"]["is_enabled"], robot["is_put"] = body, 1, 1
+        robot["first_part"], robot["last_part"] = self._parts.count, self._parts.count + len(parts)
         made = records(PART, len(parts))
         for one, part in zip(range(len(parts)), parts, strict=True):
             made["robot"][one] = number
@@ -176,22 +212,28 @@ class RobotDynamics:
         if parts:
             robot["reach"] = max(math.hypot(abs(p.x) + p.half_length, abs(p.y) + p.half_width) for p in parts)
             robot["low"], robot["high"] = min(p.bottom for p in parts), max(p.top for p in parts)
-        self._parts = join((self._parts, made))
+        self._parts.take(made)
         self._forget_outlines()
-        self._gather()
         return number
 
     def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
-        """Take the records of a robot's drivetrain and mechanisms among those of the world."""
+        """Move the records of a robot's drivetrain and mechanisms to those of the world, where they stay."""
+        robot = self.robots[number : number + 1]
+        robot["first_shaft"], robot["first_wheel"] = self._shafts.count, self._wheels.count
         if drive is not None:
-            robot = self.robots[number]
-            for name in ("is_enabled", "drive_shafts", "bus", "time", "other_current"):
-                robot[name] = drive.robot_record[name][0]
-        self._drives[number], self._mechanisms[number] = drive, mechanisms
-        self._gather()
+            for name in ("request", "drive_shafts", "bus", "time"):
+                robot[name] = drive.robot_record[name]
+            battery = self._batteries.taken[number : number + 1]
+            battery[:] = drive.battery.records
+            drive.robot_record, drive.battery.records = robot, battery
+            drive.shafts, drive.wheel_records = self._shafts.take(drive.shafts), self._wheels.take(drive.wheel_records)
+        for mechanism in mechanisms:
+            mechanism.record = self._shafts.take(mechanism.record)
+        robot["last_shaft"], robot["last_wheel"] = self._shafts.count, self._wheels.count
+        self._drives[number], self._fleet = drive, None
 
     def set_points(self, number: int, wheels: Sequence[Vector], points: Sequence[Vector], radius: float) -> None:
-        """Say where a robot touches the field.
+        """Set where a robot touches the field.
 
         Args:
             number: Of the robot.
@@ -204,9 +246,10 @@ class RobotDynamics:
         made["x"], made["y"], made["z"] = zip(*wheels, *points, strict=True)
         made["is_wheel"][:m] = 1
         made["radius"][:m], made["radius"][m:] = radius, _POINT_RADIUS
-        robot["first_point"], robot["last_point"] = len(self._points), len(self._points) + len(made)
+        robot["first_point"], robot["last_point"] = self._points.count, self._points.count + len(made)
         robot["reach"] = max(float(robot["reach"]), *(math.hypot(x, y) for x, y, _ in (*wheels, *points)))
-        self._points, self._fleet = join((self._points, made)), None
+        self._points.take(made)
+        self._fleet = None
 
     def set_mass(
         self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
@@ -224,40 +267,15 @@ class RobotDynamics:
         robot, m = self.robots[number], len(loads)
         body = self._bodies.records[int(robot["body"])]
         body["mass"], body["center"], body["inertia"] = mass, center, inertia
-        points = self._points[int(robot["first_point"]) : int(robot["last_point"])]
+        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
         stiffness = mass * GRAVITY / (m * _SINK)
         damping = 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * mass / m)
         stiffer = math.sqrt(_STIFFER)
         points["radius"][:m] = radius + np.array(loads) / stiffness
         points["stiffness"][:m], points["stiffness"][m:] = stiffness, _STIFFER * stiffness
         points["damping"][:m], points["damping"][m:] = damping, stiffer * damping
-        parts = self._parts[int(robot["first_part"]) : int(robot["last_part"])]
+        parts = self._parts.taken[int(robot["first_part"]) : int(robot["last_part"])]
         parts["edge_stiffness"], parts["edge_damping"] = _STIFFER * stiffness, stiffer * damping
-
-    def _gather(self) -> None:
-        """Put all records into arrays of the world, and show their owners where they are."""
-        shafts, wheels, batteries = [records(SHAFT, 0)], [records(WHEEL, 0)], [records(BATTERY, 0)]
-        for drive, mechanisms in zip(self._drives, self._mechanisms, strict=True):
-            shafts += [] if drive is None else [drive.shafts]
-            shafts += [mechanism.record for mechanism in mechanisms]
-            wheels += [] if drive is None else [drive.wheel_records]
-            batteries.append(records(BATTERY) if drive is None else drive.battery.records)
-        self._shafts, self._wheels = join(shafts), join(wheels)
-        self._batteries, self._fleet = join(batteries), None
-        shaft, wheel = 0, 0
-        for number, (drive, mechanisms) in enumerate(zip(self._drives, self._mechanisms, strict=True)):
-            robot = self.robots[number : number + 1]
-            robot["first_shaft"], robot["first_wheel"] = shaft, wheel
-            if drive is not None:
-                n, m = len(drive.shafts), len(drive.wheel_records)
-                drive.robot_record = robot
-                drive.shafts, drive.wheel_records = self._shafts[shaft : shaft + n], self._wheels[wheel : wheel + m]
-                drive.battery.records = self._batteries[number : number + 1]
-                shaft, wheel = shaft + n, wheel + m
-            for mechanism in mechanisms:
-                mechanism.record = self._shafts[shaft : shaft + 1]
-                shaft += 1
-            robot["last_shaft"], robot["last_wheel"] = shaft, wheel
 
     # --- questions ------------------------------------------------------------------------------------------------
 
@@ -272,7 +290,7 @@ class RobotDynamics:
     def wheel_gaps(self, number: int, count: int) -> list[float]:
         """Return how far the wheels of a robot are from the ground, as far as it is near [m]."""
         first = int(self.robots["first_point"][number])
-        gaps: list[float] = self._points["gap"][first : first + count].tolist()
+        gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
         return gaps
 
     def standing(
@@ -301,29 +319,30 @@ class RobotDynamics:
         body["pos"], body["quat"], body["vel"], body["rate"] = pos, quat, 0.0, 0.0
         body["axes"] = axes = matrix(quat)
         body["com"] = pos + axes @ body["center"]
-        points = self._points[int(robot["first_point"]) : int(robot["last_point"])]
+        points = self._points.taken[int(robot["first_point"]) : int(robot["last_point"])]
         points["load"], points["gap"] = 0.0, 0.0
         robot["is_put"] = 1
 
-    def before_step(self) -> None:
+    def choose_outlines(self) -> None:
         """Choose what bumpers may meet at the heights of the robots."""
-        if len(self._parts):
-            heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts["robot"]]
+        if self._parts.count:
+            heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
                 self._heights = heights
-                self._choose_outlines()
+                self._slice_field()
 
-    def after_step(self) -> None:
-        """Tell batteries of what has become of them."""
-        begun = int(self._batteries["brownouts"].sum() + self._batteries["resets"].sum())
+    def report_brownouts(self) -> None:
+        """Let batteries report brown-outs and resets that have begun."""
+        batteries = self._batteries.taken
+        begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
             self._reported = begun
             for drive in self._drives:
                 if drive is not None:
-                    drive.battery.tell()
+                    drive.battery.report()
 
     def fail(self, number: int) -> NoReturn:
-        """Say that a robot is lost.
+        """Report that a robot is lost.
 
         Raises:
             EngineError: Always.
@@ -350,7 +369,7 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Take over what the engine's bodies did to the robots in its step of h [s]: kick, then drift."""
+        """Add what the engine's bodies did to the robots in its step of h [s]: kick, then drift."""
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -359,9 +378,9 @@ class RobotDynamics:
             ux, uy, uz, px, py, pz = body["mean_twist"].tolist()
             _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
 
-    def _choose_outlines(self) -> None:
-        """Choose the outlines that the field has at the heights of all parts."""
-        parts = self._parts
+    def _slice_field(self) -> None:
+        """Set the outlines that the field has at the heights of all parts."""
+        parts = self._parts.taken
         for number, height in enumerate(self._heights.tolist()):
             low = float(parts["bottom"][number]) + height
             high = float(parts["top"][number]) + height

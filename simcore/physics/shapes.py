@@ -363,27 +363,32 @@ def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
     return (a, b, c), (x, y, z, w)
 
 
-def free_spin(spin: FloatArray, moments: FloatArray, h: float) -> FloatArray:
-    """Angular velocities after h [s] without a torque: Euler's equations, by the classical Runge-Kutta method.
+def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
+    """Angular velocity after h [s] without a torque: Euler's equations, by the classical Runge-Kutta method.
 
     Args:
-        spin: Along the principal axes [rad/s], shape (n, 3).
-        moments: Principal moments of inertia [kg m^2], shape (n, 3).
+        spin: Along the principal axes [rad/s].
+        moments: Principal moments of inertia [kg m^2].
         h: Step [s].
 
-    >>> free_spin(np.array([[0.0, 0.0, 2.0]]), np.array([[2.0, 2.0, 1.0]]), 0.1).tolist()
-    [[0.0, 0.0, 2.0]]
+    >>> free_spin((0.0, 0.0, 2.0), (2.0, 2.0, 1.0), 0.1)
+    (0.0, 0.0, 2.0)
     """
-    share = (np.roll(moments, -1, axis=1) - np.roll(moments, 1, axis=1)) / moments
+    x, y, z = moments
+    shares = (y - z) / x, (z - x) / y, (x - y) / z
 
-    def rate(w: FloatArray) -> FloatArray:
-        return share * np.roll(w, -1, axis=1) * np.roll(w, 1, axis=1)
+    def after(step: float, rates: Vector) -> Vector:
+        return spin[0] + step * rates[0], spin[1] + step * rates[1], spin[2] + step * rates[2]
+
+    def rate(w: Vector) -> Vector:
+        return shares[0] * w[1] * w[2], shares[1] * w[2] * w[0], shares[2] * w[0] * w[1]
 
     a = rate(spin)
-    b = rate(spin + 0.5 * h * a)
-    c = rate(spin + 0.5 * h * b)
-    after: FloatArray = spin + h / 6.0 * (a + 2.0 * (b + c) + rate(spin + h * c))
-    return after
+    b = rate(after(0.5 * h, a))
+    c = rate(after(0.5 * h, b))
+    d = rate(after(h, c))
+    p, q, r = (k + 2.0 * (m + n) + o for k, m, n, o in zip(a, b, c, d, strict=True))
+    return after(h / 6.0, (p, q, r))
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:

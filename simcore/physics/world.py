@@ -588,22 +588,22 @@ class PhysicsWorld:
         if self.has_engine:
             self.balls.read_bodies(self.engine, h)
             self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
-        self.robots.before_step()
+        self.robots.choose_outlines()
         lost = advance(
             self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor,
             DAMPING_RATIOS, h,
         )  # fmt: skip
         if lost >= 0:
             self.robots.fail(lost)
-        self.robots.after_step()
+        self.robots.report_brownouts()
 
     def begin_engine(self, h: float) -> None:
-        """Tell the engine, before its steps of together h [s], what robots and balls did in the same time."""
+        """Show the engine, before its steps of together h [s], what robots and balls did in the same time."""
         self.balls.push_bodies(self.engine)
         self.robots.show_to(self.engine, self._before, h, self.gravity)
 
     def end_engine(self, h: float) -> None:
-        """Take over what the engine's bodies did to robots in its steps of together h [s]."""
+        """Add what the engine's bodies did to robots in its steps of together h [s]."""
         self.robots.take_from(self.engine, h)
 
 

@@ -141,7 +141,7 @@ def fly_shots(
             falls = balls.pos[:, 2] < as_it_began[:, 2]
             scores = zone.crossed(as_it_began, balls.pos) & (falls | (not downward)) & (balls.status > 0)
             found.goes_in[row[scores]] = True
-            is_over |= scores | (found.by_rim[row] & clean) | cannot_rise(balls, zone.bottom, field.floor.gravity)
+            is_over |= scores | (found.by_rim[row] & clean) | cannot_rise(balls, zone.box[0][2], field.floor.gravity)
             balls.status[is_over] = 0
             left = balls.status > 0
             if not left.any():

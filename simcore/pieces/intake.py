@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, rotate
-from simcore.geometry.zones import BoxZone
+from simcore.geometry.zones import BoxZone, box_crossed
 from simcore.quantities import FIELD_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
@@ -54,25 +54,15 @@ class IntakeZone:
             if not low < high:
                 raise ConfigError(f"IntakeZone: {axis}_min must be below {axis}_max, got {low} and {high} m")
 
-    def moved_along(self, travel: Vector) -> IntakeZone:
-        """The box together with all places that it passes on a straight way [m]."""
-        (x, y, z) = travel
-        return replace(
-            self,
-            x_min=self.x_min + min(x, 0.0),
-            x_max=self.x_max + max(x, 0.0),
-            y_min=self.y_min + min(y, 0.0),
-            y_max=self.y_max + max(y, 0.0),
-            z_min=self.z_min + min(z, 0.0),
-            z_max=self.z_max + max(z, 0.0),
-        )
+    @property
+    def corners(self) -> tuple[Vector, Vector]:
+        """The lowest and the highest [m]."""
+        return (self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max)
 
     @property
     def ball(self) -> tuple[Vector, float]:
         """Middle and radius of the ball around the box [m]."""
-        low, high = (self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max)
-        middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
-        return middle, 0.5 * math.dist(low, high)
+        return _ball(*self.corners)
 
     def contains(self, pos_robot: FloatArray) -> BoolArray:
         """Which positions are in the box; NaN is never in it.
@@ -83,7 +73,7 @@ class IntakeZone:
         Returns:
             Mask, shape (n,).
         """
-        return self._box().contains(pos_robot)
+        return BoxZone(*self.corners).contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Which pieces are in the box or went through it since the last tick.
@@ -97,17 +87,22 @@ class IntakeZone:
         Returns:
             Mask, shape (n,).
         """
-        box = self._box()
-        # Few pieces are near: a test of the boxes round all paths (18 us for 400) leaves those worth the exact one.
-        near: BoolArray = np.all(
-            (np.maximum(prev_robot, now_robot) >= box.low) & (np.minimum(prev_robot, now_robot) <= box.high), axis=1
-        )
-        if near.any():
-            near[near] = box.crossed(prev_robot[near], now_robot[near])
-        return near
+        return _swept(*self.corners, prev_robot, now_robot)
 
-    def _box(self) -> BoxZone:
-        return BoxZone((self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max))
+
+def _ball(low: Vector, high: Vector) -> tuple[Vector, float]:
+    """Middle and radius of the ball around the box between two corners [m]."""
+    middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
+    return middle, 0.5 * math.dist(low, high)
+
+
+def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> BoolArray:
+    """Which straight ways between places (n, 3) touch the box between two corners [m], shape (n,)."""
+    # Few pieces are near: a test of the boxes round all paths (18 us for 400) leaves those worth the exact one.
+    near: BoolArray = np.all((np.maximum(before, now) >= low) & (np.minimum(before, now) <= high), axis=1)
+    if near.any():
+        near[near] = box_crossed(low, high, before[near], now[near])
+    return near
 
 
 def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation: FloatArray) -> FloatArray:
@@ -199,7 +194,6 @@ class Intake:
             raise ConfigError(f"IntakeConfig: deploy must have stops, like an arm or a rack; got {config.deploy!r}")
         self.config = config
         self._mechanisms = mechanisms
-        self._kept: tuple[float, IntakeZone] | None = None
         self._part_before: tuple[Vector, Quaternion] | None = None
 
     @property
@@ -216,21 +210,29 @@ class Intake:
         return is_deployed(deploy.position, deploy.stops, c.deployed_at)
 
     @property
-    def zone(self) -> IntakeZone:
-        """With mechanisms where they are now, in the frame that carries it."""
+    def corners(self) -> tuple[Vector, Vector]:
+        """Lowest and highest corner of its zone, with mechanisms as they are now, in the frame that carries it [m]."""
+        low, high = self.config.zone.corners
         stretch = self.config.stretch
         if stretch is None:
-            return self.config.zone
+            return low, high
         travel = stretch.ratio * self._mechanisms[stretch.mechanism].position
-        if self._kept is None or self._kept[0] != travel:
-            x, y, z = stretch.axis
-            self._kept = travel, self.config.zone.moved_along((travel * x, travel * y, travel * z))
-        return self._kept[1]
+        x, y, z = (travel * share for share in stretch.axis)
+        return (
+            (low[0] + min(x, 0.0), low[1] + min(y, 0.0), low[2] + min(z, 0.0)),
+            (high[0] + max(x, 0.0), high[1] + max(y, 0.0), high[2] + max(z, 0.0)),
+        )
+
+    @property
+    def zone(self) -> IntakeZone:
+        """With mechanisms where they are now, in the frame that carries it."""
+        (a, b, c), (d, e, f) = self.corners
+        return IntakeZone(x_min=a, x_max=d, y_min=b, y_max=e, z_min=c, z_max=f)
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
         """Middles of the ball around its zone a tick ago and now, robot frame, and the ball's radius [m]."""
-        middle, radius = self.zone.ball
+        middle, radius = _ball(*self.corners)
         if not self.config.joints:
             return middle, middle, radius
         part = part_pose(self.config.joints, self._mechanisms)
@@ -259,7 +261,7 @@ class Intake:
             return np.zeros(len(now_robot), dtype=np.bool_)
         if part is not None:
             prev_robot, now_robot = _into(prev_robot, before or part), _into(now_robot, part)
-        return self.zone.captured(prev_robot, now_robot)
+        return _swept(*self.corners, prev_robot, now_robot)
 
 
 def on_part(part: tuple[Vector, Quaternion], point: Vector) -> Vector:

@@ -604,7 +604,7 @@ class GamePieceManager:
         self._world.balls.begin_tick([*rows, *self._pool.rows_of(slots)], self._pool.rows_of(fixed))
         return self._longest_step()
 
-    def before_step(self, h: float) -> None:
+    def apply_drag(self, h: float) -> None:
         """Let air act on the pieces that are no balls, before the engine's step of h [s]."""
         slots = self._moving_others()
         if len(slots):

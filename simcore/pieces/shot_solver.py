@@ -17,6 +17,7 @@ from typing import SupportsFloat, TypeAlias
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 from simcore.geometry.rotation import wrap_angle
+from simcore.loop.compiled import compiled
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -230,26 +231,27 @@ class _Problem:
         raise self.no_shot("air drag stops the ball before it gets there")
 
 
+@compiled
 def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
     """Fall below the straight line, slope and time at the distance, by RK4; infinite if it drops before that."""
     h = distance / _STEPS
     half, sixth, k2 = 0.5 * h, h / 6.0, 2.0 * k
-    slope, rise, time, sqrt = p, 0.0, 0.0, math.sqrt
+    slope, rise, time = p, 0.0, 0.0
     for _ in range(_STEPS):
-        dp1, dq1 = -g * q, k2 * q * sqrt(1.0 + p * p)
+        dp1, dq1 = -g * q, k2 * q * math.sqrt(1.0 + p * p)
         p2, q2 = p + half * dp1, q + half * dq1
-        dp2, dq2 = -g * q2, k2 * q2 * sqrt(1.0 + p2 * p2)
+        dp2, dq2 = -g * q2, k2 * q2 * math.sqrt(1.0 + p2 * p2)
         p3, q3 = p + half * dp2, q + half * dq2
-        dp3, dq3 = -g * q3, k2 * q3 * sqrt(1.0 + p3 * p3)
+        dp3, dq3 = -g * q3, k2 * q3 * math.sqrt(1.0 + p3 * p3)
         p4, q4 = p + h * dp3, q + h * dq3
-        dp4, dq4 = -g * q4, k2 * q4 * sqrt(1.0 + p4 * p4)
+        dp4, dq4 = -g * q4, k2 * q4 * math.sqrt(1.0 + p4 * p4)
         rise += sixth * (p + 2.0 * (p2 + p3) + p4)
-        before = sqrt(q)
+        before = math.sqrt(q)
         p += sixth * (dp1 + 2.0 * (dp2 + dp3) + dp4)
         q += sixth * (dq1 + 2.0 * (dq2 + dq3) + dq4)
         if p < -200.0:  # falls straight down: never gets there
             return math.inf, p, math.inf
-        time += sixth * (before + 4.0 * sqrt(0.5 * (q2 + q3)) + sqrt(q))
+        time += sixth * (before + 4.0 * math.sqrt(0.5 * (q2 + q3)) + math.sqrt(q))
     return slope * distance - rise, p, time
 
 

@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from simcore.geometry.rotation import rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
+from simcore.loop.compiled import compiled
 from simcore.match.foul_book import pins_of
 from simcore.match.game import FieldDefinition, PlayedMatch, Role
 from simcore.match.scoring import Alliance
@@ -64,9 +65,9 @@ class RouteMap:
 
         self._size = np.array(field.size)
         self.shape = (round(field.size[0] / _CELL), round(field.size[1] / _CELL))
-        self._step = self._size / self.shape
+        self._step = field.size[0] / self.shape[0], field.size[1] / self.shape[1]
         solid, ramp = self._rasters(elements, field.drivable, height)
-        fine = self._step / _FINE
+        fine = np.array(self._step) / _FINE
         away = distance_transform_edt(np.pad(~solid, 1), sampling=fine)[1:-1, 1:-1]
         cost = np.where(away < _HALF, _BLOCKED, np.where(away < _CORNER, _TIGHT, 1.0)) + (_RAMP - 1.0) * ramp
         cells = cost.reshape(self.shape[0], _FINE, self.shape[1], _FINE)
@@ -81,10 +82,10 @@ class RouteMap:
             self._cost, self._to_ramp = self._cost[turn].copy(), self._to_ramp[turn].copy()
         x, y = ((np.arange(n) + 0.5) * s for n, s in zip(self.shape, self._step, strict=True))
         self._centers = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-        self._edges = _neighbors(self.shape)
-        self._lengths = np.linalg.norm(
-            self._centers.reshape(-1, 2)[self._edges[0]] - self._centers.reshape(-1, 2)[self._edges[1]], axis=1
-        )
+        self._edges = a, b = _neighbors(self.shape)  # rows and columns of the matrix of the ways
+        flat = self._centers.reshape(-1, 2)
+        self._half_lengths = 0.5 * np.linalg.norm(flat[a] - flat[b], axis=1)
+        self._row_ends = np.searchsorted(a, np.arange(len(flat) + 1)).astype(np.int32)
 
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
@@ -92,7 +93,7 @@ class RouteMap:
         """What stops a robot and what it climbs over, at the fine points."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
-        step = self._step / _FINE
+        step = np.array(self._step) / _FINE
         for element in elements:
             z = outline_points(element.shape)[:, 2] + element.position[2]
             is_ramp = any(fnmatchcase(element.name, pattern) for pattern in drivable)
@@ -136,16 +137,19 @@ class RouteMap:
                 continue
             if cost is self._cost:
                 cost = cost.copy()
-            away = np.hypot(self._centers[..., 0] - x, self._centers[..., 1] - y)
+            around = _NEAR_ROBOT[0] + _CELL
+            (i, j), (k, m) = self._cell((x - around, y - around)), self._cell((x + around, y + around))
+            part, centers = cost[i : k + 1, j : m + 1], self._centers[i : k + 1, j : m + 1]
+            away = np.hypot(centers[..., 0] - x, centers[..., 1] - y)
             for reach, more in (_ROBOT, _NEAR_ROBOT):
-                cost[away < reach] += more
+                part[away < reach] += more
         length = math.dist(start, goal)
         if self._line_cost(cost, start, goal) <= _DETOUR * length:
             return [goal]
         flat = cost.ravel()
         a, b = self._edges
-        weights = self._lengths * 0.5 * (flat[a] + flat[b])
-        graph: Any = csr_array((weights, (a, b)), shape=(flat.size, flat.size))
+        weights = self._half_lengths * (flat[a] + flat[b])
+        graph: Any = csr_array((weights, b, self._row_ends), shape=(flat.size, flat.size))
         width = self.shape[1]
         first, last = (i * width + j for i, j in (self._cell(start), self._cell(goal)))
         costs, before = (row[0] for row in dijkstra(graph, indices=[last], return_predecessors=True))
@@ -169,14 +173,24 @@ class RouteMap:
     def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
         """Cost of the straight way between two places."""
         length = math.dist(a, b)
-        points = max(2, math.ceil(length / (0.5 * _CELL)) + 1)
-        places = np.linspace(a, b, points) / self._step
-        cells = np.clip(places.astype(int), 0, np.array(self.shape) - 1)
-        return length * float(cost[cells[:, 0], cells[:, 1]].mean())
+        steps, ends = max(1, math.ceil(length / (0.5 * _CELL))), np.array((a, b), dtype=np.float64)
+        return length * _mean_cost(cost, *self._step, ends, steps)
+
+
+@compiled
+def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
+    """Mean cost of the cells, so wide and deep [m], in which equal steps from one end to the other begin and end."""
+    total, x, y = 0.0, (ends[1, 0] - ends[0, 0]) / steps, (ends[1, 1] - ends[0, 1]) / steps
+    for number in range(steps + 1):
+        i, j = int((ends[0, 0] + number * x) / width), int((ends[0, 1] + number * y) / depth)
+        if number == steps:
+            i, j = int(ends[1, 0] / width), int(ends[1, 1] / depth)
+        total += cost[min(max(i, 0), cost.shape[0] - 1), min(max(j, 0), cost.shape[1] - 1)]
+    return total / (steps + 1)
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Pairs of cells that lie beside each other, straight or across a corner, each in both orders."""
+    """Pairs of cells that lie beside each other, straight or across a corner, each in both orders, sorted."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
         (number[:-1, :], number[1:, :]),
@@ -186,7 +200,9 @@ def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
     ]
     a = np.concatenate([one.ravel() for one, _ in pairs])
     b = np.concatenate([other.ravel() for _, other in pairs])
-    return np.concatenate((a, b)), np.concatenate((b, a))
+    first, second = np.concatenate((a, b)), np.concatenate((b, a))
+    order = np.lexsort((second, first))
+    return first[order].astype(np.int32), second[order].astype(np.int32)
 
 
 _RAMP_SPEED = 1.4  # [m/s]; faster, a robot jumps off what it climbs over

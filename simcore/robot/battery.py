@@ -117,14 +117,14 @@ class Battery:
     The loop of robots draws from it together with all motors of its robot (`simcore.loop.battery`).
     """
 
-    __slots__ = ("_config", "_told", "on_brownout", "on_reset", "records")
+    __slots__ = ("_config", "_reported", "on_brownout", "on_reset", "records")
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.records = records(BATTERY)
         """Its record in the arrays of the loop, shape (1,)."""
         self._set(min_voltage=math.inf)
         self.config = config or BatteryConfig()
-        self._told = 0, 0
+        self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
         """Called after a brown-out has begun; `noted` says of that moment."""
         self.on_reset: Callable[[], None] | None = None
@@ -139,13 +139,23 @@ class Battery:
     @config.setter
     def config(self, config: BatteryConfig) -> None:
         self._config = c = config
-        self._set(
-            full=c.full_voltage, empty=c.empty_voltage, resistance=c.resistance,
-            recovery_resistance=c.recovery_resistance, recovery_time=c.recovery_time, capacity=3600.0 * c.capacity_ah,
-            brownout_voltage=c.brownout_voltage, recovered_voltage=c.recovered_voltage, heartbeat=c.heartbeat,
-            reset_voltage=c.reset_voltage, reset_hold=c.reset_hold, reboot_time=c.reboot_time,
-            browns_out=c.brownout_enabled,
-        )  # fmt: skip
+        model = self.records["model"]
+        for name, value in {
+            "full": c.full_voltage,
+            "empty": c.empty_voltage,
+            "resistance": c.resistance,
+            "recovery_resistance": c.recovery_resistance,
+            "recovery_time": c.recovery_time,
+            "capacity": 3600.0 * c.capacity_ah,
+            "brownout_voltage": c.brownout_voltage,
+            "recovered_voltage": c.recovered_voltage,
+            "heartbeat": c.heartbeat,
+            "reset_voltage": c.reset_voltage,
+            "reset_hold": c.reset_hold,
+            "reboot_time": c.reboot_time,
+            "browns_out": c.brownout_enabled,
+        }.items():
+            model[name] = value
 
     def _set(self, **values: float) -> None:
         for name, value in values.items():
@@ -159,18 +169,18 @@ class Battery:
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()
-        self.tell()
+        self.report()
 
     def begin_tick(self) -> None:
         """Forget what has been lowest in the last tick."""
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
-    def tell(self) -> None:
-        """Call who wants to know of brown-outs and resets that have begun since the last call."""
-        told, self._told = self._told, (self.brownouts, self.resets)
-        if self._told[1] > told[1] and self.on_reset is not None:
+    def report(self) -> None:
+        """Call `on_brownout` and `on_reset` if one has begun since the last call."""
+        before, self._reported = self._reported, (self.brownouts, self.resets)
+        if self._reported[1] > before[1] and self.on_reset is not None:
             self.on_reset()
-        if self._told[0] > told[0] and self.on_brownout is not None:
+        if self._reported[0] > before[0] and self.on_brownout is not None:
             self.on_brownout()
 
     @property
@@ -200,7 +210,7 @@ class Battery:
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor controllers keep their bridges off, as the last heartbeat told them."""
+        """Whether motor controllers keep their bridges off, as the last heartbeat has it."""
         return bool(self.records["is_off"][0])
 
     @property

@@ -161,7 +161,8 @@ class ChassisSimulation:
         """
         self._require_finite("force", force)
         self._require_finite("torque", torque)
-        self._record["force"], self._record["torque"] = force, torque
+        request = self._record["request"]
+        request["force"], request["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
         """Put the robot somewhere at rest, on the carpet or on what robots drive over [m, m, rad].
@@ -210,6 +211,7 @@ class ChassisSimulation:
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
+        self._yaw = yaw_of(self.quat)  # asked for eight times a tick
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -229,7 +231,7 @@ class ChassisSimulation:
     @property
     def pose(self) -> tuple[float, float, float]:
         """Position and heading, field frame [m, m, rad]."""
-        return self.pos[0], self.pos[1], yaw_of(self.quat)
+        return self.pos[0], self.pos[1], self._yaw
 
     @property
     def roll_pitch_yaw(self) -> Vector:

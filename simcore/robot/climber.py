@@ -126,11 +126,15 @@ class Climber:
         if self.rung is not None:
             return True
         c = self._chassis
-        if not any(_is_inside(c.pos[:2], low, high, _SPREAD) for _, low, high in self._boxes):
+        x, y, _ = c.pos
+        for _, (ax, ay, _), (bx, by, _) in self._boxes:
+            if ax - _SPREAD < x < bx + _SPREAD and ay - _SPREAD < y < by + _SPREAD:
+                break
+        else:
             return False  # without asking where the mechanism is
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
         hook = [p + a for p, a in zip(c.pos, rotate(c.quat, pos), strict=True)]
-        return any(_is_inside(hook, low, high) for _, low, high in self._boxes)
+        return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.
@@ -215,6 +219,7 @@ class Climber:
         self._mechanisms[joint.mechanism].set_load(effort * joint.ratio)
 
 
-def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float], beside: float = 0.0) -> bool:
-    """Whether the first coordinates of a place are in a box, or no further beside it than that [m]."""
-    return all(a - beside < p < b + beside for p, a, b in zip(place, low, high, strict=False))
+def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float]) -> bool:
+    """Whether a place is in a box [m]."""
+    (x, y, z), (ax, ay, az), (bx, by, bz) = place, low, high
+    return ax < x < bx and ay < y < by and az < z < bz

@@ -66,11 +66,11 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         radii = [config.wheel_radius / self._share] * len(wheels)
         super().__init__(config, battery=battery, wheels=wheels, shafts=shafts, radii=radii)
         self._groups = groups
-        rows = self.shafts
+        rows, model = self.shafts, self.shafts["model"]
         rows["cos"], rows["sin"] = zip(*directions, strict=True)
-        rows["brakes"], rows["known_radius"] = config.brake, config.wheel_radius
-        rows["feedforward"], rows["kp"] = config.shaft_motor(1).emf / config.wheel_radius, config.kp
-        rows["ks"], rows["ks_slope"] = config.friction_volts, _AT_ONCE
+        rows["request"]["brakes"], model["known_radius"] = config.brake, config.wheel_radius
+        model["feedforward"], model["kp"] = config.shaft_motor(1).emf / config.wheel_radius, config.kp
+        model["ks"], model["ks_slope"] = config.friction_volts, _AT_ONCE
         self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:

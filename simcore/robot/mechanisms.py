@@ -97,6 +97,7 @@ class ShaftSim:
         """Motors that share the current."""
         self.record: Records = records(SHAFT)
         """Its record in the arrays of the loop, shape (1,); the loop of a world has those of all its robots."""
+        model, request = self.record["model"], self.record["request"]
         for name, value in {
             "kind": MECHANISM,
             "inertia": inertia,
@@ -112,11 +113,10 @@ class ShaftSim:
             "lower": lower_stop,
             "upper": upper_stop,
             "partner": -1,
-            "mode": VOLTS,
-            "brakes": 1,
-            "position": position,
         }.items():
-            self.record[name] = value
+            model[name] = value
+        request["mode"], request["brakes"], self.record["position"] = VOLTS, 1, position
+        self.keep_limits(math.inf, math.inf)
 
     @property
     def position(self) -> float:
@@ -139,7 +139,9 @@ class ShaftSim:
     @property
     def volts(self) -> float:
         """Voltage asked for, before the battery limits it [V], or that a duty cycle makes; `set_volts` sets it."""
-        return float(self.record["volts" if self.record["mode"][0] == DUTY else "request"][0])
+        return float(
+            (self.record["volts"] if self.record["request"]["mode"][0] == DUTY else self.record["request"]["value"])[0]
+        )
 
     @property
     def motor_output(self) -> tuple[float, float]:
@@ -159,7 +161,8 @@ class ShaftSim:
     @property
     def stops(self) -> tuple[float, float]:
         """Lower and upper hard stop [rad]; infinite where there is none."""
-        return float(self.record["lower"][0]), float(self.record["upper"][0])
+        model = self.record["model"]
+        return float(model["lower"][0]), float(model["upper"][0])
 
     @property
     def time_constant(self) -> float:
@@ -178,8 +181,8 @@ class ShaftSim:
         Raises:
             NonFiniteError: If `volts` is NaN or infinite.
         """
-        volts, record = checked_number(f"{type(self).__name__}: volts", volts), self.record
-        record["mode"], record["request"], record["brakes"] = VOLTS, volts, 1
+        volts, request = checked_number(f"{type(self).__name__}: volts", volts), self.record["request"]
+        request["mode"], request["value"], request["brakes"] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
         """Hold this share of the battery's voltage from the next step on, -1 to 1; zero brakes.
@@ -187,28 +190,28 @@ class ShaftSim:
         Raises:
             NonFiniteError: If it is NaN or infinite.
         """
-        share, record = checked_number(f"{type(self).__name__}: duty cycle", share), self.record
-        record["mode"], record["request"], record["brakes"] = DUTY, min(max(share, -1.0), 1.0), 1
+        share, request = checked_number(f"{type(self).__name__}: duty cycle", share), self.record["request"]
+        request["mode"], request["value"], request["brakes"] = DUTY, min(max(share, -1.0), 1.0), 1
 
     @property
     def load_torque(self) -> float:
         """Torque from outside on the mechanism, along positive motion [N m]."""
-        return float(self.record["load"][0])
+        return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:
         """Let this torque [N m] act from outside, along positive motion, from the next step on."""
-        self.record["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
+        self.record["request"]["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def keep_limits(self, stator: float, supply: float) -> None:
         """Keep each motor within these currents [A] from the next step on, and within the gearbox's own."""
-        record, box = self.record, self.gearbox
-        record["stator_limit"] = min(stator, box.stator_current_limit)
-        record["supply_limit"] = min(supply, box.supply_current_limit)
+        request, box = self.record["request"], self.gearbox
+        request["stator_limit"] = min(stator, box.stator_current_limit)
+        request["supply_limit"] = min(supply, box.supply_current_limit)
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""
-        record = self.record
-        record["mode"], record["request"], record["brakes"] = NEUTRAL, 0.0, 0
+        request = self.record["request"]
+        request["mode"], request["value"], request["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
         """Put the shaft somewhere, with zero volts asked for."""
@@ -216,8 +219,8 @@ class ShaftSim:
         velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
         self.position, self.velocity = min(max(position, lower), upper), velocity
-        record = self.record
-        record["mode"], record["request"], record["brakes"] = VOLTS, 0.0, 1
+        record, request = self.record, self.record["request"]
+        request["mode"], request["value"], request["brakes"] = VOLTS, 0.0, 1
         record["mean_current"] = record["mean_supply"] = 0.0
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
@@ -306,12 +309,12 @@ class ArmSim(ShaftSim):
             position=config.start,
         )
         self.config = config
-        self.record["weight_torque"] = config.weight_torque
+        self.record["model"]["weight_torque"] = config.weight_torque
 
     @property
     def holding_volts(self) -> float:
         """Voltage that holds the arm where it is against gravity [V]."""
-        return self.gearbox.holding_volts(float(self.record["weight_torque"][0]) * math.cos(self.position))
+        return self.gearbox.holding_volts(float(self.record["model"]["weight_torque"][0]) * math.cos(self.position))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -582,9 +585,9 @@ class PistonSim(RackSim):
 
     def __init__(self, config: PistonConfig) -> None:
         super().__init__(config.rack)
-        record = self.record
-        record["kind"], record["rail"] = PISTON, _VALVE_VOLTS
-        record["idle"] = 0.0 if config.is_double else _VALVE_VOLTS if config.springs_out else -_VALVE_VOLTS
+        model = self.record["model"]
+        model["kind"], model["rail"] = PISTON, _VALVE_VOLTS
+        model["idle"] = 0.0 if config.is_double else _VALVE_VOLTS if config.springs_out else -_VALVE_VOLTS
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
@@ -594,7 +597,7 @@ class PistonSim(RackSim):
         """
         volts = checked_number("PistonSim: volts", volts)
         if volts == 0.0:
-            volts = float(self.record["idle"][0])
+            volts = float(self.record["model"]["idle"][0])
         if volts != 0.0:
             super().set_volts(math.copysign(_VALVE_VOLTS, volts))
 
@@ -658,22 +661,23 @@ class ServoSim(ArmSim):
 
     def __init__(self, config: ServoConfig) -> None:
         super().__init__(config.arm)
-        record = self.record
-        record["kind"], record["rail"] = SERVO, _SERVO_VOLTS
-        record["kp"] = self.gearbox.volts_per_speed / (4.0 * _SERVO_SPEED_UP)
+        model = self.record["model"]
+        model["kind"], model["rail"] = SERVO, _SERVO_VOLTS
+        model["kp"] = self.gearbox.volts_per_speed / (4.0 * _SERVO_SPEED_UP)
         self.coast()
 
     @property
     def goal(self) -> float:
         """Where it goes [rad]; where it is while it has no signal."""
-        return self.position if self.record["mode"][0] != TARGET else float(self.record["request"][0])
+        request = self.record["request"]
+        return self.position if request["mode"][0] != TARGET else float(request["value"][0])
 
     def set_goal(self, angle: float) -> None:
         """Go there [rad]; within its travel."""
         require("ServoSim", "goal", angle, ANGLE)
         lower, upper = self.stops
-        record = self.record
-        record["mode"], record["request"], record["brakes"] = TARGET, min(max(angle, lower), upper), 1
+        request = self.record["request"]
+        request["mode"], request["value"], request["brakes"] = TARGET, min(max(angle, lower), upper), 1
 
     def coast(self) -> None:
         """No signal: its gear holds it where it is."""

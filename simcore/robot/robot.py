@@ -428,8 +428,8 @@ class Robot:
         """Let robot code's devices drive this robot from the next part of a tick on."""
         self.devices = devices
 
-    def before_step(self, h: float) -> None:
-        """Before a step of h [s]: climbers that hang carry it, and the controllers of robot code look and answer."""
+    def step_devices(self, h: float) -> None:
+        """Step its devices before motion of h [s]: climbers that hang carry it, controllers of robot code answer."""
         if self.climbers:
             self._let_climbers_push(h)
         if self.devices is not None:

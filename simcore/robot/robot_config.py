@@ -104,6 +104,7 @@ def build_drivetrain(
 
 
 @cache
+@cache
 def telemetry_name(mechanism: str) -> str:
     """The name of a mechanism as telemetry keys spell it.
 

@@ -123,6 +123,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._n = len(modules)
         self._zeros = [0.0] * self._n
         self._modules = modules
+        self._positions = [(m.x, m.y) for m in config.modules]
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
@@ -134,15 +135,16 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         n, load = self._n, self.static_loads[k]
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
+        wheel["request"]["brakes"], azimuth["request"]["brakes"] = known.drive_brake, known.steer_brake
+        wheel, azimuth = wheel["model"], azimuth["model"]
         azimuth["kind"], azimuth["inertia"], azimuth["zero"] = AZIMUTH, module.azimuth_inertia, module.steer_offset
-        azimuth["scrub"] = module.wheel_cof * module.scrub_radius
+        azimuth["scrub"] = module.scrub_radius
         azimuth["coupling"] = module.coupling_ratio * module.drive_motor.kt
         azimuth["partner"], wheel["partner"] = k, n + k
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         wheel["coupled_emf"] = module.coupling_ratio / module.drive_motor.kv
         wheel["coupled_inertia"] = module.drive_motor.rotor_inertia * module.drive_gearing * module.coupling_ratio
         drive, steer = known.limited_drive_motor, known.limited_steer_motor
-        wheel["brakes"], azimuth["brakes"] = known.drive_brake, known.steer_brake
         wheel["known_radius"], wheel["feedforward"] = known.wheel_radius, drive.emf / known.wheel_radius
         wheel["loop_coupled"], wheel["kp"] = known.coupling_ratio / known.drive_motor.kv, known.drive_kp
         # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
@@ -191,8 +193,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
-        positions = [(m.x, m.y) for m in self.config.modules]
-        speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
+        speeds, angles = module_targets(self._positions, vx, vy, omega, self.max_speed, self._present_angles())
         self._ask(TARGET, speeds, angles)
 
     def stop(self) -> None:
@@ -202,7 +203,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def _ask(self, mode: int, drive: list[float], steer: list[float], *, steer_mode: int | None = None) -> None:
         self._command(mode, [*drive, *steer])
         if steer_mode is not None:
-            self.shafts["mode"][self._n :] = steer_mode
+            self.shafts["request"]["mode"][self._n :] = steer_mode
 
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
@@ -263,12 +264,12 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def module_states(self) -> FloatArray:
         """Speed over ground [m/s] and angle [rad] of each module, as its encoders show them, shape (n, 2)."""
         n, shafts = self._n, self.shafts
-        return np.column_stack((shafts["speed"][:n] * shafts["known_radius"][:n], shafts["position"][n:]))
+        return np.column_stack((shafts["speed"][:n] * shafts["model"]["known_radius"][:n], shafts["position"][n:]))
 
     def module_setpoints(self) -> FloatArray:
         """The same as the loops on board want it; no rows where the motors are told volts or nothing."""
-        n, shafts = self._n, self.shafts
-        return shafts["request"].reshape(2, n).T if self.enabled and shafts["mode"][0] == TARGET else NO_STATES
+        n, request = self._n, self.shafts["request"]
+        return request["value"].reshape(2, n).T if self.enabled and request["mode"][0] == TARGET else NO_STATES
 
     @property
     def steer_angles(self) -> FloatArray:
@@ -306,8 +307,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
-        name = "request" if self.shafts["mode"][self._n] == TARGET else "position"
-        return list(self.shafts[name][self._n :].tolist())
+        steers, request = self.shafts[self._n :], self.shafts["request"][self._n :]
+        return list((request["value"] if request["mode"][0] == TARGET else steers["position"]).tolist())
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         require_count(what, values, self._n, "modules")

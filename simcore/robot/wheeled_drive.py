@@ -144,6 +144,7 @@ ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
     """Put the constants of a motor into the record of its shaft, shape (1,)."""
+    model, request = row["model"], row["request"]
     for name, value in {
         "emf": motor.emf,
         "resistance": motor.resistance,
@@ -158,7 +159,8 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
         "upper": math.inf,
         "partner": -1,
     }.items():
-        row[name] = value
+        model[name] = value
+    request["stator_limit"], request["supply_limit"] = motor.stator_limit, motor.supply_limit
 
 
 class MotorReadout:
@@ -167,9 +169,8 @@ class MotorReadout:
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
         self._drive, self._rows = drive, rows
 
-    def _column(self, name: str) -> FloatArray:
-        column: FloatArray = self._drive.shafts[name][self._rows]
-        return column
+    def _column(self, name: str) -> Records:
+        return self._drive.shafts[name][self._rows]
 
     @property
     def volts(self) -> list[float]:
@@ -192,7 +193,7 @@ class MotorReadout:
     @property
     def heat(self) -> list[float]:
         """Copper loss since the last reset [J]."""
-        return list((self._column("winding") * self._column("charge2")).tolist())
+        return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
     def energy(self) -> float:
@@ -246,10 +247,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
             row = self.shafts[g : g + 1]
             set_motor(row, shaft.motor)
-            row["kind"], row["inertia"], row["cos"] = WHEELS, shaft.inertia, 1.0
-            row["first"], row["last"] = shaft.wheels[0], shaft.wheels[-1] + 1
-            row["radius"], row["grain"] = shaft.radius, shaft.grain
-            row["slip_ratio"], row["slip_speed"] = shaft.slip_ratio, shaft.slip_speed
+            row["cos"], model = 1.0, row["model"]
+            model["kind"], model["inertia"] = WHEELS, shaft.inertia
+            model["first"], model["last"] = shaft.wheels[0], shaft.wheels[-1] + 1
+            model["radius"], model["grain"] = shaft.radius, shaft.grain
+            model["slip_ratio"], model["slip_speed"] = shaft.slip_ratio, shaft.slip_speed
             for k in shaft.wheels:
                 self._shaft_of_wheel[k] = g
         for k, wheel in enumerate(wheels):
@@ -262,13 +264,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.wheel_records["is_lowered"][list(config.lowered)] = 1
         robot = self.robot_record
         robot["last_shaft"], robot["drive_shafts"] = len(self.shafts), len(shafts)
-        robot["last_wheel"], robot["is_enabled"] = self._wheels, 1
+        robot["last_wheel"], robot["request"]["is_enabled"] = self._wheels, 1
         cx, cy, _ = config.center_of_mass
         self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._robot: RobotMass = config
         self._stand(config)
         self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
-        self._own_limits: Records | None = None
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
         """Of the drive shafts."""
@@ -288,20 +289,20 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     @property
     def other_current(self) -> float:
         """Drawn by everything but the robot's motors, set by the owner at any time [A]."""
-        return float(self.robot_record["other_current"][0])
+        return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
     def other_current(self, amps: float) -> None:
-        self.robot_record["other_current"] = amps
+        self.robot_record["request"]["other_current"] = amps
 
     @property
     def enabled(self) -> bool:
         """False: motors go to neutral, as a disabled robot's do."""
-        return bool(self.robot_record["is_enabled"][0])
+        return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
     def enabled(self, enabled: bool) -> None:
-        self.robot_record["is_enabled"] = enabled
+        self.robot_record["request"]["is_enabled"] = enabled
 
     @property
     def time(self) -> float:
@@ -346,7 +347,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Time at zero, battery rested, encoders at zero, drive shafts at these speeds [rad/s]."""
         for name in ("position", "speed", "volts", "current", "supply", "energy", "charge2"):
             self.shafts[name] = 0.0
-        self.shafts["mode"] = NEUTRAL
+        self.shafts["request"]["mode"] = NEUTRAL
         self.shaft_speeds[:] = shaft_speeds
         for name in ("slip", "force_x", "force_y", "mean_load", "mean_x", "mean_y"):
             self.wheel_records[name] = 0.0
@@ -384,17 +385,15 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """
         if limits != self._kept_limits:
             self._kept_limits = list(limits)
-            if self._own_limits is None:
-                self._own_limits = self.shafts[["stator_limit", "supply_limit"]].copy()
+            model, request = self.shafts["model"], self.shafts["request"]
             stator, supply = zip(*limits, strict=True)
-            self.shafts["stator_limit"] = np.minimum(self._own_limits["stator_limit"], stator)
-            self.shafts["supply_limit"] = np.minimum(self._own_limits["supply_limit"], supply)
+            request["stator_limit"] = np.minimum(model["stator_limit"], stator)
+            request["supply_limit"] = np.minimum(model["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
         """Ask the motors of the first shafts for something."""
-        shafts = self.shafts
-        shafts["mode"][: len(requests)] = mode
-        shafts["request"][: len(requests)] = requests
+        request = self.shafts["request"][: len(requests)]
+        request["mode"], request["value"] = mode, requests
 
     # ---------------------------------------------------------------- readings
 

@@ -5,12 +5,13 @@ Tables are read strictly: every key is asked for once, and a key that is not ask
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 import re
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -32,6 +33,14 @@ REQUIRED: Any = object()
 """Default of a key that must be there."""
 
 
+_MEANT = {
+    **{"wheel_radius": "wheel_diameter", "weight": "mass", "moi": "inertia", "inverted": "reversed"},
+    **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
+    **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
+}
+"""What keys are called elsewhere, where letters do not tell."""
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """What is in a file.
 
@@ -46,9 +55,34 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
-        comma = re.search(r"^[^#\"'\[]*=\s*(\d+),(\d+)\s*(#.*)?$", text, re.MULTILINE)
-        hint = f"; decimals take a point: {comma[1]}.{comma[2]}" if comma else ""
-        raise ConfigError(f"{path.name}: is no valid TOML: {error}{hint}") from error
+        raise ConfigError(f"{path.name}: is no valid TOML: {error}{_toml_hint(text)}") from error
+
+
+def _toml_hint(text: str) -> str:
+    r"""Say what people write that is not TOML, if it is in a text.
+
+    >>> _toml_hint("mass = 52,5  # weighed"), _toml_hint("mass = 52 kg"), _toml_hint("real = True")
+    ('; decimals take a point: 52.5', "; a unit is not written: 52 in place of '52 kg'", '; write true with a small t')
+    >>> _toml_hint('name = "feeder')
+    '; a quote is not closed: name = "feeder'
+    >>> _toml_hint("[sensor]\nid = 1\n[sensor]\nid = 2")
+    '; each of several tables has two brackets: [[sensor]]'
+    """
+    value = r"^[^#\"'\[]*=\s*%s\s*(?:#.*)?$"
+    if comma := re.search(value % r"(\d+),(\d+)", text, re.MULTILINE):
+        return f"; decimals take a point: {comma[1]}.{comma[2]}"
+    if unit := re.search(value % r"(([-\d.]+)\s*[a-zA-Z%\"']+)", text, re.MULTILINE):
+        return f"; a unit is not written: {unit[2]} in place of {unit[1]!r}"
+    if word := re.search(value % "(True|False)", text, re.MULTILINE):
+        return f"; write {word[1].lower()} with a small {word[1][0].lower()}"
+    if path := re.search(r'"[^"\n]*\\[^"\n]*"', text):
+        return f"; a backslash stands for another letter: write {path[0].replace(chr(92), '/')}"
+    for line in text.splitlines():
+        if line.partition("#")[0].count('"') == 1 and '"""' not in text:
+            return f"; a quote is not closed: {line.strip()}"
+    heads = re.findall(r"^\s*\[\[?(\w+)\]", text, re.MULTILINE)
+    single = next((head for head in heads if heads.count(head) > 1 and f"\n[{head}]" in f"\n{text}"), "")
+    return f"; each of several tables has two brackets: [[{single}]]" if single else ""
 
 
 class Table:
@@ -142,14 +176,34 @@ class Table:
         Raises:
             ConfigError: The file has one that was not.
         """
+        self.require_known(self._asked)
+
+    def require_known(self, names: Iterable[str]) -> None:
+        """Make sure that the table has no key but these.
+
+        Raises:
+            ConfigError: It has another one.
+        """
+        known = sorted(names)
         for key in self._data:
-            if key not in self._asked:
-                known = sorted(self._asked)
-                raise ConfigError(f"{self.where}: no key {key!r}.{nearest(key, known)} Known: {', '.join(known)}")
+            if key not in known:
+                meant = _MEANT.get(key, "")
+                near = f" Did you mean {meant!r}?" if meant in known else nearest(key, known)
+                raise ConfigError(f"{self.where}: no key {key!r}.{near} Known: {', '.join(known)}")
+
+    def slip(self, names: Collection[str]) -> str:
+        """Return the sentence about a key that is nearly one of those that are not there; empty: there is none."""
+        missing = [name for name in names if name not in self._data]
+        for key in self._data:
+            if key not in _NAMES and (near := difflib.get_close_matches(key, missing, n=1, cutoff=0.85)):
+                return f"{self.where}: no key {key!r}. Did you mean {near[0]!r}?"
+        return ""
 
 
 # --- keys -------------------------------------------------------------------------------------------------------------
 
+_NAMES: set[str] = set()
+"""Of all keys of all tables."""
 Names: TypeAlias = Mapping[str, Sequence[str]]
 """What a file has, by its kind: the names of its mechanisms, of those that carry something, of its storages."""
 
@@ -220,6 +274,9 @@ that is -0.61 m
     refused: Mapping[str, str] | None = None
     """Texts that cannot be, each with the reason, where more is to be said than what can."""
 
+    def __post_init__(self) -> None:
+        _NAMES.add(self.name)
+
     def read(self, t: Table, names: Names) -> Any:
         """The value in a table, in the unit of the config.
 
@@ -288,7 +345,12 @@ class KeyTable:
         Raises:
             ConfigError: A value cannot be; keys of other names are refused by `Table.finish`.
         """
-        return {key.target: key.read(t, names or {}) for key in self.keys}
+        try:
+            return {key.target: key.read(t, names or {}) for key in self.keys}
+        except ConfigError as error:
+            if slip := t.slip([key.name for key in self.keys]):
+                raise ConfigError(slip) from error
+            raise
 
     def guesses(self, t: Table) -> dict[str, Any]:
         """Keys that are left out and whose defaults are guesses, with these."""

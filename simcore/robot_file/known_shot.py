@@ -58,7 +58,8 @@ class KnownShot:
         for part in text.split(","):
             key, _, value = (word.strip() for word in part.partition("="))
             if key not in _KEYS:
-                raise ConfigError(f"known shot: no key {key!r}. Known: {', '.join(_KEYS)}")
+                hint = "; decimals take a point, as in distance=2.8,rps=38" if key[:1].isdigit() else ""
+                raise ConfigError(f"known shot: no key {key!r}. Known: {', '.join(_KEYS)}{hint}")
             try:
                 values[key] = int(value) if _KEYS[key].is_whole else float(value)
             except ValueError:

@@ -62,7 +62,7 @@ def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] 
 
 STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a shooter; preloads are in the first", (
     Key("name", str, "", "by which intakes and shooters choose it", "front"),
-    Key("capacity", Quantity("", 0, 500, is_whole=True), None, "left out: that of [robot]", 20),
+    Key("capacity", Quantity("", 1, 500, is_whole=True), None, "left out: that of [robot]", 20),
     Key("order", ("fifo", "lifo"), _ROOM.order, "lifo is a stack"),
     *_box("room where held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
     Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the room one "

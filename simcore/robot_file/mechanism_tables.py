@@ -192,6 +192,8 @@ def read_mechanism(t: Table) -> MechanismSettings:
         guessed["gearing"] = _GEARING
     if "inertia" in guessed:
         guessed["inertia"] = place["inertia"] = guessed_inertia(gearbox)
+    if kind in ("arm", "turret"):
+        _require_stops(t, place)
     if kind in ("arm", "turret") and place["start_angle"] is None and (kind == "turret" or "min_deg" in guessed):
         place["start_angle"] = min(max(0.0, place["min_angle"]), place["max_angle"])
     yaw, rise, lean = (place.pop(angle, 0.0) for angle in ("yaw", "rise", "lean"))
@@ -236,13 +238,19 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
         raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
 
 
-def _servo(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
+def _require_stops(t: Table, v: Mapping[str, Any]) -> None:
+    """Refuse stops the wrong way round, and a start beyond them."""
     low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
-    start = low if start is None else start
-    if not low <= start <= high:
+    if start is not None and not low <= start <= high:
         raise t.error("start_deg", f"must be between min_deg and max_deg, got {math.degrees(start):g}")
+
+
+def _servo(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
+    _require_stops(t, v)
+    low, high = v["min_angle"], v["max_angle"]
+    start = low if v["start_angle"] is None else v["start_angle"]
     speed = math.radians(v["deg_per_second"])
     config = ServoConfig(min_angle=low, max_angle=high, start_angle=start, speed=speed)
     return MechanismSettings(

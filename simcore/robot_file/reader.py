@@ -82,6 +82,10 @@ SCATTER = KeyTable("[scatter]", "by how much things differ from run to run; with
     Key("scale", FACTOR, 1.0, "of the default spreads (docs/scatter.md); single ones by name, e.g. exit_speed = 0.04"),
     *(Key(name, FACTOR, None) for name in Scatter.names()),
 ))  # fmt: skip
+_TABLES = (
+    *("autos", "camera", "claw", "climber", "component", "drivetrain", "intake", "mechanism", "robot", "scatter"),
+    *("sensor", "shooter", "start", "storage", *ROLES),
+)
 
 
 def read_settings(path: Path) -> RobotSettings:
@@ -93,6 +97,7 @@ def read_settings(path: Path) -> RobotSettings:
     if not path.exists():
         return RobotSettings()
     file = Table(read_toml(path), path.name)
+    file.require_known([*(key.name for key in TOP.keys), *_TABLES])
     top = TOP.read(file)
     if top["field_size"] is not None and top["game"] != NO_GAME:
         raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
@@ -144,7 +149,7 @@ def read_settings(path: Path) -> RobotSettings:
         cameras=cameras,
         headset=headset,
     )
-    for table in (robot, start, *autos.values(), file):
+    for table in (robot, start, *autos.values()):
         table.finish()
     capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first
     if capacity is not None and settings.preload > capacity:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, guesses
 from simcore.devices.makers import MakersDrivetrain, maker_of, makers, require_distinct_devices
 from simcore.devices.motor_ports import DrivetrainPorts
 from simcore.devices.object_graph import ObjectGraph
@@ -156,7 +156,7 @@ class AttachedPhysics(RobotPhysics):
         summary = StartupSummary(
             robot=self._about,
             drivetrain=assignment.drivetrain,
-            assumed=", ".join(f"{name} {m}" for name, m in self.found.measures.items() if m.is_guess),
+            assumed=", ".join(guesses(self.found)),
             described=[f"{name}: {devices}" for devices, name in assignment.described],
             sensors=[f"{what}: {port}" for port, what in self.ports.sensors],
             lights=", ".join(self.ports.lights),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import itertools
 import os
 import shutil
 import sys
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["INIT_TIMEOUT", "sim"]
 
-INIT_TIMEOUT = 30.0
+INIT_TIMEOUT = 120.0
 """In which a robot program must come through robotInit [s]."""
 _PLAIN = (
     "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
@@ -67,7 +68,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
-    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="9")
+    parser.addini(
+        "simcore_hang",
+        "how long a robot loop may take: CPU time while it works, wall time while it waits [s]",
+        default="9",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -333,7 +338,12 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]
     result = yield
     test = getattr(pyfuncitem, "funcargs", {}).get("sim")
     if test is not None and _RECORDING in pyfuncitem.stash:
-        test.require_played()
+        from simcore.robotpy.robot_test import ConditionError
+
+        try:
+            test.require_played()
+        except ConditionError as error:  # there is no line of the test to show
+            pytest.fail(f"ConditionError: {error}", pytrace=False)
     return result
 
 
@@ -364,6 +374,8 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     report = yield
     if report.when != "call":
         return report
+    if call.excinfo is not None and getattr(call.excinfo.value, "name", "") == "sim" and call.excinfo.type is NameError:
+        report.sections.append(("simcore", f"sim is a fixture, which a test asks for: def {item.name}(sim)"))
     if "robot" in getattr(item, "fixturenames", ()):
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
@@ -374,29 +386,48 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
         assert call.excinfo is not None
         test.record.failure = call.excinfo.exconly()[:_LONGEST_FAILURE]
-        test.record.conclude()
+        if test.was_enabled and isinstance(call.excinfo.value, AssertionError):
+            test.record.conclude()
         recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
-        lines = [*(f"- {warning}" for warning in test.warnings), str(left), f"at its end: {test.summary()}"]
+        lines = [f"- {warning}" for warning in (*test.warnings, *_missing_parts(test))]
+        lines += [str(left), f"at its end: {test.summary()}"]
         report.sections.append(("simcore", "\n".join(lines)))
     return report
 
 
+def _missing_parts(test: RobotTest) -> list[str]:
+    """Say of a robot that nobody has described with a shooter or claw what it cannot do."""
+    robot = test.robot_sim
+    if robot.config.shooters or robot.config.placers or not test.match.game.pieces:
+        return []
+    return [
+        f"no shooter and no claw is described: the robot throws and places nothing, and holds {len(robot.held)}; "
+        "[[shooter]] and [[claw]] in simcore.toml describe them, `simcore init` writes the file"
+    ]
+
+
 def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
-    """Show what simcore refuses at the line of the test, game or robot that asked; `--full-trace` shows the way on."""
+    """Show an error by the lines of test, game and robot alone; `--full-trace` shows the way between them.
+
+    What simcore refuses ends at the line that asked; any other error keeps its way from the last of those lines on.
+    """
     from simcore.errors import SimcoreError
 
-    if excinfo is None or not isinstance(excinfo.value, SimcoreError) or config.getoption("fulltrace"):
+    if excinfo is None or config.getoption("fulltrace"):
         return
     package = Path(__file__).parents[1]
     step: TracebackType | None = excinfo.tb
-    last = None
+    own: list[TracebackType] = []
     while step is not None:
-        last = step if package not in Path(step.tb_frame.f_code.co_filename).parents else last
+        file = Path(step.tb_frame.f_code.co_filename)
+        own += [step] if package not in file.parents and "site-packages" not in file.parts else []
         step = step.tb_next
-    if last is not None:
-        last.tb_next = None
+    for before, after in itertools.pairwise(own):
+        before.tb_next = after
+    if own and isinstance(excinfo.value, SimcoreError):
+        own[-1].tb_next = None
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:

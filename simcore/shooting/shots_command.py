@@ -48,7 +48,9 @@ def _distances(text: str) -> tuple[float, ...]:
     try:
         values = parse_factor(f"distances={text}").values
     except ConfigError as error:
-        raise ConfigError(f"{text!r} cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)") from error
+        raise ConfigError(
+            f"{text!r} cannot be read: want from:to:step, the nearest first, as 2:6:0.5, or a list, as 2,2.5,3"
+        ) from error
     for value in values:
         require("simcore shots", "distances", value, FIELD_LENGTH)
     return tuple(float(value) for value in values)

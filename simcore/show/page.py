@@ -79,7 +79,7 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 def packed(content: bytes) -> str:
     """Bytes as text that `inflate` of the player reads; the same for the same bytes."""
-    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 
 def page_style() -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
@@ -88,7 +88,13 @@ def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str])
     asked = [word for word in words if word not in ("-h", "--help")]
     known, further = parser.parse_known_args(asked)
     if further or (known.game and len(asked) < len(words)):
-        for option in find_game(known.game, say=str).options:
+        try:
+            game = find_game(known.game, say=str)
+        except UnknownNameError as error:
+            if further and not error.nearest:
+                return  # it may be the value of an option that nobody knows, which is said
+            raise
+        for option in game.options:
             parser.add_argument("--" + option.name.replace("_", "-"), action="store_true", help=option.help)
 
 
@@ -200,7 +206,13 @@ def _plan(options: argparse.Namespace, game: Game) -> _Plan:
 
 def _auto(options: argparse.Namespace, game: Game) -> Auto:
     if options.auto != _DRIVE or _DRIVE in game.autos:
-        return game.auto(options.auto)
+        try:
+            return game.auto(options.auto)
+        except UnknownNameError as error:
+            if not Path("robot.py").is_file():
+                raise
+            own = "`python -m robotpy sim --simcore` and `simcore sweep --project .` play those of robot.py"
+            raise ConfigError(f"{error}; {own}") from error
     if not options.view:
         raise ConfigError("--auto drive is for a person at the page: give --view, too")
     if not _can_be_driven(game):

@@ -21,6 +21,7 @@ from simcore.show.palette import COLORS, color, tint
 from simcore.show.run_events import (
     ChangeRecord,
     board_now,
+    changing_times,
     counts_now,
     ending_of,
     events_of,
@@ -81,8 +82,11 @@ def run_data(
     layout, solids = layout_of(scene, kinds, recording)
     frames = FrameRecorder(layout, recording.times)
     board, lamps, cells = ChangeRecord(), ChangeRecord(), ChangeRecord()
+    changing = changing_times(recording, scene)
     for snapshot in filled(recording):
         frames.take(snapshot)
+        if snapshot.time not in changing:
+            continue
         board.take(snapshot.time, board_now(snapshot, scene))
         lamps.take(snapshot.time, lamps_now(snapshot).items())
         cells.take(snapshot.time, counts_now(snapshot, scene).items())
@@ -197,13 +201,13 @@ def _models(folder: Path | None) -> ViewModels:
         return ViewModels()
 
 
-def _solids(model: Model | None, names: Sequence[str] = ()) -> list[Solid]:
+def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
     """Those of a model; none of one that cannot be read."""
     try:
-        return [] if model is None else model_solids(model, names)
+        return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:
         _log.warning("a page without a model: %s", error)
-        return []
+        return ()
 
 
 # --- the scene --------------------------------------------------------------------------------------------------------

@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
+from simcore.errors import UnknownNameError
 from simcore.match.runner import NOTHING
 from simcore.show.scene import Scene
 from simcore.show.shots import ShotTrace
@@ -19,13 +20,15 @@ from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
 __all__ = [
-    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "counts_now", "ending_of", "events_of",
-    "lamps_now", "phases_of", "score_keys",
+    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "changing_times", "counts_now", "ending_of",
+    "events_of", "lamps_now", "phases_of", "score_keys",
 ]  # fmt: skip
 
 EventKind = Literal[
     "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"
 ]
+
+_Value = TypeVar("_Value")
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
@@ -105,16 +108,32 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
     return items
 
 
+def changing_times(recording: Recording, scene: Scene) -> set[float]:
+    """Return the times [s] at which something changes that `board_now`, `lamps_now` or `counts_now` look at."""
+    levels = {level.key for level in scene.levels}
+    shown = {key for _, key in score_keys(scene)} | {"Sim/Shots", "Sim/Hits"}
+    shown |= {f"{robot.prefix}/Intake/HeldCount" for robot in scene.robots}
+    shown |= {f"{robot.prefix}/Debug/BatteryVoltage" for robot in scene.robots if len(scene.robots) == 1}
+    found = set(recording.times[:1].tolist())
+    for key in recording.keys:
+        if key in levels or _LIGHTS.match(key):
+            rows = recording.integers(key)
+            found.update(_changes([time for time, _ in rows], [numbers.tobytes() for _, numbers in rows])[0])
+        elif key in shown or (key.startswith("Sim/Match/") and key != "Sim/Match/Time"):
+            found.update(_changes(*_shown_values(recording, key))[0])
+    return found
+
+
 class ChangeRecord:
-    """What changes now and then in a run, each with the times from which on it was so."""
+    """What changes now and then in a run, each with the times from which on it was so; None: it is gone."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
         """By name `times` [s] and `values`."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
-        """What is so at a time [s]."""
-        for name, value in items:
+        """Note all that is so at a time [s]."""
+        for name, value in (dict.fromkeys(self.found) | dict(items)).items():
             changes = self.found.setdefault(name, {"times": [], "values": []})
             if not changes["values"] or changes["values"][-1] != value:
                 changes["times"].append(round(time, 3))
@@ -181,7 +200,16 @@ def _modes(recording: Recording) -> tuple[list[float], list[str]]:
     return _changes(times, names)
 
 
-def _changes(times: FloatArray, values: list[str]) -> tuple[list[float], list[str]]:
+def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[object]]:
+    """Times [s] and values of a number, of which a clock shows whole seconds, or of a text."""
+    try:
+        times, values = recording.series(key)
+    except UnknownNameError:
+        return recording.strings(key)
+    return times, (np.ceil(values - 1e-6) if key == "Sim/Match/TimeLeft" else values).tolist()
+
+
+def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple[list[float], list[_Value]]:
     """The first of each run of equal values."""
     rows = [row for row, value in enumerate(values) if not row or value != values[row - 1]]
     return [float(times[row]) for row in rows], [values[row] for row in rows]

@@ -105,7 +105,7 @@ class ShotPreview:
         ball, memory, points = flying_balls(kind, pos, vel, spin), make_memory(1), [pos[0]]
         field, scored = self._match.world.balls.standing, None
         zones = [one for one in self._match.game.zones if not one.kinds or kind.name in one.kinds]
-        lowest = min((one.zone.bottom for one in zones), default=math.inf)
+        lowest = min((one.zone.box[0][2] for one in zones), default=math.inf)
         for number in range(1, LONGEST + 1):
             before, was_touched = ball.pos.copy(), bool(ball.is_touched[0])
             field.fly(ball, memory, FLIGHT_STEP)

@@ -5,6 +5,7 @@ Meshes of one color that move together are one solid: what a browser draws is co
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -72,12 +73,13 @@ class Solid:
 class RobotSolids:
     """A robot: what does not move in it, and its parts."""
 
-    body: list[Solid]
-    parts: list[tuple[list[Solid], PartPose]]
+    body: Sequence[Solid]
+    parts: Sequence[tuple[Sequence[Solid], PartPose]]
 
 
-def model_solids(model: Model, names: Iterable[str] = ()) -> list[Solid]:
-    """The solids of a GLB file; a texture is seen as its mean color.
+@functools.lru_cache(maxsize=128)
+def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
+    """The solids of a GLB file, read once for all robots that have it; a texture is seen as its mean color.
 
     Args:
         model: The file and its place.
@@ -86,7 +88,7 @@ def model_solids(model: Model, names: Iterable[str] = ()) -> list[Solid]:
     Raises:
         ModelError: The file cannot be read.
     """
-    return _joined([_solid(name, mesh, whole, names) for name, mesh, whole in _placed_meshes(model)])
+    return tuple(_joined([_solid(name, mesh, whole, names) for name, mesh, whole in _placed_meshes(model)]))
 
 
 def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
@@ -112,8 +114,8 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
         parts: How many component poses its telemetry has.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
-    body: list[Solid] = []
-    moving: list[tuple[list[Solid], PartPose]] = []
+    body: Sequence[Solid] = []
+    moving: list[tuple[Sequence[Solid], PartPose]] = []
     try:
         if models is not None and len(models.parts) == parts:
             body = model_solids(models.body)

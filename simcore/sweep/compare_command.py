@@ -36,8 +36,8 @@ __all__ = ["add_arguments", "run"]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options of the command."""
     parser.allow_abbrev = False
-    for name in ("old", "new"):
-        parser.add_argument(name, help="a folder with a robot.py, or an auto of the game")
+    parser.add_argument("old", help="a folder with a robot.py, or an auto of the game")
+    parser.add_argument("new", nargs="?", help="what is compared with it: another folder or auto")
     parser.add_argument("--game", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
     parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
@@ -60,6 +60,11 @@ def run(options: argparse.Namespace) -> int:
     Raises:
         SimcoreError: What was asked for cannot be.
     """
+    if options.new is None:
+        raise ConfigError(
+            f"{options.old!r} with what? Give two folders with a robot.py, or two autos of the game, as in "
+            "`simcore compare depot neutral`"
+        )
     words = (options.old, options.new)
     kinds = [_kind(word, options) for word in words]
     if kinds[0] != kinds[1]:
@@ -95,10 +100,14 @@ def _kind(word: str, options: argparse.Namespace) -> str:
     """Return the name of the factor whose value a word is."""
     if Path(word, "robot.py").is_file():
         return PROJECT
-    if not Path("robot.py").is_file() and word in game_of(options.game).autos:
-        return "auto"
+    near = ""
+    if not Path("robot.py").is_file():
+        autos = game_of(options.game).autos
+        if word in autos:
+            return "auto"
+        near = f" ({', '.join(autos)})"
     raise ConfigError(
-        f"{word!r} is neither a folder with a robot.py in it, nor an auto of the game; "
+        f"{word!r} is neither a folder with a robot.py in it, nor an auto of the game{near}; "
         "`git worktree add FOLDER COMMIT` makes a folder of an older version"
     )
 

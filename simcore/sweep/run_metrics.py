@@ -72,8 +72,7 @@ def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
         UnknownNameError: There is no such metric.
         ConfigError: A function has returned what is neither a number, nor a word, nor an array of numbers.
     """
-    counts = {**match.tracker.pieces, **match.rules.breakdown()}
-    breakdown = {f"breakdown.{name}": count for name, count in counts.items()}
+    breakdown = {f"breakdown.{name}": count for name, count in match.breakdown().items()}
     found: dict[str, Any] = {}
     for name in names or (*METRICS, *breakdown):
         if name in METRICS:

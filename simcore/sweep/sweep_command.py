@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 import signal
 import sys
@@ -144,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
         return _repeat(options)
     experiment = _experiment(options)
     is_match = experiment.red or experiment.blue
-    out = options.out or Path("out") / ("matches" if is_match else experiment.auto or "sweep").replace("/", "_")
+    out = options.out or Path("out") / re.sub(r"[^\w.-]", "_", "matches" if is_match else experiment.auto or "sweep")
     try:
         with progress(experiment.count) as on_row, sigterm_as_interrupt():
             results = sweep(

@@ -136,7 +136,8 @@ def _headline(results: Results, condition: str) -> Block:
 
 def _title(results: Results) -> str:
     experiment = results.experiment
-    what = experiment.project or experiment.game or next(iter(installed_games()), "the newest game")
+    game = experiment.game or next(iter(installed_games()), "the newest game")
+    what = game if experiment.project is None else Path(experiment.project).resolve().name
     sides = {side: "as varied" if side in results.factors else getattr(experiment, side) for side in ("red", "blue")}
     if any(sides.values()):
         return f"Sweep: {what}, matches, {', '.join(f'{side} {who}' for side, who in sides.items() if who)}"

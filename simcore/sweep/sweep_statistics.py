@@ -17,7 +17,7 @@ __all__ = ["CONFIDENCE", "PERCENTILES", "PairedDifference", "Share", "paired_dif
 CONFIDENCE = 0.95
 """Of an interval, if nothing else is asked for."""
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0)
-_RESAMPLES = 2000
+_RESAMPLES, _AT_ONCE = 2000, 1_000_000  # and numbers that are drawn at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,9 @@ def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[floa
     # figures have three digits: what they do not show is no difference
     differences = np.where(np.isclose(a, b, rtol=5e-4, atol=1e-6), 0.0, b - a)
     n, mean, rng = len(differences), float(differences.mean()), np.random.default_rng(0)
-    means = [rng.choice(differences, n).mean() for _ in range(_RESAMPLES)]
+    rows = max(1, _AT_ONCE // n)
+    parts = [min(rows, _RESAMPLES - done) for done in range(0, _RESAMPLES, rows)]
+    means = np.concatenate([rng.choice(differences, (part, n)).mean(axis=1) for part in parts])
     tail = 0.5 - 0.5 * CONFIDENCE
     widening = math.sqrt(n / (n - 1)) * float(stdtrit(n - 1, tail) / ndtri(tail))
     lower, upper = mean + widening * (np.percentile(means, (100.0 * tail, 100.0 - 100.0 * tail)) - mean)

@@ -162,7 +162,7 @@ class LoneChassis:
         """Follow a velocity of its origin, robot frame [m/s, m/s, rad/s], until the next command."""
         self._wanted = (vx, vy, omega)
 
-    def before_step(self, h: float) -> None:
+    def step_devices(self, h: float) -> None:
         """Push toward the velocity with at most mu m g, on the carpet."""
         chassis = self.chassis
         chassis.read()

@@ -16,6 +16,7 @@ from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.typing import FloatArray, IntArray
+from simcore.units import TICK
 
 __all__ = [
     "check_conserved",
@@ -88,8 +89,15 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
     blue.match.close()
     red.match.close()
     flipped = game.field.symmetry.flip_points(red.path[:, :2])
-    apart = float(np.abs(flipped - blue.path[:, :2]).max())
-    assert apart < _NEAR, f"{game.name}, auto {auto}: red's path is {apart:.3f} m from blue's"
+    apart = np.abs(flipped - blue.path[:, :2]).max(axis=1)
+    first = int(np.argmax(apart >= _NEAR))
+    x, y = blue.path[first, :2].tolist()
+    assert apart[first] < _NEAR, (
+        f"{game.name}, auto {auto}: red's path, flipped, leaves blue's by {_NEAR:g} m at {(first + 1) * TICK:.2f} s, "
+        f"where blue is at ({x:.2f}, {y:.2f}) m, and by {apart.max():.3f} m at most: what stands there is not "
+        "mirrored, or the auto does not ask for its alliance; pushed pieces, too, part a little: try an auto that "
+        "pushes none"
+    )
     assert blue.report.score.blue == red.report.score.red, (
         f"{game.name}, auto {auto}: blue scores {blue.report.score.blue}, red {red.report.score.red}"
     )

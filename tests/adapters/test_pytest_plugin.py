@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from page_reader import PageReader
 
+from simcore.quantities import text_flag
+from simcore.robotpy import pytest_plugin
+
 pytestmark = pytest.mark.slow
 
 
@@ -118,6 +121,14 @@ def test_refusals(sim):
     with pytest.raises(ValueError, match="run: seconds must be a number"):
         sim.run("5")
 
+def test_late_color(sim):
+    sim.teleop(seconds=0.04)
+    sim.alliance("red")
+    assert sim.score > 8
+
+def test_without():
+    sim.teleop(seconds=1)
+
 def test_nothing(sim):
     sim.teleop()
     assert sim.score.blue < 5
@@ -135,15 +146,21 @@ def test_robot_raises(sim):
         sim.run(0.1)
 """
     )
-    assert code == 1 and "3 failed, 2 passed, 1 skipped" in said, said
+    assert code == 1 and "5 failed, 2 passed, 1 skipped" in said, said
     assert "Watchdog not fed" not in said and "overrun" not in said, said
     assert said.count("ConditionError: teleop was begun and 0 s of it were played: say how long, e.g. teleop(sec") >= 2
-    assert "look at the run: page" in said
+    assert "look at the run: page" in said and "PytestAssertRewriteWarning" not in said
+    assert "sim is a fixture, which a test asks for: def test_without(sim)" in said
+    assert "_manager.py" not in said, "no line of pytest's own"
+    assert "- alliance('red') after the robot was enabled changes its color and leaves it where it stands" in said
+    assert "ConfigError: a score has points of red and of blue, got 8: did you mean score.blue or score.red?" in said
     for why in ("- the odometry does not hold, says this test", "- the program believes to be at "):
         assert said.count(why) == 1, said
     notes = PageReader(project.folder / "test_output" / "test_fails" / "run.html").words
     assert "says this test" in notes and "the program believes to be at " in notes
-    left = {file for file in files(project.folder / "test_output") if not file.startswith("test_nothing")}
+    left = {
+        file for file in files(project.folder / "test_output") if not file.startswith(("test_nothing", "test_late"))
+    }
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
@@ -185,3 +202,20 @@ def test_plain_pytest_says_which_command_runs_a_robot_test(project):
     )
     assert code == 1 and "1 passed, 1 error" in said, said
     assert "a robot test needs a process of its own" in said and "as in `python -m robotpy test -- -k test_it`" in said
+
+
+def test_an_error_shows_lines_of_tests_and_programs_and_not_those_between(request):
+    """Of a function that simcore calls; `text_flag` passes other errors than its own on."""
+
+    def program(text):
+        return {}[text]
+
+    with pytest.raises(KeyError) as caught:
+        text_flag(program)("pose")
+    assert any("quantities" in str(entry.path) for entry in caught.traceback)
+    pytest_plugin._end_at_callers_line(request.config, caught)
+    step, lines = caught.tb, []
+    while step is not None:
+        lines.append(Path(step.tb_frame.f_code.co_filename).name)
+        step = step.tb_next
+    assert set(lines) == {Path(__file__).name} and len(lines) == 2

@@ -143,7 +143,7 @@ def test_what_init_writes_passes_check_and_drives(kind, files, made):
     assert code == 0 and "now: " in said and "Traceback" not in said, said
     written = (run.folder / "simcore.toml").read_text(encoding="utf-8")
     for guess in re.findall(r"^guess: (x and y|\w+)", said, re.MULTILINE):
-        key = {"wheel_radius": "wheel_diameter", "x and y": "x"}.get(guess, guess)
+        key = "x" if guess == "x and y" else guess
         assert re.search(rf"^{key} = .*# guess", written, re.MULTILINE), (guess, written)
     code, said = run("", "check", command=SIMCORE)
     assert code == 0 and "wrong:" not in said, said

@@ -3,12 +3,10 @@
 A project with a simcore.toml has none.
 """
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 
-import pytest
+from each_case import each
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECTS = sorted(path.parent for path in (ROOT / "examples").glob("*/robot.py"))
@@ -27,7 +25,7 @@ def imported(path: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("project", PROJECTS, ids=lambda path: path.name)
+@each("project", PROJECTS)
 def test_only_physics_py_knows_the_simulation(project):
     if (project / "simcore.toml").exists():
         assert not (project / "physics.py").exists()
@@ -40,7 +38,7 @@ def test_only_physics_py_knows_the_simulation(project):
         assert not names & {"simcore", "games", "pybullet", "pyfrc", "physics"}, path
 
 
-@pytest.mark.parametrize("path", SUBSYSTEMS, ids=lambda path: path.name)
+@each("path", SUBSYSTEMS)
 def test_sim_only_accessors_stand_below_the_line_and_do_nothing_but_give(path):
     text = path.read_text(encoding="utf-8")
     for node in ast.parse(text).body:

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
@@ -308,7 +309,7 @@ def test_no_game_reads_a_clock():
     assert wrong == []
 
 
-@pytest.mark.parametrize(
+@each(
     "code",
     [
         "import time",

@@ -1,13 +1,11 @@
 """simcore serves any game: no word and no number of one year's game stands in it."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
+from each_case import each
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = (path for kind in ("py", "js", "css", "html") for path in (ROOT / "simcore").rglob(f"*.{kind}"))
@@ -67,7 +65,7 @@ def found_in(path: Path) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("package", sorted({path.relative_to(ROOT).parts[1] for path in SOURCES}))
+@each("package", sorted({path.relative_to(ROOT).parts[1] for path in SOURCES}))
 def test_simcore_knows_no_game(package: str) -> None:
     found = [
         line

@@ -1,12 +1,11 @@
 """Which season is installed is asked in one module, and of Phoenix 6 in the emulator's table."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from simcore import season
 
@@ -45,7 +44,7 @@ def test_no_other_module_asks_for_the_season(package):
     assert found == []
 
 
-@pytest.mark.parametrize("module", sorted(season.NAMES))
+@each("module", sorted(season.NAMES))
 def test_every_name_that_simcore_needs_is_there(module):
     """In the season that is installed, whichever it is."""
     loaded = pytest.importorskip(module) and getattr(season, module.replace(".", "_"))
@@ -54,7 +53,7 @@ def test_every_name_that_simcore_needs_is_there(module):
             assert hasattr(getattr(loaded, owner) if owner else loaded, entry.partition("=")[0]), (owner, entry)
 
 
-@pytest.mark.parametrize(
+@each(
     ("installed", "sentence"),
     [
         ([], ""),

@@ -76,6 +76,16 @@ def test_pages_that_the_code_names_are_there():
     assert missing == set()
 
 
+def test_ci_names_files_that_are_there_and_runs_the_commands_of_the_readme():
+    """A stage that names a file that has gone ends before its first test."""
+    stages, readme = ((ROOT / name).read_text(encoding="utf-8") for name in (".ci/run", "README.md"))
+    folders = "|".join(path.name for path in ROOT.iterdir() if path.is_dir())
+    named = re.findall(rf"(?<![\w./$-])((?:{folders})/[\w./-]*\w)", stages)
+    assert len(named) > 10 and [name for name in named if not (ROOT / name).exists()] == []
+    for command in ("-m pip install ", '-e ".[test]"', "-m pytest ", "-m games.rebuilt"):
+        assert command in stages and readme.count(command) >= 2, f"{command}: in .ci/run, and for two kinds of shells"
+
+
 def test_every_page_is_in_the_navigation_and_reached_from_the_index():
     pages = {page.name for page in PAGES if page.parent == ROOT / "docs"} - {"index.md"}
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

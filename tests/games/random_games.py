@@ -94,7 +94,7 @@ class Watch:
         for robot in self.match.robots:
             battery, record = robot.battery, robot.battery.records
             most = open_voltage(record, 0) + max(0.0, -battery.current) * (
-                float(record["resistance"][0]) + float(record["recovery_resistance"][0])
+                float(record["model"]["resistance"][0]) + float(record["model"]["recovery_resistance"][0])
             )
             if battery.voltage > most + 0.01:
                 self.fail(f"battery of robot {robot.number} has {battery.voltage:.2f} V, at most {most:.2f}")
@@ -174,7 +174,7 @@ class Watch:
             z = c.pos[2] + rotate(c.quat, c.distribution.center)[2]
             total += m * G * z + 0.5 * m * float(np.array(c.vel) @ np.array(c.vel)) + 0.5 * float(inertia @ spin**2)
             shafts = robot.drive.shafts
-            total += 0.5 * float(shafts["inertia"] @ shafts["speed"] ** 2)
+            total += 0.5 * float(shafts["model"]["inertia"] @ shafts["speed"] ** 2)
             if robot.config.moving_masses:  # whose height is the robot's, and their motion that of mechanisms
                 total += sum(0.5 * one.inertia * one.velocity**2 for one in robot.mechanisms.values())
         for body in match.hanging:
@@ -186,7 +186,7 @@ class Watch:
         return total
 
     def require_energy(self) -> None:
-        """Where nobody drives, energy is not more than within the last 0.16 s, in which springs give back.
+        """Where nobody has driven for 0.16 s, energy is not more than within these, in which springs give back.
 
         Tolerance: an engine's step of 5 ms has its gravity half a step early, g^2 h / 2 a second and kilogram: of
         400 kg that fall 0.3 J in a tick.
@@ -196,7 +196,7 @@ class Watch:
             self.energies = []
         self.here = here.copy()
         now = self.energy()
-        if len(self.energies) >= 2 and self.since > _SETTLES:
+        if len(self.energies) == _WINDOW and self.since > _SETTLES:
             most = max(self.energies)
             if now > most + _JOULES:
                 self.fail(f"energy grew by {now - most:.2f} J in a tick in which nobody drives")

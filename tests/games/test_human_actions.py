@@ -10,6 +10,7 @@ from dashboard import Dashboard
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as rebuilt
+from games.rebuilt.field import FIELD
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
@@ -52,13 +53,21 @@ def test_who_is_not_taken_over_plays_on_and_nobody_is_taken_over_by_what_is_refu
 
 
 def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall():
-    """Who drives past gets none; an alliance without robots throws all it has."""
+    """Who drives past or is full gets none; an alliance without robots throws all it has."""
     start = (0.5, rebuilt.OUTPOST_Y, 0.0)
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:
         people, robot = match.rules.human_players, match.robots[0]
         assert people._is_awaited("blue") and not people._is_awaited("red")
         robot.chassis.vel = (1.0, 0.0, 0.0)
         assert not people._is_awaited("blue")
+        robot.chassis.vel = (0.0, 0.0, 0.0)
+        slots = match.pieces.on_field()[: robot.storage.room]
+        match.pieces.hold(slots, 0)
+        robot.storage.add(slots.tolist())
+        assert not people._is_awaited("blue")
+        robot.storage.pieces.clear()
+        match.carry_to(0, FIELD.symmetry.flip_pose(*start))
+        assert not people._is_awaited("red"), "an opponent"
         match.carry_to(0, (2.5, 5.9, 0.0))
         for feeder in people._feeders.values():
             del feeder._slots[8:]
@@ -84,6 +93,7 @@ def test_a_person_at_an_outpost_opens_the_door_throws_and_pushes_fuel_out():
         match.play(0.5)
         assert match.rules.human_players.stock["blue"] == 10, "it does not come back at once"
         assert match.count.is_conserved and match.pieces.recovered == 0
+        assert match.breakdown()["Blue/humanPlayerPoints"] == match.score.blue, "no robot has shot"
 
 
 def test_a_policy_that_is_given_its_place_back_plays_on_and_a_new_run_begins_with_it():

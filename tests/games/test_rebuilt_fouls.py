@@ -11,6 +11,7 @@ from foul_trials import begin, foul_trials, told
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD
+from games.rebuilt.scoring import EventSettings
 from simcore.match.game import RobotEntry
 from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
@@ -278,15 +279,11 @@ def test_a_human_players_throw_counts_in_auto():
 
 def test_the_sheet_adds_up_and_ranking_points_follow_it():
     with RebuiltSim(robots=(RobotEntry(), RobotEntry(alliance="red"), RobotEntry())) as match:
-        begin(match, 140.0)
-        for _ in range(360):
-            match.rules.hubs.count("blue", 140.0)
-        for _ in range(99):
-            match.rules.hubs.count("red", 140.0)
+        match.rules.event = EventSettings(traversal=60)  # each threshold is met and no more
         begin(match, 165.94)
-        match.rules.hubs.count("red", 140.0)
-        for _ in range(360):
-            match.rules.hubs.count("blue", 140.0)
+        for alliance, count in (("red", 100), ("blue", 360)):
+            for _ in range(count):
+                match.rules.hubs.count(alliance, 140.0)
         match.rules.towers.awarded = {0, 2}
         match.tracker.add("blue", 300)
         match.play(0.1)
@@ -294,7 +291,8 @@ def test_the_sheet_adds_up_and_ranking_points_follow_it():
         assert rows["Blue/endGameTowerPoints"] == rows["Blue/totalTowerPoints"] == 60
         assert (rows["Blue/energizedAchieved"], rows["Blue/superchargedAchieved"]) == (1, 1)
         assert rows["Blue/traversalAchieved"] == 1 and rows["Red/traversalAchieved"] == 0
-        assert rows["Blue/rp"] == 3 + 3 and rows["Red/rp"] == 0
+        assert (rows["Red/energizedAchieved"], rows["Red/superchargedAchieved"]) == (1, 0)
+        assert rows["Blue/rp"] == 3 + 3 and rows["Red/rp"] == 1
         assert rows["Blue/totalPoints"] == 360 + 60
         telemetry = match.snapshot().strings
         assert telemetry["Sim/Match/EndGameTowerRobot1"] == "Level3"

@@ -91,6 +91,12 @@ def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor(
 
     start = (x + 1.2 * math.cos(yaw), y + 1.2 * math.sin(yaw), yaw)
     with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        people, chassis = match.rules.human_players, match.robots[0].chassis
+        match.carry_to(0, (x + 0.6 * math.cos(yaw), y + 0.6 * math.sin(yaw), yaw))
+        assert people._waits_at("blue", "right") is not None
+        chassis.vel = (1.0, 0.0, 0.0)
+        assert people._waits_at("blue", "right") is None, "it drives past"
+        match.carry_to(0, start)
         match.set_controller(0, ScriptedRobot(wait, match, "blue"))
         match.play(3.0)
         assert [match.pieces.types[match.pieces.state.kind[slot]].name for slot in match.robots[0].held] == ["Coral"]

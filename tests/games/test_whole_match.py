@@ -34,12 +34,15 @@ def test_no_fuel_is_lost_at_any_tick(whole):
     run = play_match(REBUILT, lineup(REBUILT, **SIX), seconds=None if whole else 24.0, seed=4, on_tick=look)
     with run.match as match:
         assert run.report.players[0] == "blue collector:3" and run.report.auto == "match"
-        assert run.report.hits > 10
+        rows, hubs = run.report.breakdown, match.rules.hubs.fuel
+        assert run.report.hits > 10 and match.score.total > 10
+        thrown = rows["Blue/humanPlayerPoints"] + rows["Red/humanPlayerPoints"]
+        others = sum(hub.total() for hub in hubs.values()) - run.report.hits - thrown
+        assert 0 <= others <= sum(hub["uncounted"] for hub in hubs.values()), "throws at a hub that is off"
         length, width = REBUILT.field.size
         for robot in match.robots:
             assert 0.3 < robot.chassis.pose[0] < length - 0.3 and 0.3 < robot.chassis.pose[1] < width - 0.3
         if whole:
-            rows = run.report.breakdown
             assert match.timer.is_over and rows["Blue/rp"] + rows["Red/rp"] >= 2
             assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
 

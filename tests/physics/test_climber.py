@@ -18,6 +18,8 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
 
+pytestmark = pytest.mark.engines("bullet")
+
 DT, MASS, DRUM, CARRIAGE = 0.02, 45.0, 0.02, 2.0
 RUNG = Rung(name="rung", start=(0.0, -0.6, 0.75), end=(0.0, 0.6, 0.75))
 GEARBOX = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=60.0, stator_current_limit=60.0)

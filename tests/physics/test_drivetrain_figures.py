@@ -15,7 +15,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.testing.benches import DriveBench, hold
+from simcore.testing.benches import DriveBench
 from simcore.units import GRAVITY
 
 pytestmark = pytest.mark.engines("bullet")
@@ -82,28 +82,6 @@ def test_spinning_robot_on_locked_wheels_stops_like_a_ring_of_friction():
     r.step(0.005)
     alpha = 1.2 * 55.0 * GRAVITY * arm / r.drive.config.yaw_inertia
     assert 5.0 - r.omega == pytest.approx(alpha * 0.005, rel=1e-3)
-
-
-def test_diagonal_slip_shares_one_circle():
-    """A wheel at 45 degrees to a fast slide, free to roll: all force is along its axle, mu N in size."""
-    r = robot()
-    drive = r.drive
-    drive.reset(angles=[math.pi / 4] * 4)
-    r.reset(vx=3.0)
-    for k in range(4):
-        drive.state.wheel_speed[k] = 3.0 * math.cos(math.pi / 4) / IDEAL.wheel_radius
-    drive.set_torque_currents([0.0] * 4, [0.0] * 4)
-    r.step(0.001)
-    fx, fy = drive.wheel_forces.sum(axis=0)
-    assert math.hypot(fx, fy) == pytest.approx(1.2 * 55.0 * GRAVITY, rel=1e-3)
-    assert math.degrees(math.atan2(fy, fx)) == pytest.approx(135.0, abs=1.0)
-
-
-def test_a_spinning_robot_keeps_its_straight_line_in_the_air():
-    """No load, no force: frame rotation inside the step must not bend the path."""
-    r = robot()
-    drive = r.drive
-    assert hold(drive, 0.02, (3.0, 1.0, 12.0), in_air=True) == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
 
 
 def test_steady_turn_holds_speed_and_circle():

@@ -13,6 +13,8 @@ from simcore.robot.mechanisms import ArmConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 
+pytestmark = pytest.mark.engines("bullet")
+
 DRIVETRAIN = SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0))
 UNLIMITED: dict[str, float] = {}
 LIMITED = {"stator_current_limit": 120.0, "supply_current_limit": 70.0}
@@ -55,7 +57,7 @@ def test_the_battery_gives_what_motors_take_and_they_turn_it_into_heat_and_motio
         assert one.battery.energy > 1.0 and lowest < 12.9
         if records:
             model = motor(name)
-            heat = sum(float(record["winding"][0] * record["charge2"][0]) for record in records)
+            heat = sum(float(record["model"]["winding"][0] * record["charge2"][0]) for record in records)
             motion = sum(0.5 * m.inertia * m.velocity**2 for m in one.mechanisms.values()) / (model.kt * model.kv)
             assert heat + motion == pytest.approx(taken, rel=0.005)
 

@@ -9,7 +9,6 @@ import sys
 import numpy as np
 import pytest
 
-from simcore.errors import EngineError
 from simcore.physics.contact_law import TerrainSurface
 from simcore.physics.engine import BodyDefinition, Engine
 from simcore.physics.engine_choice import make_engine
@@ -172,13 +171,6 @@ def test_rays_meet_what_is_in_their_mask_and_not_what_they_start_in(engine):
     assert hits.normal[0] == pytest.approx([-1.0, 0.0, 0.0], abs=1e-6)
     assert engine.rays(start, end, 8).row.tolist() == [hull, -1, hull]
     assert sorted(engine.overlapping((1.0, -1.0, -1.0), (6.0, 1.0, 1.0))) == [box, hull]
-
-
-def test_a_closed_world_says_so(engine):
-    engine.close()
-    engine.close()
-    with pytest.raises(EngineError, match="closed"):
-        engine.step(0.02)
 
 
 SCENE = """

@@ -36,6 +36,8 @@ from simcore.testing.benches import LoneChassis
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK
 
+pytestmark = pytest.mark.engines("bullet")
+
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=2.0)
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
 GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
@@ -293,6 +295,7 @@ def test_tires_that_hold_turn_a_robot_about_its_middle_wherever_its_mass_is():
     assert max(ways) < 0.02
 
 
+@pytest.mark.engines("bullet", "mujoco")
 def test_an_engine_moves_the_center_of_mass_within_a_body(engine_name):
     """The pose of the shape stays; then a free body turns about its new center, and its rays meet it where it was."""
     engine = make_engine(engine_name, gravity=0.0)

@@ -23,6 +23,8 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.testing.benches import LoneChassis
 
+pytestmark = pytest.mark.engines("bullet")
+
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
 

@@ -20,6 +20,8 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
 
+pytestmark = pytest.mark.engines("bullet")
+
 DT = 0.02
 MODULE = SwerveModuleConfig(x=0.0, y=0.0)
 
@@ -52,25 +54,6 @@ def advance(world, *robots, ticks=1, each=lambda: None):
 
 def volts(r: Robot, value: float) -> None:
     r.drive.set_volts([value] * 4, [0.0] * 4)
-
-
-def test_a_full_throttle_launch_in_the_engine_is_the_one_of_the_flat_model():
-    """Stiff 12 V, no limit: top 4.747 m/s, t90 0.382 s, never above mu g (+-2 %, +-5 %, +0).
-
-    The reference has no dry friction and no load transfer, so the mass sits on the carpet here. At 0.2 m the rear
-    motors run out of torque before the rear tires let go while the front ones spin, and t90 is 8 % longer.
-    """
-    with PhysicsWorld() as world:
-        module = replace(MODULE, drive_friction_volts=0.0)
-        r = robot(world, module=module, chassis=ChassisConfig(center_of_mass_height=0.005))
-        volts(r, 12.0)
-        speeds = []
-        advance(world, r, ticks=100, each=lambda: speeds.append(r.chassis.vel[0]))
-        v = np.array(speeds)
-        t90 = np.interp(0.9 * v[-1], v[:60], (np.arange(60) + 1) * DT)
-        assert v[-1] == pytest.approx(4.747, rel=0.02)
-        assert t90 == pytest.approx(0.382, rel=0.05)
-        assert np.diff(v).max() / DT <= 1.2 * GRAVITY * 1.001
 
 
 def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
@@ -211,42 +194,3 @@ def test_over_the_bump_by_voltage(speed):
         travelled = r.chassis.pos[0] + 2.0
         assert driven > travelled, "odometry counts the spinning and the way up and down"
         assert r.chassis.vel[0] == pytest.approx(speed, rel=0.1), "drives on"
-
-
-def test_a_parked_robot_creeps_down_a_slope_as_shorted_motors_let_it():
-    """Brake mode is a shorted winding: m g sin / 4 per wheel against back-EMF and friction; the tires do not slide."""
-    angle = math.radians(15.0)
-    motor, gear, radius = MODULE.drive_motor, MODULE.drive_gearing, MODULE.wheel_radius
-    with PhysicsWorld(floor=None) as world:
-        quat = (0.0, math.sin(-angle / 2), 0.0, math.cos(-angle / 2))
-        world.add_static("ramp", Box((20.0, 20.0, 1.0)), (0.0, 0.0, 0.0), surface=WALL, quat=quat, drivable=True)
-        r = robot(world)
-        world.set_pose(r.chassis.row, (0.0, 0.0, 0.5 / math.cos(angle) + 0.001), quat)
-        volts(r, 0.0)
-        advance(world, r, ticks=50)
-        pull = 55.0 * GRAVITY * math.sin(angle) / 4
-        rolling = MODULE.rolling_resistance * 55.0 * GRAVITY * math.cos(angle) / 4
-        friction = gear * motor.kt * MODULE.drive_friction_volts / motor.resistance
-        # back-driven through the gears, the motor side sees the torque times the efficiency (config: helped by 1 / e)
-        torque = ((pull - rolling) * radius - friction) * MODULE.drive_efficiency
-        creep = torque * motor.resistance * motor.kv / (gear**2 * motor.kt) * radius
-        speed = -math.hypot(r.chassis.vel[0], r.chassis.vel[2])
-        assert speed == pytest.approx(-creep, rel=0.15)
-        assert r.drive.wheel_speeds() == pytest.approx([speed] * 4, abs=0.005), "the wheels turn with it"
-
-
-def test_six_robots_share_nothing():
-    """Six robots far apart, each with its own command, move as each would alone, to rounding."""
-    commands = [2.0, 4.0, 6.0, 8.0, 10.0, 12.0]
-
-    def play(which):
-        with PhysicsWorld() as world:
-            robots = [robot(world, (0.0, 3.0 * i, 0.0), name=f"robot {i}") for i in which]
-            for i, r in zip(which, robots, strict=True):
-                volts(r, commands[i])
-            advance(world, *robots, ticks=40)
-            return {i: r.chassis.pos for i, r in zip(which, robots, strict=True)}
-
-    together = play(range(6))
-    for i in range(6):
-        assert together[i] == pytest.approx(play([i])[i], abs=1e-5)

@@ -1,7 +1,5 @@
 """A made-up run: one robot in a circle that believes to be elsewhere, and pieces that lie, roll, fly or are held."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

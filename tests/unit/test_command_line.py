@@ -1,7 +1,5 @@
 """The command without a subcommand, the version in all its places, and scripts that only ask for help."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -60,9 +58,12 @@ def test_every_script_has_a_help():
         (["play", "--jsn"], "unrecognized arguments: --jsn. Did you mean --json?"),
         (["play", "--zzzz"], "unrecognized arguments: --zzzz (`simcore play --help` lists what there is)\n"),
         (["play", "depot"], "no game named 'depot': it is an auto of rebuilt, as in `--auto depot`"),
+        (["play", "2026"], "no game named '2026': that of 2026 is rebuilt"),
         (["play", "reefscape", "--hub-exits"], "unrecognized arguments: --hub-exits"),
         (["play", "reefscap", "--hub-exits"], "no game named 'reefscap'. Did you mean 'reefscape'"),
-        (["shots", "--distances", "2-6"], "'2-6' cannot be read: want 2:6:0.5 (from:to:step) or 2,2.5,3 (a list)"),
+        (["shots", "--distances", "5:1:0.5"], "'5:1:0.5' cannot be read: want from:to:step, the nearest first, as 2:6"),
+        (["play", "--sead", "3"], "unrecognized arguments: --sead. Did you mean --seed?"),
+        (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),
     ],
 )
 def test_a_slip_is_answered_with_what_would_work(words, said, capsys):

@@ -1,7 +1,5 @@
 """Every field of every config is held to its type where it is given: no config takes nonsense and fails later."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import inspect

@@ -1,7 +1,5 @@
 """How simcore says that an extra is to be installed: by where simcore came from."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

@@ -1,12 +1,11 @@
 """Numbers from outside: what is refused, in which words, and what is taken."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.quantities import (
@@ -24,9 +23,11 @@ from simcore.quantities import (
     require_points,
     require_row,
 )
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.robot_config import RobotConfig
 
 
-@pytest.mark.parametrize(
+@each(
     ("quantity", "value", "said"),
     [
         (MASS, math.nan, "must be a number above 0 and up to 1000 kg, got nan"),
@@ -49,14 +50,12 @@ def test_what_cannot_be_is_refused_with_the_bounds_and_the_unit(quantity, value,
     assert str(caught.value) == f"Robot: it {said}"
 
 
-@pytest.mark.parametrize(
-    ("quantity", "value"), [(MASS, 5), (MASS, np.float32(5.0)), (COUNT, np.int64(3)), (CURRENT_LIMIT, math.inf)]
-)
+@each(("quantity", "value"), [(MASS, 5), (MASS, np.float32(5.0)), (COUNT, np.int64(3)), (CURRENT_LIMIT, math.inf)])
 def test_what_makes_sense_is_taken(quantity, value):
     require("Robot", "it", value, quantity)
 
 
-@pytest.mark.parametrize(
+@each(
     ("row", "values", "said"),
     [
         (POSE, (1.0, 2.0), r"start must be 3 numbers \(m, m, rad\), got \(1.0, 2.0\)"),
@@ -94,9 +93,20 @@ def test_none_is_fine_where_it_is_the_default_only():
         require_fields(Claw(1.0, 9), "my claw", mass=MASS, length=ROBOT_LENGTH)
 
 
-def test_a_number_too_long_to_print_is_refused_all_the_same():
-    with pytest.raises(ConfigError, match=r"must be a whole number from 0 to 10000, got int too large to show"):
-        require("Robot", "it", 10**5000, COUNT)
+class Unprintable:
+    def __repr__(self) -> str:
+        raise RuntimeError("no")
+
+
+def test_what_is_too_long_or_cannot_be_printed_is_refused_all_the_same():
+    for value in (10**5000, Unprintable(), [Unprintable()]):
+        said = f"must be a whole number from 0 to 10000, got {type(value).__name__} that cannot be shown"
+        with pytest.raises(ConfigError, match=said):
+            require("Robot", "it", value, COUNT)
+    with pytest.raises(ConfigError, match=r"must be .*, got range\(0, 1000000000000\)"):
+        require_row("Robot", "it", range(10**12), [COUNT])
+    with pytest.raises(ConfigError, match=r"cameras must be .*, got range\(0, 1000000000000\)"):
+        RobotConfig(drivetrain=TankConfig(), cameras=range(10**12))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +120,7 @@ class Plate:
         require_fields(self, mass=MASS, place=POSE)
 
 
-@pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble, np.int8, int])
+@each("kind", [np.float16, np.float32, np.longdouble, np.int8, int])
 def test_numbers_of_other_types_become_plain_ones(kind):
     plate = Plate(kind(5), (kind(1), 2.0, kind(0)))
     assert {type(plate.mass), *map(type, plate.place)} <= {int, float}

@@ -130,6 +130,20 @@ def test_two_hundred_sockets_rubbish_and_a_slow_reader_do_not_stop_it(server) ->
     assert len({number for number, message in server.taken if message is None}) == MOST_VIEWERS
 
 
+def test_a_page_that_is_behind_gets_no_frames_and_all_else(server, monkeypatch) -> None:
+    class Page:
+        def __init__(self, waiting: int) -> None:
+            self.transport = SimpleNamespace(get_write_buffer_size=lambda: waiting)
+
+    quick, slow, sent = Page(0), Page(10**7), []
+    monkeypatch.setattr(server.server, "_clients", {quick: 1, slow: 2})
+    monkeypatch.setattr(server.server, "_broadcast", lambda pages, message: sent.append((message, pages)))
+    server.server._send(b"frame", True)
+    server.server._send("board", False)
+    assert sent == [(b"frame", [quick]), ("board", [quick, slow])]
+    monkeypatch.undo()
+
+
 def test_a_port_that_is_taken_is_one_sentence(server) -> None:
     with pytest.raises(OutputError, match=r"cannot serve the view on 127\.0\.0\.1"):
         ViewServer("127.0.0.1", int(server.url.rpartition(":")[2]), "", list, lambda *_: None)
@@ -191,6 +205,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
             assert run.stands() and driving.input() is None, "nobody has pressed the button"
             page.click("drive")
             page.wait_for_text("1 or Space shoot")
+            assert page.evaluate("getComputedStyle(document.querySelector('.keys')).display") == "none"
             wait_until(lambda: driving.input() is not None)
             key("keyDown", "KeyA")  # left of the red station is toward y = 0
             wait_until(lambda: run.velocity[1] < -0.5)

@@ -36,6 +36,12 @@ export function rowAt(times, time, n = times.length) {
   return low;
 }
 
+/** What is so at a time: nothing before the first of the times, and nothing while a value is null.
+ * @template T @param {Changes<T> | undefined} changes @param {number} time @returns {T | null} */
+export function valueAt(changes, time) {
+  return changes && changes.times.length && changes.times[0] <= time + 1e-6 ? changes.values[rowAt(changes.times, time)] : null;
+}
+
 /** Columns over time. */
 class Group {
   /** @param {number} width @param {Float64Array} times @param {Int16Array} rows */
@@ -98,10 +104,7 @@ export class Run {
   get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
 
   /** @param {string} name @param {number} time */
-  lampIsOn(name, time) {
-    const lamp = this.meta.lamps[name];
-    return Boolean(lamp && lamp.times.length && lamp.values[rowAt(lamp.times, time)]);
-  }
+  lampIsOn(name, time) { return Boolean(valueAt(this.meta.lamps[name], time)); }
 
   /** A live frame: its time, then the rows of all groups. @param {ArrayBuffer} buffer */
   append(buffer) {

@@ -92,6 +92,7 @@ export class Live {
       if (!item) meta.board.push(item = { label, times: [], values: [] });
       note(item, text);
     }
+    for (const item of meta.board) if (!board.some(([label]) => label === item.label)) note(item, null);
     for (const [name, on] of Object.entries(lamps)) note(meta.lamps[name] ??= { times: [], values: [] }, on);
     for (const [name, count] of Object.entries(cells)) note(meta.cells[name] ??= { times: [], values: [] }, count);
     if (this.player.solid) this.player.solid.previews = previews;

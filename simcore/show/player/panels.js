@@ -1,6 +1,6 @@
 // Everything around the drawings: score board, marks over the time, tables, boards of places and charts.
 import { chart } from "./charts.js";
-import { rowAt, unpack } from "./data.js";
+import { unpack, valueAt } from "./data.js";
 import { make, svg } from "./dom.js";
 
 const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
@@ -18,24 +18,27 @@ export class Board {
   }
 
   draw(time) {
-    for (const item of this.run.meta.board) {
-      if (item.times.length) this.put(item.label, item.values[rowAt(item.times, time)]);
-    }
+    for (const item of this.run.meta.board) this.put(item.label, valueAt(item, time));
     const apart = this.run.meta.robots.map((_, k) => this.run.robot(k, time)).filter((pose) => pose && pose.belief)
       .map(({ place, belief }) => Math.hypot(place[0] - belief[0], place[1] - belief[1]).toFixed(2));
-    if (apart.length) this.put("pose estimate off by", `${apart.join(", ")} m`);
+    this.put("pose estimate off by", apart.length ? `${apart.join(", ")} m` : null);
   }
 
+  /** Show a label with its text; none while there is no text. */
   put(label, text) {
     let node = this.nodes.get(label);
+    if (text === null && !node) return;
     if (!node) {
       const value = make("b");
       const kind = ["blue", "red", "period", "time left"].includes(label) ? label.replace(" ", "-") : "other";
-      this.home.append(make("li", { class: kind }, make("span", {}, label), value));
-      this.nodes.set(label, node = { value, text: null });
+      const item = make("li", { class: kind }, make("span", {}, label), value);
+      this.home.append(item);
+      this.nodes.set(label, node = { item, value, text: null });
     }
     if (node.text === text) return;
     node.text = text;
+    node.item.hidden = text === null;
+    if (text === null) return;
     if (text.startsWith("led:")) {
       node.value.replaceChildren(...text.slice(4).split(",").map((color) => make("i", color ? { style: `background:#${color}` } : { class: "changing" })));
     } else node.value.textContent = text;
@@ -121,7 +124,7 @@ export class Places {
 
   draw(time) {
     for (const { node, steps } of this.cells) {
-      const count = steps.times.length ? steps.values[rowAt(steps.times, time)] : 0, number = node.querySelector(".n");
+      const count = valueAt(steps, time) ?? 0, number = node.querySelector(".n");
       node.classList.toggle("full", count > 0);
       if (number) number.textContent = String(count);
     }
@@ -149,7 +152,7 @@ export class Charts {
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
-  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve */
+  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
   curve({ label, color, stepped, data, low, scale }) {
     const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {

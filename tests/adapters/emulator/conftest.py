@@ -1,7 +1,5 @@
 """Phoenix 6 in simulated time, in this process: the library is given back its native side after every test."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Configurations are asked for again: on a busy computer a device does not answer at once."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.errors import ConfigError

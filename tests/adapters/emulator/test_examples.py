@@ -1,7 +1,5 @@
 """The control patterns of CTRE's public Python examples, each on a plant: what a team copies first has to work."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -225,6 +223,8 @@ def test_current_limits_bound_stator_and_supply_current(bench):
     assert max(stator) == pytest.approx(40.0, abs=1.1)
     assert max(supply) == pytest.approx(20.0, abs=1.1)
     assert max(supply[-20:]) == pytest.approx(10.0, abs=1.1)
+    at_limit = 0.02 * sum(amps > 19.2 for amps in supply)
+    assert at_limit == pytest.approx(0.5, abs=0.06), "it is lowered after half a second"
     assert talon.get_fault_supply_curr_limit().value
 
 

@@ -1,7 +1,5 @@
 """The seam: what goes in, what comes out again, and what is refused by name."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 

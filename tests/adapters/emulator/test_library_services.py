@@ -1,7 +1,5 @@
 """Whatever the Python library asks of the native one is answered as CTRE's simulation does, or refused clearly."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Motion profiles: limits are kept, goals are reached from any state, and time may come in pieces."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The output stage and the control laws by their equations."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -50,27 +48,6 @@ def test_a_ramp_goes_on_from_the_output_of_the_request_before(bench):
     bench.hold(talon, rps=20.0)
     assert put_out(bench, talon, controls.VoltageOut(4.0)) == pytest.approx(4.0)
     assert put_out(bench, talon, controls.VelocityVoltage(10.0), 0.1) == pytest.approx(4.0 + 12.0 * 0.1, abs=0.13)
-
-
-@pytest.mark.parametrize("rps", [-90.0, -30.0, 0.0, 30.0, 90.0])
-@pytest.mark.parametrize("volts", [-12.0, -5.0, 5.0, 12.0])
-def test_limits_hold_in_all_four_quadrants(bench, rps, volts):
-    """|I| <= limit whatever pushes the motor, and what the battery gives stays below its own limit."""
-    from phoenix6 import controls
-
-    talon = bench.talon(
-        current_limits__stator_current_limit_enable=True,
-        current_limits__stator_current_limit=60.0,
-        current_limits__supply_current_limit_enable=True,
-        current_limits__supply_current_limit=25.0,
-    )
-    bench.hold(talon, rps=rps)
-    put_out(bench, talon, controls.VoltageOut(volts), 0.1)
-    state = talon.sim_state
-    assert abs(state.torque_current) <= 60.0 + 1e-3
-    assert state.supply_current <= 25.0 + 1e-3
-    assert state.torque_current == pytest.approx((state.motor_voltage - EMF * rps) / OHM, abs=1e-6)
-    assert state.supply_current == pytest.approx(state.torque_current * state.motor_voltage / 12.0, abs=1e-6)
 
 
 def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):

@@ -1,7 +1,5 @@
 """The emulator against what CTRE's simulation did on the wall clock, recorded with the phoenix6 version in the file."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

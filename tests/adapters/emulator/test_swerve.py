@@ -1,7 +1,5 @@
 """Constants of CTRE's generated swerve code become a model."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

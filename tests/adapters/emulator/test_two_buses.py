@@ -1,7 +1,5 @@
 """Equal ids on two buses are two devices, and what finds a device by its id alone finds one of its own bus."""
 
-from __future__ import annotations
-
 import pytest
 
 

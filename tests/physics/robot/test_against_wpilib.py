@@ -20,6 +20,8 @@ from simcore.robot.mechanisms import (
 )
 from simcore.units import GRAVITY
 
+pytestmark = pytest.mark.engines("bullet")
+
 simulation = pytest.importorskip("wpilib.simulation", reason="wpilib is not installed: nothing to compare with")
 
 DT = 0.001

@@ -1,7 +1,5 @@
 """A sweep finds exactly what fine samples of the path find."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

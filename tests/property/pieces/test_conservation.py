@@ -1,7 +1,5 @@
 """Pieces are conserved, whatever is done with them, also by mistake."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws of the intake's sweep, of drag and of launching."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Requests for pieces, proximity settings and worlds that cannot work are refused, and nothing has changed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every solved shot, flown by solve_ivp from the real muzzle, falls through the target; red mirrors blue."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

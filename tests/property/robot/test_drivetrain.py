@@ -1,7 +1,5 @@
 """Laws that hold for any robot, command and seed."""
 
-from __future__ import annotations
-
 import logging
 import math
 
@@ -16,7 +14,7 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.testing.benches import DriveBench, hold
+from simcore.testing.benches import DriveBench
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -248,15 +246,3 @@ def test_tank_keeps_the_same_laws(left, right, wheels, tread, limit, h):
         assert (np.linalg.norm(drive.wheel_forces, axis=1) <= grip * (1 + 1e-9)).all()
         assert max(map(abs, drive.drive_motors.current)) <= limit * (1 + 1e-9)
         assert math.isfinite(chassis.x + chassis.y + chassis.yaw)
-
-
-def test_drives_share_nothing():
-    config = SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0))
-    a, b = SwerveDrive(config, battery=Battery()), SwerveDrive(config, battery=Battery())
-    a.set_volts([12.0] * 4, [3.0] * 4)
-    for _ in range(50):
-        hold(a, 0.005, (0.0, 0.0, 0.0))
-    b_before = hold(b, 0.005, (0.0, 0.0, 0.0))
-    assert b_before == (0.0, 0.0, 0.0)
-    assert b.battery.voltage > a.battery.voltage
-    assert not any(b.shaft_angles)

@@ -1,7 +1,5 @@
 """Laws that every shaft keeps, whatever it is asked to do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What modules say of their sensors, asked while these are moved: at once, after their own update, or never."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,16 +1,15 @@
 """Measures of a drivetrain: which source counts, what is a guess, and what contradicts what."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.devices.drivetrain_measures import complete_measures, in_meters
 from simcore.devices.drivetrain_model import drivetrain_config
-from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
+from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure, guesses
 from simcore.devices.motor_controllers import BuiltDevice
 from simcore.devices.project_settings import project_measures
 from simcore.quantities import DeviceAddress
@@ -71,8 +70,18 @@ def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
-@pytest.mark.parametrize(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
-@pytest.mark.parametrize("half", [0.25, 0.6])
+@each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
+def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
+    """Wheels of 6 in at 8.45:1: the unit in which that is a speed of robots."""
+    way = math.tau * 0.0762 / 8.45
+    found = replace(swerve(way / size), kind="tank")
+    known = complete_measures(found, RobotSettings(), tmp_path)
+    assert math.tau * known.measure("wheel_radius") / known.measure("drive_gearing") == pytest.approx(way)
+    assert known.differences == () and f"in {unit}" in known.measures["drive_gearing"].source
+
+
+@each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
+@each("half", [0.25, 0.6])
 def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, size, half):
     """Of robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
     found = swerve(None)
@@ -204,3 +213,4 @@ def test_a_way_too_short_for_wheels_of_4_in_is_that_of_smaller_ones(tmp_path):
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess
     assert found.measure("drive_gearing") == pytest.approx(math.tau * 0.0381 / 0.012)
+    assert "wheel_diameter 0.0762 (as many robots have it)" in guesses(found), "as [drivetrain] has it"

@@ -1,7 +1,5 @@
 """The table of makers: what a program's devices are called, and that simcore.toml calls them the same."""
 
-from __future__ import annotations
-
 import gc
 import subprocess
 import sys

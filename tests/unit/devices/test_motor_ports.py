@@ -1,7 +1,5 @@
 """Ports: volts in, motion out, with doubles for the devices."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

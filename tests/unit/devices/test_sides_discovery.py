@@ -1,8 +1,6 @@
 """Which side or corner the name of a motor says, as teams write them."""
 
-from __future__ import annotations
-
-import pytest
+from each_case import each
 
 from simcore.devices import sides_discovery
 from simcore.devices.makers import Maker
@@ -14,13 +12,14 @@ SIDES = ("left", "right")
 CORNERS = ("front left", "front right", "rear left", "rear right")
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "side"),
     [
         ("leftMotor1", "left"), ("talonL", "left"), ("L_motor", "left"), ("base.motorL1", "left"), ("l1", "left"),
         ("drive_l1", "left"), ("LDrive", "left"), ("fl_motor", "left"), ("rl_motor", "left"), ("lf", "left"),
         ("right_leader", "right"), ("motorR2", "right"), ("r1", "right"), ("RDrive", "right"), ("frMotor", "right"),
         ("rr_motor", "right"), ("brMotor", "right"), ("drive.rightSpark", "right"),
+        ("port_leader", "left"), ("starboardMotor", "right"), ("portal", None),
         ("left.lift", None), ("roller", None), ("flywheel", None), ("climber1", None), ("arm", None), ("", None),
     ],
 )  # fmt: skip
@@ -28,7 +27,7 @@ def test_the_side_that_a_name_says(name, side):
     assert [place for place in SIDES if says_place(name, place)] == ([side] if side else [])
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "corner"),
     [
         ("frontLeft", "front left"), ("fl", "front left"), ("lf_motor", "front left"), ("front_l", "front left"),

@@ -1,7 +1,5 @@
 """Chains of joints: poses by hand, motion by numerical differentiation."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Rotations against WPILib's Rotation3d and scipy's Rotation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

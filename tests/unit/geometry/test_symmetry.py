@@ -1,7 +1,5 @@
 """Red is blue, turned by 180 degrees or mirrored."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,11 +1,10 @@
 """Zones: edges, corners and what a fast piece must not jump over."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
@@ -18,7 +17,7 @@ def row(*point: float) -> np.ndarray:
     return np.array([point])
 
 
-@pytest.mark.parametrize(
+@each(
     ("point", "inside"),
     [
         ((1.5, 3.0, 0.5), True),
@@ -33,12 +32,16 @@ def test_a_box_contains_its_faces_and_nothing_beyond(point, inside):
     assert bool(BOX.contains(row(*point))[0]) is inside
 
 
-@pytest.mark.parametrize(
+@each(
     ("point", "inside"),
     [((5.0, 5.0, 1.3), True), ((5.3, 5.0, 1.2), True), ((5.22, 5.22, 1.3), False), ((5.0, 5.0, 1.436), False)],
 )
 def test_a_cylinder_is_round_and_closed(point, inside):
     assert bool(TUBE.contains(row(*point))[0]) is inside
+
+
+def test_a_path_as_far_as_a_face_touches_the_box():
+    assert BOX.crossed(row(0.5, 3.0, 0.5), row(1.0, 3.0, 0.5))[0]
 
 
 @pytest.mark.parametrize("zone", [BOX, TUBE])
@@ -76,6 +79,34 @@ def test_a_capsule_is_what_is_near_its_line():
         capsule.contains(start)[np.abs(near - 0.1) > 0.002], (near <= 0.1)[np.abs(near - 0.1) > 0.002]
     )
     assert 10 < capsule.crossed(start, end).sum() < 190
-    assert capsule.bottom == pytest.approx(0.9)
+    bar = CapsuleZone((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), 0.1)
+    for beyond, is_near in ((0.13, True), (0.15, False)):  # past an end at 45 degrees: 92 and 106 mm from it
+        for x in (-beyond, 1.0 + beyond):
+            assert bar.crossed(row(x - 1.0, -1.0, 1.0), row(x + 1.0, 1.0, 1.0))[0] == is_near
+    assert np.array(capsule.box) == pytest.approx(np.array([(0.9, 0.9, 0.9), (1.4, 1.1, 1.5)]))
     with pytest.raises(ConfigError, match="start and end must differ"):
         CapsuleZone((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 0.1)
+
+
+@pytest.mark.parametrize(
+    "zone",
+    [
+        BoxZone((0.9, 0.8, 0.7), (1.2, 1.1, 1.3)),
+        CylinderZone((1.0, 1.1), 0.2, 0.8, 1.2),
+        CapsuleZone((1.0, 1.0, 1.2), (1.3, 0.9, 1.0), 0.1),
+    ],
+)
+def test_what_touches_a_zone_comes_into_its_box_and_no_smaller_box_would_do(zone):
+    """Its faces are as near to the zone as the points are to each other, of a grid in the box."""
+    low, high = map(np.array, zone.box)
+    start, end = np.random.default_rng(2).uniform(0.6, 1.5, (2, 4000, 3))
+    hit = zone.crossed(start, end)
+    assert 100 < hit.sum() < 3900
+    near = (np.maximum(start, end) >= low - 1e-9) & (np.minimum(start, end) <= high + 1e-9)
+    assert near[hit].all()
+    steps, apart = 60, (high - low) / 60
+    axes = [np.linspace(a, b, steps + 1) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    inside = grid[zone.contains(grid)]
+    assert (inside.min(axis=0) - low <= apart + 1e-9).all()
+    assert (high - inside.max(axis=0) <= apart + 1e-9).all()

@@ -1,7 +1,5 @@
 """Where what is compiled is kept, and what is said about it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

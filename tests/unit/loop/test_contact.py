@@ -1,11 +1,10 @@
 """The laws of contact, one by one, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from games.rebuilt.fuel import FUEL
 from simcore.loop.contact import (
@@ -23,7 +22,7 @@ from simcore.pieces.aerodynamics import Aerodynamics, air_factors
 INCH, POUND = 0.0254, 4.4482216
 
 
-@pytest.mark.parametrize(("inches", "pounds"), [(1.0, 20.6), (1.5, 42.0), (2.0, 77.0)])
+@each(("inches", "pounds"), [(1.0, 20.6), (1.5, 42.0), (2.0, 77.0)])
 def test_foam_between_two_plates_gives_the_makers_force(inches, pounds):
     """Each side of the fuel gives way by half of what the plates move: AndyMark's figures within 1 %."""
     assert foam_force(0.5 * inches * INCH, *FUEL.foam) == pytest.approx(pounds * POUND, rel=0.01)
@@ -71,7 +70,7 @@ def test_between_the_tables_the_ratio_is_interpolated():
     assert damping_ratio(1.0, 0.3, DAMPING_RATIOS) == 0.0
 
 
-@pytest.mark.parametrize("approach", [-100.0, -1.0, 0.0, 1.0])
+@each("approach", [-100.0, -1.0, 0.0, 1.0])
 def test_a_contact_never_pulls_and_pushes_more_while_it_closes(approach):
     push = normal_force(0.0025, 10.0, 4000.0, 4000.0, approach, False, 0.3, 0.2, 1e-3, DAMPING_RATIOS)
     assert push >= 0.0

@@ -1,7 +1,5 @@
 """The robots' loop: battery and motors at one voltage."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

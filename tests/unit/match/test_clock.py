@@ -1,10 +1,9 @@
 """The match clock."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.match.clock import MatchClock, MatchTimer, Phase
@@ -12,7 +11,7 @@ from simcore.match.clock import MatchClock, MatchTimer, Phase
 CLOCK = MatchClock([Phase("auto", 20.0, "auto"), Phase("pause", 3.0, "disabled"), Phase("teleop", 140.0)])
 
 
-@pytest.mark.parametrize(
+@each(
     ("time", "name"),
     [(0.0, "auto"), (19.98, "auto"), (20.0, "pause"), (23.0, "teleop"), (162.99, "teleop"), (500.0, "teleop")],
 )

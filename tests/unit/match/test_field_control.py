@@ -1,8 +1,7 @@
 """The table of actions refuses what it cannot read; what the actions do is in tests/games/test_field_control.py."""
 
-from __future__ import annotations
-
 import pytest
+from each_case import each
 
 from simcore.errors import SimcoreError
 from simcore.match.field_control import ACTIONS
@@ -41,7 +40,7 @@ def match():
         yield match
 
 
-@pytest.mark.parametrize(("name", "arguments", "words"), UNREADABLE)
+@each(("name", "arguments", "words"), UNREADABLE)
 def test_what_cannot_be_read_is_refused_at_once(match, name, arguments, words):
     with pytest.raises(SimcoreError) as caught:
         match.control.do(name, arguments)

@@ -1,7 +1,5 @@
 """What a human player can do is data of a game: one way for the game's policy and for a person."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

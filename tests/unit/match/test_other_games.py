@@ -1,7 +1,5 @@
 """A robot project may have modules called `games` of its own: both are found."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,12 +1,10 @@
 """Which piece goes where in a robot with several places for them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
-import pytest
+from each_case import each
 
 from simcore.geometry.rotation import IDENTITY
 from simcore.match.piece_flow import PieceFlow
@@ -29,7 +27,7 @@ def flow_and_robot(held=(), *, placers=()):
     return PieceFlow(Mock(), pieces, [robot], Mock()), robot
 
 
-@pytest.mark.parametrize(
+@each(
     ("held", "kinds", "ready"),
     [((0, 2, 1, 4), ("Coral",), 2), ((1, 0, 2), ("Coral",), 0), ((0, 1, 2), (), 3), ((), ("Coral",), 0)],
 )
@@ -46,7 +44,7 @@ def test_a_roller_that_holds_the_piece_of_a_placer_takes_none_in():
         assert flow._room_behind(robot, SimpleNamespace(config=SimpleNamespace(roller=roller, kinds=()))) == room
 
 
-@pytest.mark.parametrize(("held", "at_handover", "takes"), [((0,), True, False), ((), True, True), ((0,), False, True)])
+@each(("held", "at_handover", "takes"), [((0,), True, False), ((), True, True), ((0,), False, True)])
 def test_a_placer_to_which_a_storage_hands_on_takes_none_from_the_field(held, at_handover, takes):
     placer = Mock(takes=True, is_at_handover=at_handover, config=SimpleNamespace(kinds=()))
     placer.captured.return_value = np.array([True])

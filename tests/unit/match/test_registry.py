@@ -1,7 +1,5 @@
 """A game package that does not load takes itself out, and no other game, command or robot test."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

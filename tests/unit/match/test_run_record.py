@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 import json
 from dataclasses import replace
@@ -8,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from each_case import each
 from rich.console import Console
 
 from simcore.errors import NonFiniteError
@@ -129,7 +128,7 @@ def test_nan_is_named() -> None:
         report_of(tick_ms=TickTimes(median=1.0, p95=1.0, p99=1.0, max=float("nan"))).to_json()
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
+@each("encoding", ["utf-8", "cp1252", "ascii"])
 def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     report = report_of(outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
     text = printed(report, encoding, verbose=True)

@@ -1,7 +1,5 @@
 """What scatter draws: each spread alone, by its size, whatever else is on."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Iterator
@@ -9,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError, UnknownNameError
@@ -73,7 +72,7 @@ CHANGED = {
 }
 
 
-@pytest.mark.parametrize("name", Scatter.names())
+@each("name", Scatter.names())
 def test_each_spread_changes_what_it_must_and_draws_the_same_whichever_others_are_on(name):
     none, alone, every = drawn(Scatter.none()), drawn(only(name)), drawn(Scatter())
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
@@ -164,7 +163,7 @@ def test_each_spread_is_as_large_as_it_says():
         assert abs((z * z).mean() - variance) < 4.0 * math.sqrt(of_squares / n), name
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "problem"),
     [
         (lambda: Scatter(exit_speed=-0.1), "exit_speed must be a number from 0 to 0.5, got -0.1"),

@@ -1,7 +1,5 @@
 """Counting pieces through zones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a script can ask of its robot: motion within limits, timeouts that end, and red turned into blue."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

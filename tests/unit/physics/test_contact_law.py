@@ -1,11 +1,10 @@
 """Materials, and the spring and damper of a contact that is computed in steps."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import FrozenInstanceError, replace
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.physics.contact_law import CARPET, TerrainSurface, contact_spring
@@ -23,8 +22,8 @@ def speed_after(restitution: float, stiffness: float = math.inf) -> float:
     return -speed
 
 
-@pytest.mark.parametrize("restitution", [0.15, 0.3, 0.6, 0.9])
-@pytest.mark.parametrize("stiffness", [1e4, math.inf])
+@each("restitution", [0.15, 0.3, 0.6, 0.9])
+@each("stiffness", [1e4, math.inf])
 def test_a_spring_with_its_damper_leaves_the_restitution(restitution, stiffness):
     assert speed_after(restitution, stiffness) == pytest.approx(restitution, abs=0.05)
 
@@ -40,7 +39,7 @@ def test_a_contact_that_neither_rubs_nor_bounces_takes_all_speed_in_a_step():
     assert damper == pytest.approx(2.0 * math.sqrt(spring)), "critical"
 
 
-@pytest.mark.parametrize(
+@each(
     ("field", "value"),
     [
         ("friction", -0.1),

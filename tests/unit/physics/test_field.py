@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from each_case import each
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
@@ -78,8 +79,8 @@ def test_boundary_surrounds_the_field_from_outside(path):
     assert walls["boundary_left"].surface is RUBBER and walls["boundary_right"].surface is WALL
 
 
-@pytest.mark.parametrize("name", ["length", "width", "side_height", "end_height", "thickness"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@each("name", ["length", "width", "side_height", "end_height", "thickness"])
+@each("value", [0.0, -1.0, float("nan"), float("inf")])
 def test_boundary_is_checked_at_the_door(name, value):
     good = FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0)
     with pytest.raises(ConfigError, match=name):
@@ -93,7 +94,7 @@ def test_a_field_in_other_units_is_refused_with_the_likely_reason(save, scale):
         FieldGeometry.load(save(group("floor", floor)))
 
 
-@pytest.mark.parametrize(
+@each(
     ("place", "said"),
     [
         (lambda p: p / 0.3048, r"in feet \(scale it by 0\.3048\)$"),
@@ -153,7 +154,7 @@ def test_what_stays_a_mesh_is_logged(save, caplog):
     assert "'ring' stays a triangle mesh" in caplog.text
 
 
-@pytest.mark.parametrize(
+@each(
     ("shape", "area"),
     [
         (Box((2.0, 3.0, 1.0)), 6.0),

@@ -1,11 +1,10 @@
 """Collision shapes refuse what has no volume; how far they reach and how they stand, against their geometry."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, from_rpy, matrix
@@ -33,7 +32,7 @@ from simcore.physics.shapes import (
 )
 
 
-@pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf])
+@each("value", [0.0, -0.1, math.nan, math.inf])
 def test_lengths_must_be_positive_numbers(value):
     with pytest.raises(ConfigError, match="Sphere: radius"):
         Sphere(value)
@@ -45,7 +44,7 @@ def test_lengths_must_be_positive_numbers(value):
         Box((1.0, value, 1.0))
 
 
-@pytest.mark.parametrize(
+@each(
     ("points", "says"),
     [
         (np.zeros((3, 3)), "n >= 4"),
@@ -69,7 +68,7 @@ LYING = from_rpy(0.0, math.pi / 2, 0.0)
 CUBE = Hull(np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]))
 
 
-@pytest.mark.parametrize(
+@each(
     ("shape", "quat", "height"),
     [
         (Sphere(0.1), LYING, 0.1),
@@ -178,7 +177,7 @@ def test_what_has_no_volume_is_refused():
         mass_properties(Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])))
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "words"),
     [
         (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.05), "leaves no wall"),

@@ -1,12 +1,11 @@
 """On which side of an open surface a plate grows when the file winds its faces both ways, or its halves disagree."""
 
-from __future__ import annotations
-
 import math
 import warnings
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -140,7 +139,7 @@ def test_a_square_of_two_triangles_wound_both_ways_is_one_plate():
     assert isinstance(part.shape, Box) and part.shape.size == pytest.approx((2.0, 3.0, T))
 
 
-@pytest.mark.parametrize("turned", [{0}, {1, 2}, {0, 2, 4}, {0, 1, 2, 3}, {0, 1, 2, 3, 4}])
+@each("turned", [{0}, {1, 2}, {0, 2, 4}, {0, 1, 2, 3}, {0, 1, 2, 3, 4}])
 def test_a_lone_funnel_of_mixed_winding_opens_upward_and_is_named(load, turned):
     group = funnel()
     mixed = ObjGroup(
@@ -179,8 +178,8 @@ def test_halves_that_agree_give_no_warning(quietly, symmetry):
     assert throat(field, "red_hub_funnel", symmetry) == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("symmetry", [ROTATE, MIRROR])
-@pytest.mark.parametrize("upside_down", [False, True])
+@each("symmetry", [ROTATE, MIRROR])
+@each("upside_down", [False, True])
 def test_a_half_made_with_its_faces_turned_round_is_put_right(load, symmetry, upside_down):
     """A ramp and a funnel face up on both halves, whichever half was wrong; upright panels face as the first ones do.
 

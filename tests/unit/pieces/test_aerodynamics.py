@@ -1,11 +1,10 @@
 """Drag and lift as formulas."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.loop.contact import air_acceleration
@@ -43,7 +42,7 @@ def test_backspin_lifts_and_sidespin_bends():
     assert lift_acceleration(forward, (30.0, 0.0, 0.0), factors) == pytest.approx((0, 0, 0))  # rifle spin
 
 
-@pytest.mark.parametrize("rate", [5.0, 60.0, 1000.0])
+@each("rate", [5.0, 60.0, 1000.0])
 def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
     """With Cl = slope S / (1 + slope S / limit) at a spin ratio S = r omega / v."""
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
@@ -59,13 +58,13 @@ def test_a_piece_at_rest_feels_nothing():
         assert air_acceleration(0.0, 0.0, 0.0, *spin, *factors[:3]) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("change", [{"drag_coefficient": -0.1}, {"lift_slope": math.nan}, {"lift_limit": 0.0}])
+@each("change", [{"drag_coefficient": -0.1}, {"lift_slope": math.nan}, {"lift_limit": 0.0}])
 def test_coefficients_that_cannot_be_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         Aerodynamics(**change)
 
 
-@pytest.mark.parametrize(("radius", "mass"), [(-0.1, 1.0), (0.1, 0.0), (math.nan, 1.0), (0.1, -0.2)])
+@each(("radius", "mass"), [(-0.1, 1.0), (0.1, 0.0), (math.nan, 1.0), (0.1, -0.2)])
 def test_a_ball_needs_radius_and_mass(radius, mass):
     with pytest.raises(ConfigError):
         air_factors(Aerodynamics(), radius=radius, mass=mass)

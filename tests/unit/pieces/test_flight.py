@@ -1,7 +1,5 @@
 """Flights in the loop: the equation of motion, the parabola, and that each flies alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,11 +1,10 @@
 """Balls in a hopper: feed rate, fill, what acceleration does to them, jams and what loosens them, bad input."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.pieces.hopper import _SHARE, _STEPS, Hopper, HopperConfig, arch_holds
@@ -70,7 +69,7 @@ def deepest(pos, radius: float) -> float:
 # --- rates and fill -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("speed", (0.3, 0.7, 1.5))
+@each("speed", (0.3, 0.7, 1.5))
 def test_a_lane_feeds_belt_speed_over_diameter(speed):
     """n / (t_n - t_0) = v / d once the belt has them; each time is known to a tick."""
     lane = hopper(
@@ -128,7 +127,7 @@ def test_two_intakes_share_the_places_at_an_inlet():
 # --- what the robot does to them --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
+@each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
 def test_pieces_go_where_an_acceleration_drives_them(pull, side):
     """A robot that accelerates forward has them at the rear; before a belt that stands they roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
@@ -176,7 +175,7 @@ def test_an_arch_holds_as_long_as_friction_can():
     assert not arch_holds(normals, (0.0, 0.0), ((1.0, 0.0), (1.0, 0.0)), 0.5)
 
 
-@pytest.mark.parametrize(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
+@each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
 def test_narrow_outlets_jam_sometimes_and_wide_ones_never(width, least, most):
     """Of four balls in a channel of 2.7 diameters, over the places from which they start: the narrower the oftener."""
     jams = []

@@ -1,12 +1,11 @@
 """Which pieces the intake takes."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
@@ -104,7 +103,7 @@ def test_nan_is_never_taken():
     assert ZONE.captured(bad, good).tolist() == ZONE.captured(good, bad).tolist() == [False]
 
 
-@pytest.mark.parametrize("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
+@each("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
 def test_boxes_that_cannot_be_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))[0]):
         IntakeZone(**{**REAR, **change})

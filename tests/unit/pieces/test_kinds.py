@@ -1,11 +1,10 @@
 """One kind of piece: derived numbers against their formulas, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere, centered, tube
@@ -20,7 +19,7 @@ def test_a_shape_gives_its_height_and_its_bounding_ball():
     assert [c.bounding_radius for c in (ball, can, crate)] == pytest.approx([0.1, 0.5, 0.3])
 
 
-@pytest.mark.parametrize(
+@each(
     ("field", "value"),
     [
         ("name", ""),
@@ -41,7 +40,7 @@ def test_impossible_pieces_are_refused_by_field(field, value):
 OFF_CENTER = Compound((Part(Sphere(0.1)), Part(Sphere(0.1), (0.4, 0.0, 0.0))))
 
 
-@pytest.mark.parametrize(
+@each(
     ("shape", "words"),
     [
         (

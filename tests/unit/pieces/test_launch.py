@@ -1,11 +1,10 @@
 """Where and how fast a piece leaves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.pieces.launch import (
@@ -58,7 +57,7 @@ def test_turret_turns_about_its_pivot():
     assert muzzle_offset(turret, turret_angle=math.pi / 2) == pytest.approx([-0.2, 0.15, 0.5])
 
 
-@pytest.mark.parametrize("change", [{"height": -0.1}, {"forward": math.nan}, {"barrels": ()}, {"barrels": (math.inf,)}])
+@each("change", [{"height": -0.1}, {"forward": math.nan}, {"barrels": ()}, {"barrels": (math.inf,)}])
 def test_launchers_that_cannot_be_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         LaunchParameters(**{"height": 0.5, **change})

@@ -1,12 +1,11 @@
 """Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.linkage import PartState
@@ -164,7 +163,7 @@ def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum
     assert lost == pytest.approx(0.7 * 0.2 * 7.5 * 0.05)
 
 
-@pytest.mark.parametrize("upper", [300.0, 200.0, -100.0])
+@each("upper", [300.0, 200.0, -100.0])
 def test_two_wheels_give_a_ball_its_momentum_and_its_spin(upper):
     """J_lower + J_upper = m v and (J_lower - J_upper) r = 0.4 m r^2 w; half each where both turn alike."""
     made, parts = shooter(exit_efficiency=1.0)
@@ -257,7 +256,7 @@ def test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_w
     assert 0.01 * 300.0**2 - left == pytest.approx(5.0), "from two wheels together"
 
 
-@pytest.mark.parametrize(
+@each(
     ("change", "said"),
     [
         ({"wheels": ()}, "one or two mechanisms"),
@@ -293,7 +292,7 @@ def firing_shooter(launch=SINGLE, rate=8.0):
     return Shooter(config, parts), parts
 
 
-@pytest.mark.parametrize("rate", [1.0, 3.0, 8.0, 7.77, 49.9, 60.0, 130.0])
+@each("rate", [1.0, 7.77, 49.9, 130.0])
 def test_the_mean_rate_is_exact_over_1000_seconds(rate):
     made, _ = firing_shooter(rate=rate)
     shots = sum(len(made.update(held=1000)) for _ in range(50_000))

@@ -1,12 +1,11 @@
 """Shots at an opening among what stands on a field: the equation of motion, and what rim and boards do."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
@@ -124,10 +123,9 @@ def test_a_zone_that_does_not_ask_for_falling_pieces_takes_shots_on_their_way_up
     assert fly_shots(field, shots(vel), opening, inside).goes_in.tolist() == [False, True]
 
 
-@pytest.mark.parametrize(
+@each(
     "corners",
     [SQUARE[:2], (*SQUARE[:3], (4.5, 0.5, HEIGHT + 0.1)), (SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3])],
-    ids=["two", "not flat", "crossed"],
 )
 def test_an_opening_is_flat_and_convex(corners):
     with pytest.raises(ConfigError, match="corners"):

@@ -1,11 +1,10 @@
 """Solved shots: the known ones and the impossible ones."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
 from simcore.pieces.shot_solver import NoShotError, solve_shot
@@ -14,7 +13,7 @@ from simcore.units import GRAVITY, inches
 K = 0.0232
 
 
-@pytest.mark.parametrize(("speed", "degrees", "x"), [(7, 65, 2.75), (8, 60, 4.18), (10, 55, 7.13), (12, 50, 10.42)])
+@each(("speed", "degrees", "x"), [(7, 65, 2.75), (8, 60, 4.18), (10, 55, 7.13), (12, 50, 10.42)])
 def test_the_table_of_fuel_flights_is_found_back(speed, degrees, x):
     muzzle, hub = (0.0, 0.0, 0.5), (x, 0.0, inches(72))
     assert solve_shot(muzzle, hub, elevation=math.radians(degrees), drag=K).speed == pytest.approx(speed, rel=0.01)
@@ -42,7 +41,7 @@ def test_a_turning_robot_counts_what_its_muzzle_does():
     assert astuple(turning) == pytest.approx(astuple(driving))
 
 
-@pytest.mark.parametrize(
+@each(
     ("arguments", "reason"),
     [
         ({"speed": 5.0}, "out of range: it needs"),
@@ -76,7 +75,7 @@ def test_right_under_the_target_there_is_no_direction():
         solve_shot((4, 0, 0.5), (4, 0, 1.8), elevation=1.1)
 
 
-@pytest.mark.parametrize("arguments", [{}, {"elevation": 1.0, "speed": 9.0}, {"elevation": 2.0}, {"speed": -1.0}])
+@each("arguments", [{}, {"elevation": 1.0, "speed": 9.0}, {"elevation": 2.0}, {"speed": -1.0}])
 def test_unclear_questions_are_refused(arguments):
     with pytest.raises(ConfigError):
         solve_shot((0, 0, 0.5), (4, 0, 1.8), **arguments)

@@ -1,7 +1,5 @@
 """Pieces in a robot: places inside of the room and apart, the order in which they leave, and no more than fit."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

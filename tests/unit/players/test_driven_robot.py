@@ -1,11 +1,10 @@
 """What a person's sticks and buttons do with a robot, as seen from its own driver station."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.symmetry import FieldSymmetry
@@ -33,7 +32,7 @@ def driven(alliance="blue", symmetry="rotate", controls=None, game=None):
     return match, person
 
 
-@pytest.mark.parametrize(
+@each(
     ("alliance", "symmetry", "ahead", "left"),
     [("blue", "rotate", 1, 1), ("red", "rotate", -1, -1), ("red", "mirror", -1, -1), ("blue", "mirror", 1, 1)],
 )

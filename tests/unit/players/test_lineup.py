@@ -1,12 +1,11 @@
 """Line-ups as people type them: who plays where, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Game, Role
@@ -46,7 +45,7 @@ def test_seats_are_in_the_order_of_the_robots_and_me_is_the_first():
     assert [entry.alliance for entry in entries(GAME, mine)] == ["red", "red", "blue"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("red", "blue", "problem"),
     [
         ("takre", "", "no role of bare named 'takre'. Did you mean 'taker'"),

@@ -1,7 +1,5 @@
 """Routes go the shortest way around what stands on the field, and keep a robot's width from it and from others."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

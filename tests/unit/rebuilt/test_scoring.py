@@ -4,9 +4,8 @@ Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "T
 Cheesy Arena does (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
 """
 
-from __future__ import annotations
-
 import pytest
+from each_case import each
 
 from games.rebuilt.dimensions import TOWER_RUNG_HEIGHTS
 from games.rebuilt.fouls import is_closed
@@ -60,8 +59,8 @@ FUEL_TIMES = [
 ]
 
 
-@pytest.mark.parametrize("winner", ["blue", "red"])
-@pytest.mark.parametrize(("sentence", "source", "alliance", "time", "period"), FUEL_TIMES)
+@each("winner", ["blue", "red"])
+@each(("sentence", "source", "alliance", "time", "period"), FUEL_TIMES)
 def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, period):
     made = hubs(winner)
     alliance = alliance if winner == "blue" else OTHER[alliance]
@@ -100,7 +99,7 @@ def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
     assert MATCH.start("end game") == MATCH.duration - 30.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("alliance", "time", "light"),
     [
         ("blue", 10.0, "on"), ("blue", 29.9, "on"), ("blue", 30.1, "pulsing"), ("red", 30.1, "on"),
@@ -145,7 +144,7 @@ TOWER = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("sentence", "touched", "airborne", "lowest", "level"), TOWER)
+@each(("sentence", "touched", "airborne", "lowest", "level"), TOWER)
 def test_levels_of_the_tower(sentence, touched, airborne, lowest, level):
     assert tower_level("blue", touched, airborne=airborne, lowest=lowest) == level, f"{sentence} (6.5.2)"
 
@@ -165,10 +164,9 @@ def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCount
     return found
 
 
-@pytest.mark.parametrize(
+@each(
     ("seconds", "fouls"),
     [(2.98, []), (3.1, [0]), (9.1, [0, 1, 2])],
-    ids=["short of 3 s it is none", "a pin of 3.1 s is a foul", "each 3 s more are another"],
 )
 def test_g418_pins(seconds, fouls):
     assert pin(seconds) == fouls

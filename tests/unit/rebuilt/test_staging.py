@@ -1,11 +1,10 @@
 """Staging by the manual: 504 fuel, 206 x 72 in, seeded."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 from scipy.spatial.distance import pdist
 
 from games.rebuilt.dimensions import (
@@ -35,7 +34,7 @@ def test_the_manual_stages_504():
     assert Staging().total == 360 + 2 * 24 + 2 * 24 + 6 * 8 == 504
 
 
-@pytest.mark.parametrize(("robots", "fuel"), [(6, 360), (5, 368), (1, 400), (0, 408)])
+@each(("robots", "fuel"), [(6, 360), (5, 368), (1, 400), (0, 408)])
 def test_preloads_of_absent_robots_go_to_the_neutral_zone(robots, fuel):
     assert Staging().in_neutral_zone(robots) == fuel
 
@@ -54,7 +53,7 @@ def test_the_divider_of_two_inches_is_kept_free():
     assert (np.abs(y) - RADIUS).min() >= inches(1.0) - 0.001
 
 
-@pytest.mark.parametrize("seed", range(5))
+@each("seed", range(5))
 def test_no_two_fuel_overlap_and_all_lie_on_the_carpet(seed):
     random = rng(seed)
     places = np.vstack((neutral_places(408, random), depot_places("blue", 24, random), depot_places("red", 24, random)))
@@ -81,8 +80,8 @@ def test_the_seed_decides():
     assert not np.array_equal(depot_places("blue", 24, rng(4)), depot_places("blue", 24, rng(5)))
 
 
-@pytest.mark.parametrize("field", ["neutral", "depot", "chute", "preload_per_robot", "robots"])
-@pytest.mark.parametrize("value", [-1, 2.5])
+@each("field", ["neutral", "depot", "chute", "preload_per_robot", "robots"])
+@each("value", [-1, 2.5])
 def test_counts_must_be_whole(field, value):
     with pytest.raises(ConfigError, match=f"{field} must be a whole number from 0 to .*, got {value}"):
         Staging(**{field: value})

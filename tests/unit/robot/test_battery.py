@@ -1,8 +1,7 @@
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.loop import battery as loop_battery
@@ -12,7 +11,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
     """Draw a current for h [s], worked out at a voltage, as the loop of robots does; returns the voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
-    battery.tell()
+    battery.report()
     return battery.voltage
 
 
@@ -39,6 +38,9 @@ def test_charge_counts_ampere_hours():
     assert battery.charge == pytest.approx(0.5)
     draw(battery, 1e9, 5.0)
     assert battery.charge == 0.0
+    draw(battery, 1e9, -5.0)
+    assert battery.charge == 1.0, "what is fed back fills it and no more"
+    draw(battery, 1e9, 5.0)
     battery.reset()
     assert battery.charge == 1.0
 
@@ -60,9 +62,13 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
     assert seen == [False, False, True, True, True, False, False]
     assert battery.min_voltage == pytest.approx(6.7, abs=1e-6)
     assert (battery.brownouts, battery.off_time) == (1, pytest.approx(0.06))
+    exact = Battery(BatteryConfig(full_voltage=12.5, empty_voltage=12.5, resistance=0.5, recovery_resistance=0.0))
+    for amps, is_low in ((11.5, False), (11.75, True), (10.0, True), (9.75, False)):  # 6.75, 6.625, 7.5, 7.625 V
+        draw(exact, 0.02, amps)
+        assert exact.browned_out is is_low
 
 
-@pytest.mark.parametrize("h", [0.00125, 0.0025, 0.005])
+@each("h", [0.00125, 0.0025, 0.005])
 def test_motors_hear_of_a_brown_out_with_the_heartbeat(h):
     """On until the next heartbeat and off until the one after: a load that comes back with the motors has them on for
     half of the time, whatever the step is, and the tick that saw it tells."""
@@ -108,7 +114,7 @@ def test_a_roborio_without_4_5_volts_resets_and_boots(h):
     assert told == [pytest.approx(4.4)]
 
 
-@pytest.mark.parametrize("load", [0.005, 0.02, 0.1])
+@each("load", [0.005, 0.02, 0.1])
 def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
     """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
     battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
@@ -132,7 +138,7 @@ def test_a_battery_at_zero_volts_is_browned_out_from_the_start():
     assert Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0)).browned_out
 
 
-@pytest.mark.parametrize(
+@each(
     "wrong",
     [
         {"resistance": -0.01},

@@ -1,7 +1,5 @@
 """A robot that was built otherwise than its config and its program say."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The chassis that a drivetrain gets."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.errors import ConfigError

@@ -1,7 +1,5 @@
 """Modules and treads that teams buy."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError

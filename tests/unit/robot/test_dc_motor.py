@@ -1,11 +1,10 @@
 """The motor table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -38,7 +37,7 @@ def test_what_is_no_motor_is_refused():
         as_motor("Kraken X60")
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "torque", "amps", "rpm"),
     [("Kraken X60", 7.09, 366, 6000), ("Kraken X60 FOC", 9.37, 483, 5800), ("NEO Vortex", 3.6, 211, 6784)],
 )
@@ -57,9 +56,7 @@ def test_names_are_forgiving_and_errors_helpful():
         motor("Kraken X6")
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"stall_current": math.inf}, {"stall_torque": 0.0}, {"nominal_voltage": 0.0}, {"free_current": 400.0}]
-)
+@each("wrong", [{"stall_current": math.inf}, {"stall_torque": 0.0}, {"nominal_voltage": 0.0}, {"free_current": 400.0}])
 def test_a_motor_without_resistance_cannot_be_written(wrong):
     with pytest.raises(ConfigError):
         replace(motor("Kraken X60"), **wrong)
@@ -73,11 +70,6 @@ def test_a_falcon_at_4_volts_has_the_torque_of_the_dynamometer():
         amps = at / resistance
         assert amps * m.torque_driving == pytest.approx(torque, rel=0.005)
         assert amps * at / 12.0 == pytest.approx(supply, rel=0.01)
-
-
-def test_a_kraken_has_one_line():
-    m = LimitedMotor.of(motor("Kraken X60"), gearing=1.0)
-    assert m.winding == m.resistance == motor("Kraken X60").resistance
 
 
 @given(

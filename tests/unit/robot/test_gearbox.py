@@ -1,7 +1,5 @@
 """Controllers that close the loop round the mechanisms."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

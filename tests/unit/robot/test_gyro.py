@@ -1,7 +1,5 @@
 """The gyro: every error is the size of its name."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mass, center and inertia of a body and points on it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,11 +1,10 @@
 """A mecanum drive against closed forms: speeds by WPILib's kinematics, push by rollers at 45 degrees, energy."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig
@@ -26,7 +25,7 @@ def driven(config: MecanumConfig, volts: list[float], seconds: float) -> tuple[M
     return drive, robot
 
 
-@pytest.mark.parametrize(
+@each(
     ("signs", "axis", "per_tread"),
     [((1, 1, 1, 1), "vx", 1.0), ((-1, 1, 1, -1), "vy", 1.0), ((-1, 1, -1, 1), "omega", 1.0 / ARM)],
 )
@@ -74,7 +73,7 @@ def test_acceleration_within_the_grip_is_that_of_motors_and_inertia():
     assert robot.vx == pytest.approx(0.1 * accel, rel=0.01)
 
 
-@pytest.mark.parametrize("speeds", [(2.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.0, 0.0, 3.0), (1.0, -1.0, 0.2)])
+@each("speeds", [(2.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.0, 0.0, 3.0), (1.0, -1.0, 0.2)])
 def test_its_loops_drive_it_as_it_is_asked(speeds):
     drive = MecanumDrive(MecanumConfig())
     robot = DriveBench(drive)
@@ -86,7 +85,7 @@ def test_its_loops_drive_it_as_it_is_asked(speeds):
     assert (forward, left, robot.omega) == pytest.approx(speeds, abs=0.06)
 
 
-@pytest.mark.parametrize("signs", [(1, 1, 1, 1), (-1, 1, 1, -1), (1, -1, 1, -1), (1, 0, 0.3, 1)])
+@each("signs", [(1, 1, 1, 1), (-1, 1, 1, -1), (1, -1, 1, -1), (1, 0, 0.3, 1)])
 def test_energy_out_never_exceeds_energy_in(signs):
     """Kinetic energy of chassis and shafts is at most what the motors took, spinning and braking."""
     config = MecanumConfig()

@@ -1,10 +1,9 @@
 """The shaft against closed forms: exponential spin-up, limits, friction, stops."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 from scipy.optimize import brentq
 
 from simcore.errors import ConfigError, NonFiniteError
@@ -89,8 +88,8 @@ def test_volts_are_limited_by_the_battery():
     assert weak.supply_current == pytest.approx(2.0 * asked.supply_current)  # the same power from half the voltage
 
 
-@pytest.mark.parametrize("start", [-150.0, 0.0, 40.0, 110.0, 260.0])
-@pytest.mark.parametrize("volts", [-12.0, 0.0, 3.0, 12.0])
+@each("start", [-150.0, 0.0, 40.0, 110.0, 260.0])
+@each("volts", [-12.0, 0.0, 3.0, 12.0])
 def test_limit_and_friction_match_brute_force(start, volts):
     sim = ShaftSim(gearbox(stator_current_limit=60.0, friction_torque=1.5), 0.05)
     sim.reset(velocity=start)
@@ -226,7 +225,7 @@ def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():
     assert -sim.supply_current * 12.0 * 0.02 < before - sim.kinetic_energy
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@each("bad", [math.nan, math.inf, -math.inf])
 def test_bad_numbers_are_refused_at_the_door(bad):
     sim = ShaftSim(gearbox(), 0.05)
     with pytest.raises(NonFiniteError, match="volts"):
@@ -242,7 +241,7 @@ def test_bad_numbers_are_refused_at_the_door(bad):
     assert (sim.position, sim.velocity, sim.volts) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize(
+@each(
     "change",
     [
         {"motors": 0},
@@ -258,7 +257,7 @@ def test_gearbox_that_cannot_work_is_refused(change):
         gearbox(**change)
 
 
-@pytest.mark.parametrize("inertia", [0.0, -1.0, math.nan])
+@each("inertia", [0.0, -1.0, math.nan])
 def test_inertia_must_be_positive(inertia):
     with pytest.raises(ConfigError, match="inertia"):
         ShaftSim(gearbox(), inertia)

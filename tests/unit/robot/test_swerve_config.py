@@ -1,12 +1,11 @@
 """What a swerve drivetrain is made of, checked when it is written down."""
 
-from __future__ import annotations
-
 import logging
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import MotorModel, motor
@@ -23,7 +22,7 @@ def test_unusual_values_warn_once_and_go_on(caplog):
     assert sum("mass" in r.message for r in caplog.records) == 1
 
 
-@pytest.mark.parametrize(
+@each(
     "wrong",
     [
         {"wheel_radius": 0.0},
@@ -42,9 +41,7 @@ def test_impossible_modules_are_refused_by_name(wrong):
         SwerveModuleConfig(**{"x": 0.2, "y": 0.2, "name": "front left", **wrong})
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"modules": ()}, {"mass": 0.0}, {"yaw_inertia": math.inf}, {"center_of_mass": (0.0, 0.0)}]
-)
+@each("wrong", [{"modules": ()}, {"mass": 0.0}, {"yaw_inertia": math.inf}, {"center_of_mass": (0.0, 0.0)}])
 def test_impossible_robots_are_refused(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         replace(SQUARE, **wrong)

@@ -1,10 +1,9 @@
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import STEP
@@ -49,6 +48,23 @@ def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
     assert drive.steer_motors.current == pytest.approx([math.sqrt(5.0 * 12.0 / MODULE.steer_motor.resistance)] * 4)
 
 
+@pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
+def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rolls(speed, turns):
+    """Volts halfway between what friction in the air takes and what the carpet takes beside it, while nothing rolls.
+
+    At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
+    mu N r. So its speed is where volts less friction are those of back-EMF and this share.
+    """
+    drive = drive_of(steer_brake=False)
+    standing = float(drive.shafts["ks"][4])
+    free = MODULE.steer_friction_volts
+    hold(drive, 0.3, (speed, 0.0, 0.0))
+    drive.set_volts([0.0] * 4, [0.5 * (free + standing)] * 4)
+    before = drive.steer_angles[0]
+    hold(drive, 0.1, (speed, 0.0, 0.0))
+    assert (drive.steer_angles[0] - before > 0.01) == turns
+
+
 def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     drive = drive_of()
     robot = DriveBench(drive)
@@ -57,15 +73,6 @@ def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # nobody holds the yaw here
     assert math.degrees(heading) == pytest.approx(45.0, abs=1.0)
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
-
-
-def test_module_states_steer_and_drive():
-    drive = drive_of()
-    robot = DriveBench(drive)
-    drive.set_module_states([1.5] * 4, [math.pi / 2] * 4)
-    robot.run(1.0)
-    assert robot.vy == pytest.approx(1.5, abs=0.03)
-    assert drive.steer_angles == pytest.approx([math.pi / 2] * 4, abs=0.02)
 
 
 def test_getters_are_what_the_robot_does():
@@ -84,14 +91,6 @@ def test_getters_are_what_the_robot_does():
         assert robot.omega / 0.1 == pytest.approx(drive.max_angular_accel, rel=0.03)
         robot.run(4.0)
         assert robot.omega == pytest.approx(drive.max_omega, rel=0.01)
-
-
-def test_full_speed_draws_few_amperes():
-    drive = drive_of()
-    robot = DriveBench(drive)
-    drive.set_volts([12.0] * 4, [0.0] * 4)
-    robot.run(4.0)
-    assert 0.0 < drive.supply_current < 40.0
 
 
 def test_torque_current_is_the_current():
@@ -163,7 +162,7 @@ def test_disabled_is_neutral():
     assert hold(drive, 0.02, (0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, None, "12"])
+@each("bad", [math.nan, math.inf, None, "12"])
 def test_bad_commands_name_the_module_and_change_nothing(bad):
     drive = drive_of()
     drive.set_volts([6.0] * 4, [0.0] * 4)
@@ -251,7 +250,7 @@ def test_steer_cannot_diverge_at_any_inertia_or_step():
                 drive = drive_of(steer_gearing=gearing, steer_inertia=inertia, steer_motor=motor_)
                 top = 12.0 * motor_.kv / gearing
                 drive.set_volts([0.0] * 4, [12.0] * 4)
-                for _ in range(100):
+                for _ in range(25):
                     hold(drive, h, (0.0, 0.0, 0.0))
                     assert (np.abs(drive.state.steer_speed) <= top).all()
 
@@ -284,7 +283,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step()
 
 
 class TestTank:
-    @pytest.mark.parametrize("volts", [4.0, 8.0, -4.0])
+    @each("volts", [4.0, 8.0, -4.0])
     def test_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
         """Both middle wheels are at its center and scrub nothing: omega = tread speed over half the trackwidth."""
         drive = TankDrive(TankConfig())
@@ -314,16 +313,6 @@ class TestTank:
         assert robot.speed < 0.05
         # The wheels turn faster than the robot does: they scrub.
         assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
-
-    def test_goes_straight_at_its_speed(self):
-        drive = TankDrive(TankConfig())
-        robot = DriveBench(drive)
-        drive.set_chassis_speeds(2.0, 0.0)
-        robot.run(1.5)
-        assert robot.vx == pytest.approx(2.0, abs=0.1)
-        drive.set_volts(12.0, 12.0)
-        robot.run(4.0)
-        assert robot.vx == pytest.approx(drive.max_speed, rel=0.01)
 
     def test_does_not_slide_sideways(self):
         robot = DriveBench(TankDrive(TankConfig()))

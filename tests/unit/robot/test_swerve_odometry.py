@@ -1,17 +1,16 @@
 """Odometry goes along arcs: the closed form of a circle."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.robot.robot import SwerveOdometry
 
 SQUARE = ((0.3, 0.25), (0.3, -0.25), (-0.3, 0.25), (-0.3, -0.25))
 
 
-@pytest.mark.parametrize("turn", [math.pi / 2.0, -math.pi / 2.0, 0.3])
+@each("turn", [math.pi / 2.0, -math.pi / 2.0, 0.3])
 def test_one_long_sample_of_a_circle_ends_where_the_circle_does(turn):
     """A chord along the heading at the start, or at the end, would be off by the radius."""
     radius = 2.0

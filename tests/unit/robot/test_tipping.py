@@ -1,10 +1,9 @@
 """Where a robot tips: a h = g b."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint
@@ -42,7 +41,7 @@ def test_a_plain_robot_tips_about_its_outer_wheels():
     assert 5.0 < limit.drivetrain < 12.0
 
 
-@pytest.mark.parametrize("center", [(0.301, 0.0, 0.2), (0.0, -0.2, 0.2), (-0.4, 0.3, 0.2)])
+@each("center", [(0.301, 0.0, 0.2), (0.0, -0.2, 0.2), (-0.4, 0.3, 0.2)])
 def test_a_robot_whose_center_of_mass_is_not_between_its_wheels_is_refused(center):
     with pytest.raises(
         ConfigError, match=r"center_of_mass must lie between the wheels, .* with wheels at \(\(0.3, 0.2\)"

@@ -1,12 +1,11 @@
 """How much of the robot each wheel carries."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,7 +29,7 @@ def test_loads_at_rest_follow_the_center_of_mass():
     assert np.average([m.x for m in SQUARE.modules], weights=loads) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
+@each(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
 def test_a_dropped_center_carries_all_with_the_end_that_it_leans_on(ahead, end):
     """The share of an end is how far the center of mass is ahead over the way to that end, 0.28 m."""
     tank = replace(TankConfig(), center_of_mass=(ahead, 0.0, 0.2))
@@ -84,7 +83,7 @@ def test_a_robot_told_its_mass_moves_as_one_built_with_it(make):
     assert abs(paths[0][0]) > 0.1
 
 
-@pytest.mark.parametrize("extra", [0.0, 10.75, 40.0])
+@each("extra", [0.0, 10.75, 40.0])
 def test_acceleration_falls_as_the_mass_grows(extra):
     """a = F / (m + 4 J / r^2) at a fixed motor current; the tires' slip is 1 % of the speed at full grip."""
     drive = swerve()
@@ -102,9 +101,7 @@ def test_acceleration_falls_as_the_mass_grows(extra):
     assert sum(drive.normal_loads) == pytest.approx(mass * GRAVITY, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    "bad", [(0.0, 5.0, (0.0, 0.0, 0.2)), (50.0, -1.0, (0.0, 0.0, 0.2)), (50.0, 5.0, (math.nan,) * 3)]
-)
+@each("bad", [(0.0, 5.0, (0.0, 0.0, 0.2)), (50.0, -1.0, (0.0, 0.0, 0.2)), (50.0, 5.0, (math.nan,) * 3)])
 def test_mass_without_sense_is_refused_and_changes_nothing(bad):
     drive = swerve()
     with pytest.raises(NonFiniteError, match="mass properties"):
@@ -131,7 +128,7 @@ def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
     return drive
 
 
-@pytest.mark.parametrize("angle", [0.0, 90.0, 30.0, -45.0])
+@each("angle", [0.0, 90.0, 30.0, -45.0])
 def test_a_slide_is_braked_by_the_point_of_the_ellipse_against_it(angle):
     """F = -mu N (s_l, q^2 s_t) / |(s_l, q s_t)|: mu N along, q mu N across, and between them beside the slip."""
     a, q = math.radians(angle), GRAINED.wheel_grain

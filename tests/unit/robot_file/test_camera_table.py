@@ -1,10 +1,9 @@
 """`[[camera]]` of any maker: what it says arrives, and what cannot be is named."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.vision.camera import PHOTON_LENS, limelight_type
@@ -53,7 +52,7 @@ def test_modes_are_pipelines(read):
     assert [pipeline.kind for pipeline in camera.pipelines] == ["pieces", "tags", "tags"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         (PHOTON.replace("photonvision", "photon"), "maker must be one of limelight, photonvision, questnav, got"),

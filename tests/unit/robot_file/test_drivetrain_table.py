@@ -1,8 +1,7 @@
 """The table [drivetrain]: what it means, and what it says to a mistake."""
 
-from __future__ import annotations
-
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress
@@ -43,7 +42,7 @@ def test_the_text_means_what_was_written():
     assert read(tomllib.loads(text)["drivetrain"]) == read(SWERVE)
 
 
-@pytest.mark.parametrize(
+@each(
     ("changed", "words"),
     [
         ({"kind": "hover"}, "kind must be one of swerve, tank, mecanum"),

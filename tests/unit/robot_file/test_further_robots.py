@@ -1,10 +1,9 @@
 """[[partner]], [[opponent]] and the empty field of simcore.toml: who plays, where, and what is said of mistakes."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError, UnknownNameError
@@ -97,7 +96,7 @@ def test_one_that_nothing_drives_stands_still(play):
     assert match.robots[1].chassis.pose == pytest.approx(before, abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("field_size = [9, 9]", 'field_size is of the empty field: it needs game = "none" beside it'),
@@ -134,7 +133,7 @@ def test_a_whole_match_brings_its_players_and_its_rules(play):
     assert [len(robot.held) for robot in match.robots[1:]] == [8, 8, 8]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "words"),
     [
         ("practice-9v9", r"no match of rebuilt \(or PARTNERS/OPPONENTS\) named 'practice-9v9'.*'practice-2v2'"),

@@ -1,7 +1,5 @@
 """`simcore init`: the file it writes can be read, and it says what stands in its way."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re
@@ -135,6 +133,24 @@ def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, mo
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
+def test_a_start_that_comes_late_leaves_what_was_found(project, capsys, monkeypatch):
+    """The program has loaded without the file: a busy computer is nothing against its table."""
+    found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
+    answers = iter([found, {"error": "it did not start within 180 s"}])
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))
+    assert main(["init"]) == 1
+    assert "does not start with it: it did not start within 180 s" in capsys.readouterr().out
+    assert read_settings(project / "simcore.toml").drivetrain.kind == "tank"
+
+
+@pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
+def test_keys_that_answer_what_the_program_asks_stand_in_comments(tmp_path, keys, shown):
+    path = tmp_path / "simcore.toml"
+    path.write_text(template({"answering_keys": keys}))
+    assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown
+    assert replace(read_settings(path), given=frozenset()) == RobotSettings()
+
+
 def test_init_writes_the_file(project, capsys):
     assert main(["init", "--no-look"]) == 0
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
@@ -154,7 +170,7 @@ def test_init_overwrites_only_when_told(project, capsys):
 
 def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
     (project / "robot.py").unlink()
-    for place in ("src", ".venv/lib", "tests"):
+    for place in ("src", ".venv", ".venv/lib", "tests"):
         (project / place).mkdir(parents=True)
         (project / place / "robot.py").write_text("")
     assert main(["init", "--no-look"]) == 0
@@ -187,6 +203,13 @@ def test_a_program_that_does_not_load_gets_no_file(project, capsys):
     said = capsys.readouterr()
     assert "does not load (ModuleNotFoundError: No module named 'no_such_package')" in said.err and not said.out
     assert not (project / "simcore.toml").exists()
+
+
+def test_a_file_with_which_the_program_does_not_start_says_so(project, capsys, monkeypatch):
+    answers = {(): {"motors": [dict(NAMED[0])]}, ("described", "started"): {"start_problem": "no motor 7"}}
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda path, *options: answers[options])
+    assert main(["init"]) == 1
+    assert "but the program does not start with it: no motor 7" in capsys.readouterr().out
 
 
 def test_a_game_that_is_installed_later_does_not_change_what_the_project_plays(project, monkeypatch):
@@ -256,3 +279,8 @@ def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypat
     (repository / ".git").rmdir()
     assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
     assert "is in no git repository" in capsys.readouterr().err
+
+
+def test_simcores_own_folder_is_no_robot_project(capsys):
+    assert main(["init", str(Path(__file__).resolve().parents[3])]) == 1
+    assert "is simcore's own folder: go to that of your robot.py" in capsys.readouterr().err

@@ -1,12 +1,11 @@
 """No key of simcore.toml is dropped in silence: each changes what is read, or a sentence that names it refuses it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 import simcore
 from simcore.errors import ConfigError
@@ -176,9 +175,7 @@ def changed(tree, place, name, value):
     return {**tree, first: changed(tree[first], rest, name, value)}
 
 
-@pytest.mark.parametrize(
-    "kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot]
-)
+@each("kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot])
 def test_everything_that_is_read_has_a_reader(kind):
     """Beyond the tables: who makes the robot asks for it."""
     package = Path(simcore.__file__).parent
@@ -191,7 +188,7 @@ CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "rever
 """Correct what is found of the wheels."""
 
 
-@pytest.mark.parametrize("key", [key for key in DRIVETRAIN.keys if key not in MEASURES], ids=lambda key: key.name)
+@each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])
 def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is_found(read, key):
     value = values(key.form, None)[0]
     if key.name == "kind" or key.name.startswith("gyro"):
@@ -211,7 +208,7 @@ def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is
 SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0.3, 0.3), (0.3, -0.3), (-0.3, 0.0))))
 
 
-@pytest.mark.parametrize("key", MEASURES, ids=lambda key: key.name)
+@each("key", MEASURES)
 def test_a_measure_that_the_model_does_not_have_ends_the_start(read, key):
     """As of CTRE's drivetrains, whose own constants say it; or of a drive of another kind."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)

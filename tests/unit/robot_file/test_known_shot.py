@@ -1,11 +1,10 @@
 """Exit efficiency: what `simcore check` states of a shooter's goal, and what it fits to one known shot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
@@ -54,7 +53,7 @@ def test_a_hood_needs_an_angle():
         exit_efficiency(replace(shot, elevation_deg=5.0), SHOOTER, ROBOT, REBUILT)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("distance=2.8,rpm=38", "no key 'rpm'. Known: distance, rps"),

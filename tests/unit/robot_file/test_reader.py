@@ -1,13 +1,12 @@
 """simcore.toml: what it may say, and what it says to a mistake."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
@@ -141,7 +140,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
@@ -218,7 +217,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + ROLLER.replace("30", "21"), "'roller': TalonFX 21 already belongs to 'wheels'"),
         (WHEELS.replace("[21, 22]", "[20, 22]"), "'wheels': TalonFX 20 already belongs to 'wheels'"),
         (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs cancoder = <CAN id> beside it"),
-        (ARM.replace("max_deg = 90", "max_deg = -5"), "[[mechanism]] 'pivot': ArmConfig: min_angle must be below"),
+        (ARM.replace("max_deg = 90", "max_deg = -5"), "[[mechanism]] 'pivot': min_deg must be below max_deg, got"),
         (INTAKE, "[intake]: roller must name a mechanism, but there is no [[mechanism]] in the file"),
         (ROLLER + INTAKE.replace('"roller"', '"rollr"'), "roller must be one of roller, got 'rollr'. Did you mean"),
         (ROLLER + INTAKE.replace("-0.6", "0.6"), "[intake]: x_min must be below x_max, got 0.6 and -0.4 m"),
@@ -260,7 +259,7 @@ def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
     assert said in str(error.value)
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "guessed"),
     [
         ("flywheel", {"gearing": 1.0, "inertia": 0.00056}),

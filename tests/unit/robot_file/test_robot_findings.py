@@ -1,11 +1,10 @@
 """What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import pytest
+from each_case import each
 
 from games.rebuilt import REBUILT
 from simcore.geometry.linkage import Joint
@@ -59,7 +58,7 @@ def test_nothing_is_wrong_with_the_robot_of_the_game():
     assert found() == [] and found(with_intake()) == [] and found(with_climber(0.5)) == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("robot", "said"),
     [
         (with_intake(x_min=-0.38, x_max=-0.2), "intake 1 is inside of the bumpers, which no piece passes"),
@@ -152,7 +151,7 @@ def test_a_rack_meets_its_stop():
     assert place_text(run.mechanism, run.position) == "0.30 m"
 
 
-@pytest.mark.parametrize(
+@each(
     ("config", "per_turn", "unit"),
     [
         (RACK, 1.0, "turns"),

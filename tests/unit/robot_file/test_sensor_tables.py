@@ -1,11 +1,10 @@
 """Sensors, servos, pistons and controllers on ports in simcore.toml, and what is said of mistakes."""
 
-from __future__ import annotations
-
 import math
 import re
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.quantities import DeviceAddress
@@ -113,7 +112,7 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
     assert [math.degrees(end) for end in switch.pressed] == pytest.approx([low, high])
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         (HOOD + "coasts = 1", "[[mechanism]] 'hood': coasts must be true or false, got 1"),

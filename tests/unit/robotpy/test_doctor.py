@@ -1,7 +1,5 @@
 """Every check of `simcore doctor`, in each of its branches, and the command as a whole."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import io
@@ -13,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from each_case import each
 from rich.console import Console
 
 from simcore import season
@@ -22,7 +21,7 @@ from simcore.robotpy import doctor
 from simcore.robotpy.doctor import Finding
 
 
-@pytest.mark.parametrize(
+@each(
     ("version", "level", "advice"),
     [((3, 9, 18), "fail", "python3.13 -m venv"), ((3, 10, 0), "ok", ""), ((3, 14, 8), "ok", ""),
      ((3, 15, 0), "fail", "py -3.13 -m venv")],
@@ -32,7 +31,7 @@ def test_python(version, level, advice):
     assert found.level == level and advice in found.advice and bool(found.advice) == (level != "ok")
 
 
-@pytest.mark.parametrize(
+@each(
     ("installed", "level", "words"),
     [
         ({"simcore": "1.0", "wpilib": "2026.2.2", "numpy": "2.4"}, "ok", "simcore 1.0, numpy 2.4, wpilib 2026.2.2"),
@@ -139,7 +138,7 @@ def test_a_failure_is_status_1_and_stands_in_the_table(tmp_path, capsys):
     assert "no_such_library" in said and "do this:" in said and "cannot work" in said
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
+@each("encoding", ["utf-8", "cp1252", "ascii"])
 def test_the_table_on_any_terminal(encoding):
     file = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
     findings = [Finding("a", "ä [b]"), Finding("c", "d", "e", "warn"), Finding("f", "g" * 200, "h", "fail")]

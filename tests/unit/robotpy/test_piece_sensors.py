@@ -1,7 +1,5 @@
 """When a sensor sees the pieces that a robot holds."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

@@ -1,7 +1,5 @@
 """What a run says at its start fits on one screen, whatever the robot has."""
 
-from __future__ import annotations
-
 from simcore.robotpy.startup_summary import StartupSummary
 
 

@@ -1,7 +1,5 @@
 """Launches and flights of a shooter: those of a match, with the spreads of its scatter, from all sides."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from real_shots import RealShots, low_shooter

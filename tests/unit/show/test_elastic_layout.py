@@ -1,7 +1,5 @@
 """Layouts for Elastic: each widget has a place of its own and shows what is published, as its kind can."""
 
-from __future__ import annotations
-
 import json
 from itertools import combinations
 

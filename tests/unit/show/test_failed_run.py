@@ -1,9 +1,8 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
+from each_case import each
 from made_up_run import SCENE, recorded, snapshot
 from page_reader import PageReader
 from wpiutil.log import DataLogReader
@@ -80,7 +79,7 @@ def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest
     assert not (tmp_path / "x.html").exists()
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "safe"),
     [("a/b\\c:d*", "a_b_c_d"), ("", "run"), ("CON", "_CON"), ("lpt1.txt", "_lpt1.txt"), ("x" * 300, "x" * 100)],
 )

@@ -1,7 +1,5 @@
 """What a page says of a match: score sheet, cycles, and seconds that add up."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

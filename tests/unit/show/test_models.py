@@ -1,7 +1,5 @@
 """Model folders: read as AdvantageScope reads them, and checked before it skips them in silence."""
 
-from __future__ import annotations
-
 import json
 import struct
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pace, with a clock of our own."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.show.pacing import FrameRate, Pacer

@@ -1,7 +1,5 @@
 """The page as a file: what it says of a run, by the reader of `page_reader.py`; a browser is in tests/view."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

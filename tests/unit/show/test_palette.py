@@ -1,7 +1,5 @@
 """Contrasts of the colors of all drawings, computed from the palette itself."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

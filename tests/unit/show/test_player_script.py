@@ -1,7 +1,5 @@
 """The player's script without a browser: its reader and what else is pure, by node."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

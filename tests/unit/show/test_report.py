@@ -1,12 +1,11 @@
 """Blocks of a report: what they hold, what they refuse, and the page around them; a browser is in tests/view."""
 
-from __future__ import annotations
-
 import math
 import re
 
 import numpy as np
 import pytest
+from each_case import each
 from page_reader import report_blocks
 
 from simcore.errors import ConfigError
@@ -36,7 +35,7 @@ def test_texts_cannot_break_the_page_and_nothing_is_loaded_from_anywhere() -> No
     assert "default-src 'none'" in page and "connect-src 'none'" in page
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "sentence"),
     [
         (lambda: table(("a", "b"), [(1,)], "t"), "table 't': row 0 has 1 cells for 2 columns"),

@@ -1,7 +1,5 @@
 """Looks of pieces and robots."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.errors import ConfigError

@@ -1,7 +1,5 @@
 """Layouts for AdvantageScope: of any log, with its colors and kinds, and nothing that the log has not."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,11 +1,10 @@
 """Shots put together from what was recorded: flights by ids, results, and the side of a miss."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 from made_up_run import SCENE, flight, recorded
 
 from simcore.show.run_events import ChangeRecord, board_now, events_of
@@ -26,7 +25,7 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
     assert (hit.distance, hit.side) == (pytest.approx(1.0), None), "to the goal in its direction"
 
 
-@pytest.mark.parametrize(
+@each(
     ("goal", "side"),
     [
         ((4.0, 3.0, 0.0), "long"),  # the flight comes down at x = 6.7
@@ -123,3 +122,13 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
 
     assert told("period", 0.58) == "teleop, disabled" and told("time left", 0.3) == "1:40"
     assert (told("red", 0.1), told("red", 0.5), told("goal open", 0.0)) == ("0", "1", "yes")
+
+
+def test_a_line_of_the_board_begins_when_there_is_something_to_say_and_ends_with_it() -> None:
+    """A robot hangs from 0.2 s to 0.4 s; before and after that its line has no value."""
+    record = ChangeRecord()
+    for tick in range(30):
+        time = 0.02 * tick
+        level = {"Sim/Match/TowerRobot1": "Level1" if 0.19 < time < 0.39 else "None"}
+        record.take(time, board_now(Snapshot(time=time, tick=tick, strings=level), SCENE))
+    assert record.found == {"tower robot 1": {"times": [0.2, 0.4], "values": ["Level1", None]}}

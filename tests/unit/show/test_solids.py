@@ -1,7 +1,5 @@
 """Solids of a described robot: intakes, shots and cameras stand where its config says; models are in test_models.py."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,10 +1,9 @@
 """What keys and gamepads ask for, which messages are refused, and how soon a page that is gone drives no more."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.show.view_driving import KEYS, ViewDriving, read_input
@@ -18,7 +17,7 @@ def pad(x=0.0, y=0.0, turn=0.0, pressed=()):
     return {"axes": [x, y, turn, 0.0], "buttons": [1.0 * (number in pressed) for number in range(17)]}
 
 
-@pytest.mark.parametrize(
+@each(
     ("keys", "ahead", "left", "turn"),
     [
         ((), 0.0, 0.0, 0.0),
@@ -58,7 +57,7 @@ def test_a_stick_has_a_round_dead_band_and_no_step_at_its_edge():
     assert both.ahead == 1.0 and both.turn == 1.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("message", "problem"),
     [
         ([], "must have keys"),

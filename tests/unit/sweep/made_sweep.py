@@ -1,7 +1,5 @@
 """Made runs of a made sweep, with the columns of a real one."""
 
-from __future__ import annotations
-
 import base64
 import functools
 import gzip

@@ -1,7 +1,5 @@
 """A small game for sweeps: a carpet, a robot, and autos that drive, fail, hang or kill their process."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

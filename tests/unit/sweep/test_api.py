@@ -1,7 +1,5 @@
 """Sweeps of a small game, played in this process: rows, their order, and what is kept of them."""
 
-from __future__ import annotations
-
 import random
 import sqlite3
 import subprocess
@@ -10,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.sweep import workers
@@ -112,7 +111,7 @@ def test_a_store_that_cannot_be_is_said(tmp_path):
         sweep(experiment(), workers=0, out=tmp_path / "file")
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "said"),
     [
         ({"auto": "dive"}, "Did you mean 'drive'"),

@@ -1,7 +1,5 @@
 """Two versions on common seeds: what the words mean, and one page with both."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,12 +1,11 @@
 """An experiment plans its runs, and names their results."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from simcore.errors import SimcoreError
 from simcore.match.scatter import Scatter
@@ -99,7 +98,7 @@ def test_a_project_has_another_name_when_its_code_changes(tmp_path):
     assert project_digest(tmp_path) != before
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "said"),
     [
         ({"factors": (DRAWN,)}, "say how many samples"),

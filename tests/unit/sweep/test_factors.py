@@ -1,11 +1,10 @@
 """Factors as people write them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 
 import pytest
+from each_case import each
 
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError
@@ -13,7 +12,7 @@ from simcore.match.scatter import Scatter
 from simcore.sweep.factors import Distribution, Factor, RunSetup, parse_factor, vary
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "values"),
     [
         ("robot.mass=45:60:5", (45.0, 50.0, 55.0, 60.0)),
@@ -35,7 +34,7 @@ def test_distributions_give_quantiles():
     assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # one standard deviation above
 
 
-@pytest.mark.parametrize("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
+@each("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
                                   "a=uniform(2,1)", "a=normal(1)", "a=normal(1,0)", "a=gauss(1,2)", "a..b=1",
                                   "a=0:1e9:0.001", "a=1e300,2"])  # fmt: skip
 def test_what_cannot_be_read_is_said(text):
@@ -103,7 +102,7 @@ def test_names_reach_how_it_is_played():
     assert vary(SETUP, {"scatter.spin": 0.2}).scatter == replace(Scatter.none(), spin=0.2)
 
 
-@pytest.mark.parametrize(
+@each(
     ("values", "said"),
     [
         ({"robot.mas": 3.0}, "Did you mean 'mass'"),

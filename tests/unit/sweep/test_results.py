@@ -1,12 +1,11 @@
 """What a table of runs says, asked as a user would."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -111,7 +110,7 @@ def test_what_is_not_there_is_said_with_what_is(tired_battery):
         Results([{"seed": 1, "error": ""}], tired_battery.experiment)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     ["", "score", "score >=", ">= 3", "score = 3", "score >= 30 or hits > 3", "10 <= score <= 30", "score >= 3 and",
      "__import__('os').system('true')"],

@@ -1,12 +1,11 @@
 """Metrics of shots, by the record of a run."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.match.run_record import RunRecord
 from simcore.pieces.pool import PieceStatus
@@ -36,9 +35,7 @@ def played(heights, *, touched, scored):
     return SimpleNamespace(record=record)
 
 
-@pytest.mark.parametrize(
-    ("ticks", "scored", "flying", "share"), [(4, None, 1, math.nan), (9, None, 0, 0.0), (9, 8, 0, 1.0)]
-)
+@each(("ticks", "scored", "flying", "share"), [(4, None, 1, math.nan), (9, None, 0, 0.0), (9, 8, 0, 1.0)])
 def test_a_shot_in_the_air_at_the_end_is_neither_hit_nor_miss(ticks, scored, flying, share):
     match = played([1.0, 1.2, 1.0, 0.4, 0.4, 0.8, 0.6, 0.1, 0.5][:ticks], touched=4, scored=scored)
     assert METRICS["flying"](match) == flying and METRICS["hit_share"](match) == pytest.approx(share, nan_ok=True)

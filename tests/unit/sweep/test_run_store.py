@@ -1,7 +1,5 @@
 """The file of rows: what cannot be written is tried again; another version or a damaged file is one sentence."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from contextlib import closing

@@ -1,7 +1,5 @@
 """The command: what it prints, keeps, repeats and refuses."""
 
-from __future__ import annotations
-
 import csv
 from functools import partial
 from pathlib import Path

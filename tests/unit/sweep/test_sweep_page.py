@@ -1,7 +1,5 @@
 """Page and summary of a sweep: what is on them. What blocks look like is the affair of `simcore.show.report`."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,11 +1,10 @@
 """Shares, intervals and differences against published values and closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
@@ -14,7 +13,7 @@ from simcore.errors import ConfigError
 from simcore.sweep.sweep_statistics import paired_difference, wilson_share
 
 
-@pytest.mark.parametrize(
+@each(
     ("k", "n", "lower", "upper"),
     [
         # R. Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3: score without continuity correction

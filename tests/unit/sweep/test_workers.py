@@ -1,7 +1,5 @@
 """Processes of runs: equal rows from everybody who plays them, and nothing that goes wrong loses or doubles one."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Logs read back: ours, WPILib's and AdvantageKit's; whole, cut off, damaged and foreign."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

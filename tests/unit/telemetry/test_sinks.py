@@ -1,7 +1,5 @@
 """Sinks in memory, their rate, and a guard against full disks."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

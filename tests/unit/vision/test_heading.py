@@ -1,7 +1,5 @@
 """Poses between ticks."""
 
-from __future__ import annotations
-
 import pytest
 
 from simcore.errors import ConfigError

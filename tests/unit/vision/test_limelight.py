@@ -1,12 +1,11 @@
 """A camera in time: rates, latency, throttle, settings, heading modes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
@@ -39,9 +38,7 @@ def orient(camera, t, yaw):
     camera.request(CameraRequest("robot_orientation_set", (math.degrees(yaw), 0.0, 0.0, 0.0, 0.0, 0.0), t), t)
 
 
-@pytest.mark.parametrize(
-    ("kind", "rate", "expected"), [(LL3, None, 30), (LL3, 5.0, 5), (LL4, None, 50), (LL4, 45.0, 45)]
-)
+@each(("kind", "rate", "expected"), [(LL3, None, 30), (LL3, 5.0, 5), (LL4, None, 50), (LL4, 45.0, 45)])
 def test_frames_come_at_the_cameras_rate_and_at_most_once_a_tick(kind, rate, expected):
     _, frames = drive(CameraConfig(type=kind, mount=MOUNT, frame_rate=rate), 4.0)
     assert len(frames) / 4.0 == pytest.approx(expected, rel=0.06)

@@ -1,11 +1,10 @@
 """Requests of robot code: good ones act, bad ones change nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.geometry.rotation import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
@@ -57,7 +56,7 @@ def test_there_is_a_good_request_for_every_input():
     assert set(GOOD) == set(INPUTS)
 
 
-@pytest.mark.parametrize("topic", sorted(GOOD))
+@each("topic", sorted(GOOD))
 def test_a_good_request_acts(topic):
     values, name, expected = GOOD[topic]
     settings = CameraSettings.of(CONFIG)

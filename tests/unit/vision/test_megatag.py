@@ -1,7 +1,5 @@
 """Projection and linearized poses against OpenCV, which shares no code with ours and solves each picture anew."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

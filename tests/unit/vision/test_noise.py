@@ -1,11 +1,10 @@
 """How far poses are off: closed forms of the linearized projection, a Limelight that was measured, and what flips."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.geometry.rotation import from_yaw, matrix
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, camera_pose, limelight_type, optical_rotation
@@ -42,7 +41,7 @@ def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
     return TagPicture(tags, tags, exact, rows, pixels, eye, rotation, lens, Mounting.of(mount.position, mount.rotation))
 
 
-@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
+@each("distance", [1.0, 2.0, 4.0])
 def test_deviations_of_a_tag_seen_head_on_are_those_of_the_textbook(distance):
     """Corners at (+-h, +-h) in depth z. A step along z moves each by h z'/z^2 in u and in v, of eight: s z^2 / (h
     sqrt(8)). A turn about the vertical moves u of all alike, as a step does, and v by +-h^2/z^2, of four: s z^2 /
@@ -100,7 +99,7 @@ def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
     return found[:frames]
 
 
-@pytest.mark.parametrize(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
+@each(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
 def test_a_robot_that_stands_is_as_noisy_as_a_measured_one(distance, angle, height, ids, tag, measured):
     """A log of 2024 (github.com/Tan560/wpilogsTomf4), within a factor of 1.5. Where that robot stood is not known: at
     this angle one noise of a corner explains all of its numbers."""
@@ -121,7 +120,7 @@ def test_a_robot_that_stands_is_as_noisy_as_a_measured_one(distance, angle, heig
     assert (ratios < 1.5).all() and (ratios > 1.0 / 1.5).all()
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "size", "closed"),
     [("mount_angle_deg", 0.5, "yaw"), ("mount_position", 0.05, "place"), ("focal_length", 0.01, "range")],
 )

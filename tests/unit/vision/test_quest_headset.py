@@ -1,11 +1,10 @@
 """A headset knows its own motion: relative to its start, and on the field once it was told where it is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, from_yaw, multiply, rotate, rpy, yaw_of
@@ -122,7 +121,7 @@ def test_drift_is_as_large_as_the_config_says_after_a_match():
     assert np.array(drifts).std() == pytest.approx(0.02, rel=0.2)
 
 
-@pytest.mark.parametrize("bad", [{"frame_rate": 0.0}, {"position_noise": -1.0}, {"yaw_drift_deg": math.nan}])
+@each("bad", [{"frame_rate": 0.0}, {"position_noise": -1.0}, {"yaw_drift_deg": math.nan}])
 def test_what_cannot_be_is_refused(bad):
     with pytest.raises(ConfigError, match=next(iter(bad))):
         QuestConfig(**bad)

@@ -1,10 +1,9 @@
 """QuestNav's messages, byte by byte as Google's protobuf writes them from QuestNav's own descriptions."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError
 from simcore.vision.quest_headset import QuestFrame
@@ -41,7 +40,7 @@ def test_a_pose_reset():
     assert command.reset.attitude == pytest.approx((0.0, 0.0, 0.8, 0.6))
 
 
-@pytest.mark.parametrize(
+@each(
     ("data", "problem"),
     [
         ("08051007", "unknown command type 5"),
@@ -55,7 +54,7 @@ def test_a_command_that_is_none_is_answered_with_the_reason(data, problem):
     assert problem in command.problem
 
 
-@pytest.mark.parametrize("data", [b"\xff\xff", b"\x52\x7f", b"\x0b", b"\x08" + b"\x80" * 12])
+@each("data", [b"\xff\xff", b"\x52\x7f", b"\x0b", b"\x08" + b"\x80" * 12])
 def test_what_is_no_message_is_refused(data):
     with pytest.raises(ConfigError, match="QuestNav message"):
         read_command(data)

@@ -1,11 +1,10 @@
 """Layouts: the official ones, files, and what is wrong with a broken one."""
 
-from __future__ import annotations
-
 import json
 import math
 
 import pytest
+from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import from_yaw
@@ -64,7 +63,7 @@ def test_a_broken_file_is_named(tmp_path, text):
         load_layout(tmp_path / "missing.json")
 
 
-@pytest.mark.parametrize(
+@each(
     ("tag", "size", "said"),
     [
         (
@@ -89,7 +88,7 @@ def test_one_id_twice_is_refused():
     assert len(TagLayout.of([], field_size=(1.0, 1.0)).ids) == 0
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "message"),
     [
         (lambda: limelight_type("LL5"), "no Limelight type named 'LL5'"),

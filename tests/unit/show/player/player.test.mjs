@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 const player = new URL("../../../../simcore/show/player/", import.meta.url);
-const { AWAY, Run, inflate, rowAt, turned, unpack, yawOf } = await import(new URL("data.js", player).href);
+const { AWAY, Run, inflate, rowAt, turned, unpack, valueAt, yawOf } = await import(new URL("data.js", player).href);
 const { ticks, words } = await import(new URL("charts.js", player).href);
 const { shadow } = await import(new URL("robot_views.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
@@ -66,6 +66,14 @@ test("a quaternion takes the short way, and is one", () => {
 test("rows by time", () => {
   assert.deepEqual([-1, 0, 0.5, 1, 2, 9].map((time) => rowAt([0, 1, 2], time)), [0, 0, 0, 1, 2, 2]);
   assert.equal(rowAt([], 1), 0);
+});
+
+test("a line of a board is not there before its first value, nor after it has ended", () => {
+  const level = { times: [163, 165], values: ["Level1", null] };
+  assert.deepEqual([0.5, 162.99, 163, 164.9, 165, 900].map((time) => valueAt(level, time)), [null, null, "Level1", "Level1", null, null]);
+  assert.deepEqual([valueAt(undefined, 1), valueAt({ times: [], values: [] }, 1)], [null, null]);
+  const lit = new Run({ ...meta, lamps: { goal: { times: [1], values: [true] } } }, new Uint8Array(run.bytes));
+  assert.deepEqual([lit.lampIsOn("goal", 0.9), lit.lampIsOn("goal", 1.1)], [false, true]);
 });
 
 test("scales have round numbers", () => {

@@ -7,7 +7,7 @@ type Quaternion = [x: number, y: number, z: number, w: number];
 /** A text, or a time [s] and a text that goes there. */
 type Cell = string | [time: number, text: string];
 
-/** From when on [s] something was so. */
+/** From when on [s] something was so; null: from then on it was not. */
 interface Changes<T> { times: number[]; values: T[] }
 interface ColumnGroup { width: number; times?: Place; rows?: Place }
 interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
@@ -40,7 +40,7 @@ interface Meta {
   };
   models: { body: SolidData[]; parts: SolidData[][] }[];
   robots: RobotData[]; kinds: KindData[]; looks: { name: string; box: boolean; color: string; edge: string }[];
-  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string>)[]; lamps: Record<string, Changes<boolean>>;
+  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string | null>)[]; lamps: Record<string, Changes<boolean>>;
   phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
   tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: [time: number, x: number, y: number][]; levels: LevelData[]; cells: Record<string, Changes<number>>;
   // of a live run
@@ -50,7 +50,7 @@ interface Meta {
 
 // What a report lists (simcore/show/report.py), and what charts.js draws.
 interface SeriesSpec {
-  name: string; x: ArrayLike<number>; y: ArrayLike<number | null>; low?: ArrayLike<number | null>; high?: ArrayLike<number | null>;
+  name: string; x: number[]; y: (number | null)[]; low?: (number | null)[]; high?: (number | null)[];
   kind?: "line" | "dots" | "bars" | "steps"; color?: string;
 }
 interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }
