@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -40,6 +40,9 @@ from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
 from simcore.players.lineup import entries, lineup, take_seats
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.wpilog import WpilogSink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
@@ -305,15 +308,24 @@ def six_robots(seconds: float) -> dict[str, Any]:
         return _play(match, engine, seconds, lambda number: None)
 
 
-def whole_match(seconds: float) -> dict[str, Any]:
+def whole_match(seconds: float, sinks: Sequence[TelemetrySink] = ()) -> dict[str, Any]:
     """The first seconds of a match of six scripted players."""
     engine = TimedEngine()
     seats = lineup(REBUILT, red="collector:3,collector:2,defender", blue="collector:3,shuttle,climber")
     options = [option.name for option in REBUILT.options if option.in_matches]
-    with Match(REBUILT, robots=entries(REBUILT, seats), seed=4, options=options, engine=engine) as match:
+    with Match(REBUILT, robots=entries(REBUILT, seats), seed=4, options=options, engine=engine, sinks=sinks) as match:
         take_seats(match, seats)
         result = _play(match, engine, seconds, lambda number: None)
         result["check"] |= {"points": match.score.total, "taken_in": len(match.record.taken_in)}
+        return result
+
+
+def recorded_match(seconds: float) -> dict[str, Any]:
+    """The same match with a log and a recording, as `simcore play` has them."""
+    with tempfile.TemporaryDirectory(prefix="simcore-bench-") as folder:
+        log, recording = WpilogSink(Path(folder, "match.wpilog")), Recording()
+        result = whole_match(seconds, [log, recording])
+        result["check"] |= {"log_bytes": log.path.stat().st_size, "rows": len(recording)}
         return result
 
 
@@ -363,6 +375,7 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "reefscape-auto": reefscape_auto,
     "six-robots": six_robots,
     "match": whole_match,
+    "recorded-match": recorded_match,
     "mujoco-reefscape-auto": on_mujoco(reefscape_auto),
     "robot-test": robot_test,
     "start-up": start_up,

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-__all__ = ["install_command", "shared_requirement"]
+__all__ = ["install_command", "is_source", "shared_requirement"]
 
 _PIP = "python -m pip install"
 _PACKAGE = Path(__file__).resolve().parent
@@ -36,7 +36,7 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
     """
     pip = f"{_PIP} --upgrade" if upgrade else _PIP
     names = f"[{','.join(extras)}]" if extras else ""
-    if _is_source(package.parent):
+    if is_source(package.parent):
         return f'`{pip} -e "{package.parent}{names}"`'
     if _index_version(package):
         return f'`{pip} "simcore{names}"`'
@@ -46,7 +46,7 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
         revision = version_control.get("requested_revision") or version_control.get("commit_id", "")
         return f'`{pip} "simcore{names} @ {version_control.get("vcs", "git")}+{url}@{revision}"`'
     folder = _folder(url)
-    if "dir_info" in origin and _is_source(folder):
+    if "dir_info" in origin and is_source(folder):
         return f'`{pip} "{folder}{names}"`'
     if "archive_info" in origin and (not url.startswith("file:") or folder.is_file()):
         return f'`{pip} "simcore{names} @ {url}"`'
@@ -79,7 +79,7 @@ def _address(package: Path) -> str:
         return f"{version_control.get('vcs', 'git')}+{url}@{version_control.get('commit_id', '')}"
     if url.startswith("https:"):
         return url
-    folder = package.parent if _is_source(package.parent) else _folder(url)
+    folder = package.parent if is_source(package.parent) else _folder(url)
     return _clone_address(folder) if (folder / ".git").exists() else ""
 
 
@@ -99,14 +99,14 @@ def _clone_address(folder: Path) -> str:
     return f"git+{url}@{commit}" if url.startswith("https://") else ""
 
 
-def _is_source(folder: Path) -> bool:
-    """Whether a folder is one that pip can install simcore from."""
+def is_source(folder: Path) -> bool:
+    """Return whether a folder is one that pip can install simcore from."""
     return (folder / "pyproject.toml").is_file() and (folder / "simcore" / "install_text.py").is_file()
 
 
 def _index_version(package: Path) -> str:
     """Which version pip took from an index by its name, which leaves no note of an origin; empty: it did not."""
-    found = [] if _is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
+    found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""
 

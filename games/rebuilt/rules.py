@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from games.rebuilt.fouls import MAJOR, MINOR, Fouls
 from games.rebuilt.fuel_ways import FuelWays
 from games.rebuilt.human_players import HUMAN_PLAYERS, HumanPlayers
 from games.rebuilt.scoring import ALLIANCES, ASSESSMENT, MATCH, UNCOUNTED, EventSettings, HubCount
 from games.rebuilt.tower import TowerJudge
+from simcore.channel import Channel
 from simcore.match.game import PlayedMatch, Rules
 from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
@@ -20,6 +22,10 @@ _LEVELS = ("None", "Level1", "Level2", "Level3")
 _WIN, _TIE = 3, 1
 
 
+def _each(of: Callable[[Alliance], Any]) -> dict[str, Any]:
+    return {alliance.capitalize(): of(alliance) for alliance in ALLIANCES}
+
+
 class RebuiltRules(Rules):
     """Counts fuel as the hubs' sensors see it, judges towers and fouls, and lets human players act.
 
@@ -27,6 +33,20 @@ class RebuiltRules(Rules):
         match: Which is played.
         event: Thresholds of ranking points, and what else differs from event to event.
     """
+
+    channels = (
+        Channel("Sim/Match/<Alliance>HubActive", "boolean", lambda r: _each(r.is_active),
+                "fuel that the hub's sensors see now counts"),
+        Channel("Sim/Match/<Alliance>HubLight", "string", lambda r: _each(r.hub_light),
+                "`on`, `pulsing` (3 s before it goes inactive), `off`, `purple` after the match"),
+        Channel("Sim/Match/<Alliance>OutpostFuel", "int",
+                lambda r: _each(r.human_players.stock.__getitem__) if r.human_players else {},
+                "fuel in chute and corral, in matches with human players"),
+        Channel("Sim/Match/AutoTowerRobot<n>", "string", lambda r: r.levels(r.towers.auto_level),
+                "level of each robot: `None`, `Level1` to `Level3`"),
+        Channel("Sim/Match/EndGameTowerRobot<n>", "string", lambda r: r.levels(r.towers.final_level),
+                "the same at the end"),
+    )  # fmt: skip
 
     def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
         super().__init__(match)
@@ -47,6 +67,14 @@ class RebuiltRules(Rules):
     def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
         """Whether a fuel counts that the sensors see at a time of the match [s], now if none is given."""
         return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
+
+    def hub_light(self, alliance: Alliance) -> str:
+        """Return what the light of an alliance's hub shows."""
+        return self.hubs.light(alliance, self.match.timer.time)
+
+    def levels(self, level: Callable[[int], int]) -> dict[str, str]:
+        """Return the names of the robots' levels, by their places in the list."""
+        return {str(robot.number + 1): _LEVELS[level(robot.number)] for robot in self.match.robots}
 
     # --- hooks ----------------------------------------------------------------------------------------------------
 
@@ -116,21 +144,6 @@ class RebuiltRules(Rules):
                 "rp": int(math.fsum((*bonuses.values(), self._result(alliance)))),
             }
             rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
-        return rows
-
-    def telemetry(self) -> Mapping[str, float | int | bool | str]:
-        """What the hubs show, and on which level each robot counts."""
-        time, rows = self.match.timer.time, dict[str, float | int | bool | str]()
-        for alliance in ALLIANCES:
-            name = alliance.capitalize()
-            rows[f"Sim/Match/{name}HubActive"] = self.is_active(alliance)
-            rows[f"Sim/Match/{name}HubLight"] = self.hubs.light(alliance, time)
-            if self.human_players is not None:
-                rows[f"Sim/Match/{name}OutpostFuel"] = self.human_players.stock[alliance]
-        for robot in self.match.robots:
-            name = f"Robot{robot.number + 1}"
-            rows[f"Sim/Match/AutoTower{name}"] = _LEVELS[self.towers.auto_level(robot.number)]
-            rows[f"Sim/Match/EndGameTower{name}"] = _LEVELS[self.towers.final_level(robot.number)]
         return rows
 
     # --- inside -----------------------------------------------------------------------------------------------------

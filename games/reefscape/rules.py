@@ -11,6 +11,7 @@ from games.reefscape.field import ALLIANCES
 from games.reefscape.fouls import BARGE_ZONE, Fouls
 from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
+from simcore.channel import Channel
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import PlayedMatch, Rules
@@ -48,6 +49,17 @@ class ReefscapeRules(Rules):
 
     Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
     """
+
+    channels = (
+        Channel("Sim/Match/<Alliance>StationCoral", "int",
+                lambda r: {a.capitalize(): r.human_players.stock[a] for a in ALLIANCES},
+                "coral that an alliance's human players have"),
+        Channel("Sim/Match/<Alliance>HumanPlayerAlgae", "int",
+                lambda r: {a.capitalize(): r.human_players.waiting_algae[a] for a in ALLIANCES},
+                "algae that wait for the human player behind the processor"),
+        Channel("Sim/Match/EndGameRobot<n>", "string", lambda r: r.ends,
+                "how each robot ended: `None`, `Parked`, `ShallowCage` or `DeepCage`"),
+    )  # fmt: skip
 
     def __init__(self, match: PlayedMatch) -> None:
         super().__init__(match)
@@ -158,16 +170,10 @@ class ReefscapeRules(Rules):
             rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
         return rows
 
-    def telemetry(self) -> Mapping[str, float | int | bool | str]:
-        """What the human players have, and how each robot ended."""
-        rows: dict[str, float | int | bool | str] = {}
-        for alliance in ALLIANCES:
-            name = alliance.capitalize()
-            rows[f"Sim/Match/{name}StationCoral"] = self.human_players.stock[alliance]
-            rows[f"Sim/Match/{name}HumanPlayerAlgae"] = self.human_players.waiting_algae[alliance]
-        for robot in self.match.robots:
-            rows[f"Sim/Match/EndGameRobot{robot.number + 1}"] = self._ends.get(robot.number, "None")
-        return rows
+    @property
+    def ends(self) -> dict[str, str]:
+        """How each robot ended, by its place in the list."""
+        return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
     # --- what counts ----------------------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ import inspect
 import logging
 import math
 import re
+import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -277,13 +278,13 @@ def _answer(ask: Callable[[], Any]) -> Any:
 def _questions(made: Any, names: re.Pattern[str], annotations: Sequence[str]) -> list[Callable[[], Any]]:
     """List methods and properties of an object of robot code that answer such a question, and change nothing."""
     found: list[Callable[[], Any]] = []
-    for cls in () if is_foreign(type(made)) else type(made).__mro__:
-        for name, part in vars(cls).items():
+    for home in _homes(made):
+        for name, part in vars(home).items():
             is_asked = names.fullmatch(_plain(name)) is not None
             if isinstance(part, property) and (is_asked or _is_annotated(part.fget, annotations)):
                 found.append(lambda n=name: getattr(made, n))  # type: ignore[misc]
             elif inspect.isfunction(part) and (is_asked or _is_annotated(part, annotations)):
-                found += _without_arguments(made, name, part)
+                found += _without_arguments(made, name)
     return found
 
 
@@ -292,22 +293,26 @@ def _plain(name: str) -> str:
 
 
 def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
-    """Methods of the program's own class that have such names and need no argument."""
+    """Methods of the program's own class, or functions of its module, with such names that need no argument."""
     found = {
         name: part
-        for cls in reversed(type(made).__mro__)
-        if not is_foreign(cls)
-        for name, part in vars(cls).items()
+        for home in reversed(_homes(made))
+        for name, part in vars(home).items()
         if inspect.isfunction(part) and names.fullmatch(_plain(name))
     }
-    return [ask for name, part in found.items() for ask in _without_arguments(made, name, part)]
+    return [ask for name in found for ask in _without_arguments(made, name)]
 
 
-def _without_arguments(made: Any, name: str, function: Any) -> list[Callable[[], Any]]:
-    parameters = list(inspect.signature(function).parameters.values())[1:]
-    if all(p.default is not p.empty or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters):
-        return [getattr(made, name)]
-    return []
+def _homes(made: Any) -> list[Any]:
+    """Classes of an object, or the module that it is, whose functions are the program's own."""
+    return [made] if isinstance(made, types.ModuleType) else [cls for cls in type(made).__mro__ if not is_foreign(cls)]
+
+
+def _without_arguments(made: Any, name: str) -> list[Callable[[], Any]]:
+    ask = getattr(made, name)
+    parameters = inspect.signature(ask).parameters.values()
+    is_complete = all(p.default is not p.empty or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters)
+    return [ask] if is_complete else []
 
 
 def _is_annotated(function: Any, annotations: Sequence[str]) -> bool:

@@ -52,6 +52,8 @@ _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"place
 """Measures that PathPlanner's and Choreo's settings have of every robot, by the kinds of drives that have none."""
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # of robots, with the fastest gears that are sold [m/s]
+_UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
+"""In which sides of a tank or mecanum drive may count, by their size [m]; odometry shows in time whether they do."""
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
@@ -175,6 +177,11 @@ def _fill_wheel(
     speed = motor(known["drive_motor"].value).free_speed / math.tau * way.value
     counts_wheels = speed > _SPEEDS[1] and _GEARINGS[0] <= 1.0 / way.value <= _GEARINGS[1]
     is_sane = _SPEEDS[0] <= speed <= _SPEEDS[1]
+    if not (is_sane or counts_wheels or found.kind == "swerve"):
+        for unit, size in _UNITS.items():
+            if _SPEEDS[0] <= speed * size <= _SPEEDS[1]:
+                way, is_sane = Measure(way.value * size, f"{way.source}, in {unit}", is_guess=True), True
+                break
     if not is_sane and (found.kind == "swerve" or not counts_wheels):
         differences.append(
             f"a turn of a drive motor is {way.value:.4g} m by {way.source}, {speed:.3g} m/s at its free speed, where "

@@ -164,7 +164,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
             ways = [_rounded(w.meters_per_encoder_turn) for w in wheels]
             rows.append(("wheel_distances", ways, "m that 2048 pulses are to the code"))
     if found.gyro is not None:
-        rows.append(("gyro", str(found.gyro), ""))
+        rows += [("gyro", str(found.gyro), ""), ("gyro_upside_down", False, "guess: it is mounted upright")]
     return rows + measures
 
 

@@ -50,10 +50,12 @@ class ObjectGraph:
         self._devices: dict[int, BuiltDevice | None] = {}
         self._below: dict[int, list[tuple[str, Any]]] = {}
         self._depths: dict[int, int] = {}
-        self._walk([("", robot), *_globals(folder)])
+        self.modules = _modules(folder)
+        """Those of the project."""
+        self._walk([("", robot), *(pair for module in self.modules for pair in _globals(module))])
 
     def holders(self) -> list[Holder]:
-        """Objects that hold devices themselves or by what is theirs, nearest to the robot first."""
+        """Objects that hold devices themselves or by what is theirs, nearest to the robot first; modules at last."""
         found = []
         leads = self._leading()
         for key, made in self._objects.items():
@@ -61,6 +63,10 @@ class ObjectGraph:
                 devices = self._held(made)
                 if devices:
                     found.append(Holder(made, self._names[id(made)], devices))
+        for module in self.modules:
+            devices = {n: d for n, value in _globals(module) if (d := self._device(value)) is not None}
+            if devices:
+                found.append(Holder(module, "", devices))
         return found
 
     def objects(self) -> Iterator[tuple[str, Any]]:
@@ -212,16 +218,20 @@ def _builds_motors(package: str) -> bool:
     return False
 
 
-def _globals(folder: Path | None) -> list[tuple[str, Any]]:
-    """Globals of the project's modules."""
+def _modules(folder: Path | None) -> list[types.ModuleType]:
+    """Modules of the project."""
     if folder is None:
         return []
-    found = []
-    base = folder.resolve()
+    base, found = folder.resolve(), []
     for module in list(sys.modules.values()):
-        names = getattr(module, "__dict__", {})
-        file = names.get("__file__")
+        file = getattr(module, "__dict__", {}).get("__file__")
         if isinstance(file, str) and "site-packages" not in file and Path(file).is_relative_to(base):
-            found += [(n, v) for n, v in list(names.items()) if not n.startswith("__") and not isinstance(v, _PLAIN)]
-            found += [(n, v) for n, v in list(names.items()) if isinstance(v, type) and v.__module__ == module.__name__]
+            found.append(module)
     return found
+
+
+def _globals(module: types.ModuleType) -> list[tuple[str, Any]]:
+    """Globals of a module that may hold devices, and its classes."""
+    names = [(n, v) for n, v in list(vars(module).items()) if not n.startswith("__")]
+    classes = [(n, v) for n, v in names if isinstance(v, type) and v.__module__ == module.__name__]
+    return [(n, v) for n, v in names if not isinstance(v, _PLAIN)] + classes

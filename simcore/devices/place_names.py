@@ -6,7 +6,7 @@ import re
 
 __all__ = ["CORNERS", "SIDES", "corner_of", "says_place", "words_of"]
 
-SIDES = {"left": r"left|\b([fmrb]?l|l[fmrb])\b", "right": r"right|\b([fmrb]?r|r[fmb])\b"}
+SIDES = {"left": r"left|\b(port|[fmrb]?l|l[fmrb])\b", "right": r"right|starboard|\b([fmrb]?r|r[fmb])\b"}
 """Words of names, and letters with those of an end: `l`, `fl`, `rr`, `lf`."""
 CORNERS = ("front left", "front right", "rear left", "rear right")
 

@@ -18,13 +18,15 @@ from simcore.errors import ConfigError
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
 
-__all__ = ["is_of_program", "place_of_question", "simulation_code", "watch_questions"]
+__all__ = ["answering_keys", "is_of_program", "place_of_question", "simulation_code", "watch_questions"]
 
 _log = logging.getLogger(__name__)
 
 _HERE = str(Path(__file__).resolve().parents[1])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
 _asked: dict[types.CodeType, str] = {}
+_serial_numbers: set[str] = set()
+"""Places that ask for it."""
 
 
 def is_of_program(code: types.CodeType) -> bool:
@@ -41,6 +43,11 @@ def simulation_code(code: types.CodeType) -> bool:
 def place_of_question() -> str:
     """File and line of the program's first question; empty: it has asked none."""
     return next(iter(_asked.values()), "")
+
+
+def answering_keys() -> list[str]:
+    """Keys of `[robot]` that answer what the program has asked."""
+    return ["real"] * bool(_asked) + ["serial_number"] * bool(_serial_numbers)
 
 
 @cache
@@ -86,12 +93,16 @@ def _serial_number(original: Any) -> Any:
     def ask(*args: Any) -> str:
         frame = sys._getframe(1)
         path = Path(frame.f_code.co_filename)
-        said = _settings(path.resolve().parent).serial_number if is_of_program(frame.f_code) else ""
-        if is_of_program(frame.f_code) and not said:
+        if not is_of_program(frame.f_code):
+            return str(original())
+        place = f"{path.name}:{frame.f_lineno}"
+        _serial_numbers.add(place)
+        said = _settings(path.resolve().parent).serial_number
+        if not said:
             _log.warning(
-                "%s:%d: the program asks for the serial number of the roboRIO, which has none here: serial_number "
+                "%s: the program asks for the serial number of the roboRIO, which has none here: serial_number "
                 "under [robot] of %s says which robot it is",
-                *(path.name, frame.f_lineno, FILE_NAME),
+                *(place, FILE_NAME),
             )
         return said or str(original())
 

@@ -210,6 +210,7 @@ def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
 
     path = found.wheels[0].name.split(".")
     above = [by_name[name] for k in range(len(path) - 1, -1, -1) if (name := ".".join(path[:k])) in by_name]
+    above += graph.modules if len(path) == 1 else []
     beliefs = probe_modules(modules, [_ports(wheel) for wheel in found.wheels], settle, above)
     zeros = _zeros_of_odometry(len(found.wheels))
     guesses: dict[str, Measure] = {}

@@ -5,8 +5,9 @@ sides of bumpers and frame are small soft balls, and edges of what stands on the
 frame and push it out through its nearest face. Load transfer, tipping, ramps, falls, a robot on its back and one on top
 of another follow from forces at these places.
 
-A contact that is deeper than its approach explains, as when a robot tips beyond the angle at which its bumpers are met
-in plan, was not pressed so deep by anything: what there is more of the depth (`put_in`) gives no force.
+A new contact that is deeper than its approach explains, as when a robot is put into another one or tips beyond the
+angle at which its bumpers are met in plan, was not pressed so deep by anything: what there is more of the depth
+(`put_in`) gives no force, and the two part by place, without velocity.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ __all__ = [
     "touch_field",
     "touch_plates",
     "turned_rate",
+    "unexplained",
+    "way_out",
 ]
 
 UPRIGHT = math.cos(math.radians(25.0))
@@ -44,6 +47,7 @@ _MOST_ENDS = 24  # of edges in the box of a robot's bumpers or frame
 _SLIDES = 0.1  # friction of skids and plates under a frame on the field; estimate
 _RUBS = 0.4  # friction of the rest of a robot on the field and on other robots; estimate
 _SLACK = 2e-4  # [m]; by so much a contact may be deeper than its approach explains
+_MOST_DAMPING = 0.8  # share of the speed that the dampers of points take in a step: beyond 1 they turn it round
 _OUT_TIME = 0.03  # [s] and
 _OUT_SPEED = 0.05  # [m/s]: so fast a robot comes out of what it was put into
 _FLOOR = -1
@@ -234,6 +238,18 @@ def find_spring(springs, r, key, stamp):
 
 
 @compiled
+def unexplained(depth, closing, h):
+    """Return how much of the depth of a new contact its closing speed [m/s] does not explain [m]."""
+    return max(0.0, depth - max(0.0, closing) * h - _SLACK)
+
+
+@compiled
+def way_out(put_in, h):
+    """Return how far what was put into something comes out of it in a step, by place and not by velocity [m]."""
+    return min(put_in, (put_in / _OUT_TIME + _OUT_SPEED) * h) if put_in > 0.0 else 0.0
+
+
+@compiled
 def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy, uz, k, c, friction, h):
     """Find the force of a soft contact with friction that has a memory.
 
@@ -265,10 +281,10 @@ def _press(robot, r, springs, key, stamp, depth, nx, ny, nz, ax, ay, az, ux, uy,
     slot, is_new = find_spring(springs, r, key, stamp)
     spring = springs[r, slot]
     if is_new or robot.is_put:
-        spring.put_in = max(0.0, depth - max(0.0, -out) * h - _SLACK)
+        spring.put_in = unexplained(depth, -out, h)
     spring.put_in = min(spring.put_in, depth)
     if spring.put_in > 0.0 and abs(nz) < 0.7:  # up and down its weight presses it out, or holds it
-        way = min(spring.put_in, (spring.put_in / _OUT_TIME + _OUT_SPEED) * h)
+        way = way_out(spring.put_in, h)
         robot.shift[0] += way * nx
         robot.shift[1] += way * ny
     load = k * (depth - spring.put_in) - c * out
@@ -326,6 +342,23 @@ def _velocity(body, ax, ay, az):
 
 
 @compiled
+def _mobility(body, ax, ay, az, nx, ny, nz):
+    """Return the inverse of the mass that a robot shows at a place from its center of mass along a direction [1/kg]."""
+    x, y, z = rotate_back(body.quat, ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx)
+    return 1.0 / body.mass + x * x / body.inertia[0] + y * y / body.inertia[1] + z * z / body.inertia[2]
+
+
+@compiled
+def _limited_damping(damping, mobility, count, h):
+    """Return the damping of one of `count` contacts at once [N s/m].
+
+    Each takes at most its share of `_MOST_DAMPING` of the speed at its place in a step of h [s], so that all of them
+    together never turn a motion round, wherever they are.
+    """
+    return min(damping, _MOST_DAMPING / (mobility * count * h))
+
+
+@compiled
 def _add_load(point, load, nx, ny, nz, ax, ay, az):
     """Add a contact of a point: the mean of several has their mean place and direction."""
     share = load / (point.load + load)
@@ -339,8 +372,23 @@ def _add_load(point, load, nx, ny, nz, ax, ay, az):
 
 
 @compiled
-def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, h):
-    """Press one wheel or point of a robot against the field."""
+def _note_hit(hits, n, i, what, depth, nx, ny, nz, ax, ay, az):
+    """Note what a point touches, how deep, the way out, and its middle from the center of mass of its robot."""
+    hit = hits[n]
+    hit[0] = i
+    hit[1] = what
+    hit[2] = depth
+    hit[3] = nx
+    hit[4] = ny
+    hit[5] = nz
+    hit[6] = ax
+    hit[7] = ay
+    hit[8] = az
+
+
+@compiled
+def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, h):
+    """Press one wheel or point of a robot against the field; `count` points touch at once."""
     robot = fleet.robots[r]
     point = fleet.points[i]
     ax -= (point.radius - depth) * nx
@@ -353,9 +401,10 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, h):
             push(robot, ax, ay, az, load * nx, load * ny, load * nz)
             _add_load(point, load, nx, ny, nz, ax, ay, az)
         return
+    damping = _limited_damping(point.damping, _mobility(body, ax, ay, az, nx, ny, nz), count, h)
     _, fx, fy, fz = _press(
         robot, r, fleet.springs, _POINTS + (i - robot.first_point) * 100000 + what, fleet.clock[0], depth, nx, ny, nz,
-        ax, ay, az, ux, uy, uz, point.stiffness, point.damping, _RUBS, h,
+        ax, ay, az, ux, uy, uz, point.stiffness, damping, _RUBS, h,
     )  # fmt: skip
     push(robot, ax, ay, az, fx, fy, fz)
 
@@ -448,7 +497,6 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
     ny = -sign * body.axes[1, axis]
     nz = -sign * body.axes[2, axis]
     stiffness = part.edge_stiffness
-    damping = part.edge_damping * 4.0 / max(4.0, float(n))
     friction = _SLIDES if face == 4 else _RUBS
     for k in range(n):
         depth = half[axis] - sign * ends[k, axis]
@@ -457,6 +505,7 @@ def _press_edges(fleet, r, body, p, solids, s, ends, keys, h):
             ends[k, 2] + middle - body.center[2],
         )  # fmt: skip
         ux, uy, uz = _velocity(body, ax, ay, az)
+        damping = _limited_damping(part.edge_damping, _mobility(body, ax, ay, az, nx, ny, nz), n, h)
         load, fx, fy, fz = _press(
             robot, r, fleet.springs, keys[k], fleet.clock[0], depth, nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness,
             damping, friction, h,
@@ -517,6 +566,9 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
                 for p in range(robot.first_part, robot.last_part):
                     _press_edges(fleet, r, body, p, solids, near[k], ends, keys, h)
     is_low = count > 0 or (has_floor and lowest < 0.0)
+    hits = np.empty((2 * (robot.last_point - robot.first_point), 9))
+    n = 0
+    points = 0  # that touch and are no wheels
     for i in range(robot.first_point, robot.last_point):
         point = fleet.points[i]
         point.load = 0.0
@@ -532,8 +584,10 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
         y = body.com[1] + ay
         z = body.com[2] + az
         point.gap = z - radius if has_floor else _LOOK
+        before = n
         if has_floor and z < radius:
-            _press_point(fleet, r, body, i, _FLOOR, radius - z, 0.0, 0.0, 1.0, ax, ay, az, h)
+            _note_hit(hits, n, i, _FLOOR, radius - z, 0.0, 0.0, 1.0, ax, ay, az)
+            n += 1
         best = 0.0
         solid = 0
         bx = 0.0
@@ -552,8 +606,18 @@ def touch_field(fleet, r, bodies, solids, has_floor, h):
                 by = ny
                 bz = nz
         if best > 0.0:
-            _press_point(fleet, r, body, i, solid, best, bx, by, bz, ax, ay, az, h)
+            _note_hit(hits, n, i, solid, best, bx, by, bz, ax, ay, az)
+            n += 1
             note_touch(robot, solids.row[solid])
+        if not point.is_wheel:
+            points += n - before
+    for k in range(n):
+        i = int(hits[k, 0])
+        what = int(hits[k, 1])
+        _press_point(
+            fleet, r, body, i, what, hits[k, 2], hits[k, 3], hits[k, 4], hits[k, 5], hits[k, 6], hits[k, 7], hits[k, 8],
+            points, h,
+        )  # fmt: skip
 
 
 @compiled
@@ -653,6 +717,8 @@ def _press_into(fleet, r, q, body, other, h):
     robot = fleet.robots[r]
     beneath = fleet.robots[q]
     quat = other.quat
+    hits = np.empty((robot.last_point - robot.first_point, 9))
+    n = 0
     for i in range(robot.first_point, robot.last_point):
         point = fleet.points[i]
         ax, ay, az = rotate(body.quat, point.x - body.center[0], point.y - body.center[1], point.z - body.center[2])
@@ -670,20 +736,30 @@ def _press_into(fleet, r, q, body, other, h):
                 bx = nx
                 by = ny
                 bz = nz
-        if best <= 0.0:
-            continue
-        nx, ny, nz = rotate(quat, bx, by, bz)
-        ax -= (point.radius - best) * nx
-        ay -= (point.radius - best) * ny
-        az -= (point.radius - best) * nz
+        if best > 0.0:
+            nx, ny, nz = rotate(quat, bx, by, bz)
+            _note_hit(hits, n, i, q, best, nx, ny, nz, ax, ay, az)
+            n += 1
+    for k in range(n):
+        i = int(hits[k, 0])
+        depth = hits[k, 2]
+        nx = hits[k, 3]
+        ny = hits[k, 4]
+        nz = hits[k, 5]
+        point = fleet.points[i]
+        ax = hits[k, 6] - (point.radius - depth) * nx
+        ay = hits[k, 7] - (point.radius - depth) * ny
+        az = hits[k, 8] - (point.radius - depth) * nz
         cx = ax + body.com[0] - other.com[0]
         cy = ay + body.com[1] - other.com[1]
         cz = az + body.com[2] - other.com[2]
         ux, uy, uz = _velocity(body, ax, ay, az)
         vx, vy, vz = _velocity(other, cx, cy, cz)
+        mobility = _mobility(body, ax, ay, az, nx, ny, nz) + _mobility(other, cx, cy, cz, nx, ny, nz)
         load, fx, fy, fz = _press(
-            robot, r, fleet.springs, -_POINTS - (i - robot.first_point) * 1000 - q, fleet.clock[0], best, nx, ny, nz,
-            ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness, point.damping, _RUBS, h,
+            robot, r, fleet.springs, -_POINTS - (i - robot.first_point) * 1000 - q, fleet.clock[0], depth, nx, ny, nz,
+            ax, ay, az, ux - vx, uy - vy, uz - vz, point.stiffness,
+            _limited_damping(point.damping, mobility, n, h), _RUBS, h,
         )  # fmt: skip
         if load > 0.0:
             push(robot, ax, ay, az, fx, fy, fz)

@@ -17,22 +17,21 @@ import math
 
 import numpy as np
 
-from simcore.loop.body import find_spring, note_touch, push
+from simcore.loop.body import find_spring, note_touch, push, unexplained, way_out
 from simcore.loop.compiled import compiled
 
 __all__ = ["place_parts", "touch_outlines", "touch_robots"]
 
 _BESIDE = 0.003
 """Outlines whose sides overlap by less pass each other [m]."""
+_COMMON = 1e-3
+"""Parts of two robots with less height in common pass above each other [m]: bumpers are as high as a frame begins."""
 _EQUAL = 1e-6
 """Of two sides that part the outlines by the same, the first one is taken [m]."""
 _MOST_RESTITUTION = 0.25
 """More than bumpers give back [-]; up to here no hit, however oblique, gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
 """Share of the speed that a damper takes in a step, at most: beyond 1 it would turn it round."""
-_OUT_TIME, _OUT_SPEED = 0.03, 0.05
-"""How fast bumpers come out of what they were put into, by place and not by velocity: nobody has squeezed them [s] and
-[m/s]."""
 _LEAST_SIDE = 0.1
 """Length over which a corner presses a bumper in [m]."""
 _NONE = np.zeros(4, np.uint8)
@@ -133,7 +132,7 @@ def _manifold(a, a_normals, a_first, a_last, a_hidden, b, b_normals, b_first, b_
         b_first: Of the other.
         b_last: Of the other.
         b_hidden: Of the other.
-        found: Rows of x, y, nx, ny, depth, length, shape (2, 6).
+        found: Rows of x, y, nx, ny, depth, length, and which end it is, shape (2, 7).
 
     Returns:
         How many.
@@ -189,6 +188,7 @@ def _clip(a, a_normals, a_first, a_last, side, b, b_normals, b_first, b_last, si
             found[n, 3] = sign * ny
             found[n, 4] = -gap
             found[n, 5] = max(high - low, _LEAST_SIDE)
+            found[n, 6] = k if sign > 0.0 else 1 - k  # the same end whichever outline has the side
             n += 1
     return n
 
@@ -230,13 +230,13 @@ def _force(found, n, stiffness, ratio, mass, friction, v_n, v_t, springs, r, key
     """
     k = 0.5 * stiffness * found[n, 5]
     c = min(2.0 * ratio * math.sqrt(k * mass), _MOST_DAMPING * mass / h)
-    slot, _ = find_spring(springs, r, key, stamp)
+    slot, is_new = find_spring(springs, r, key, stamp)
     spring = springs[r, slot]
-    if is_put:
-        spring.put_in = found[n, 4]
+    if is_new or is_put:
+        spring.put_in = unexplained(found[n, 4], -v_n, h)
         spring.stretch[0] = 0.0
     spring.put_in = min(spring.put_in, found[n, 4])
-    way = min(spring.put_in, (spring.put_in / _OUT_TIME + _OUT_SPEED) * h) if spring.put_in > 0.0 else 0.0
+    way = way_out(spring.put_in, h)
     normal = max(0.0, k * (found[n, 4] - spring.put_in) - c * v_n)
     stretch = spring.stretch[0] + v_t * h
     across = k * stretch + c * v_t
@@ -257,7 +257,7 @@ def touch_outlines(fleet, r, body, h, found):
         r: Which.
         body: Of it.
         h: Step [s].
-        found: Room for two contacts, shape (2, 6).
+        found: Room for two contacts, shape (2, 7).
     """
     robot = fleet.robots[r]
     for p in range(robot.first_part, robot.last_part):
@@ -290,7 +290,7 @@ def touch_outlines(fleet, r, body, h, found):
                 normal, across, way = _force(
                     found, n, part.stiffness, _ratio(part.restitution * one.restitution), mass,
                     part.friction * one.friction, -(nx * ux + ny * uy), nx * uy - ny * ux,
-                    fleet.springs, r, ((p + 1) * 100000 + o) * 2 + n, fleet.clock[0], robot.is_put, h,
+                    fleet.springs, r, ((p + 1) * 100000 + o) * 2 + int(found[n, 6]), fleet.clock[0], robot.is_put, h,
                 )  # fmt: skip
                 robot.shift[0] -= way * nx
                 robot.shift[1] -= way * ny
@@ -315,7 +315,7 @@ def touch_robots(fleet, a, b, bodies, h, found):
             theirs = fleet.parts[q]
             low = max(mine.low, theirs.low)
             high = min(mine.high, theirs.high)
-            if low >= high:
+            if high - low < _COMMON:
                 continue
             count = _manifold(
                 mine.corners, mine.normals, 0, 4, _NONE, theirs.corners, theirs.normals, 0, 4, _NONE, found
@@ -335,7 +335,7 @@ def touch_robots(fleet, a, b, bodies, h, found):
                 normal, across, way = _force(
                     found, n, stiffness, _ratio(mine.restitution * theirs.restitution), mass,
                     mine.friction * theirs.friction, nx * ux + ny * uy, nx * uy - ny * ux, fleet.springs, a,
-                    -((p + 1) * 100000 + q) * 2 - n, fleet.clock[0], one.is_put or other.is_put, h,
+                    -((p + 1) * 100000 + q) * 2 - int(found[n, 6]), fleet.clock[0], one.is_put or other.is_put, h,
                 )  # fmt: skip
                 share = met.mass / (body.mass + met.mass)
                 one.shift[0] -= share * way * nx

@@ -95,7 +95,7 @@ SHAFT = np.dtype(
         # --- swerve: the azimuth of a wheel's shaft, and the wheel's shaft of an azimuth ---
         ("partner", _i),  # shaft of the robot, -1: none
         ("zero", _f),  # of an azimuth: direction of the wheel at position 0 [rad]
-        ("scrub", _f),  # of an azimuth: friction torque over load [m]
+        ("scrub", _f),  # of an azimuth: mean radius of the contact patch [m]
         ("coupling", _f),  # of an azimuth: torque over current of the wheel's motor [N m/A]
         ("coupled_emf", _f),  # of wheels: back-EMF per speed of the azimuth [V s/rad]
         ("coupled_inertia", _f),  # of wheels: of the rotor that the azimuth turns as well [kg m^2]

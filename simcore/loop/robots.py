@@ -88,7 +88,7 @@ def kick_robots(fleet: Fleet, bodies: Records, solids: Solids, has_floor: bool, 
         part: Share of the step in the call.
     """
     n = len(fleet.robots)
-    found = np.zeros((2, 6))
+    found = np.zeros((2, 7))
     fleet.clock[0] += 1
     for r in range(n):
         robot = fleet.robots[r]
@@ -217,17 +217,38 @@ def _follow_target(shafts, i, first_shaft):
 
 
 @compiled
+def scrub(azimuth, wheel, least):
+    """Return dry friction [N m] and drag [N m s/rad] of a contact patch that turns on the carpet.
+
+    While the wheel stands they are mu N r and none. Coulomb friction acts along the slip: where the patch slips by s
+    already, as that of a rolling wheel does, and an azimuth at omega rubs it by r omega < s, the share r omega / s of
+    its friction is against the turning. So a wheel that rolls is steered with little torque, and its scrub holds no
+    angle, as with a car that moves.
+
+    Args:
+        azimuth: Shaft.
+        wheel: On it.
+        least: Slip of a wheel that stands [m/s].
+    """
+    most = azimuth.scrub * wheel.cof * wheel.load
+    slip = wheel.slip - least
+    if azimuth.scrub * abs(azimuth.speed) < slip:
+        return 0.0, most * azimuth.scrub / slip
+    return most, 0.0
+
+
+@compiled
 def _steer(robot, shafts, wheels, h, bus):
     """Turn the azimuths, and the mechanisms."""
     for i in range(robot.first_shaft + robot.drive_shafts, robot.last_shaft):
         s = shafts[i]
         if s.kind != AZIMUTH:
-            turn(shafts, i, h, bus, 0.0, 0.0)
+            turn(shafts, i, h, bus, 0.0, 0.0, 0.0)
             continue
         wheel_shaft = shafts[robot.first_shaft + s.partner]
         before = s.speed
-        load = wheels[robot.first_wheel + wheel_shaft.first].load
-        turn(shafts, i, h, bus, s.scrub * load, s.coupling * wheel_shaft.current)
+        dry, drag = scrub(s, wheels[robot.first_wheel + wheel_shaft.first], wheel_shaft.slip_speed)
+        turn(shafts, i, h, bus, dry, drag, s.coupling * wheel_shaft.current)
         wheel_shaft.emf_offset = wheel_shaft.coupled_emf * 0.5 * (before + s.speed)
         wheel_shaft.torque_offset = -wheel_shaft.coupled_inertia * (s.speed - before) / h
         wheel_shaft.cos = math.cos(s.position + s.zero)

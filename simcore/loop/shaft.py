@@ -79,7 +79,7 @@ def fit(shafts, i, h):
 
 
 @compiled
-def turn(shafts, i, h, bus, friction, torque):
+def turn(shafts, i, h, bus, friction, drag, torque):
     """Turn a shaft without wheels by a step; its request is known.
 
     The step is exact for a motor on constant volts, and the mean speed and current in it as well.
@@ -90,6 +90,7 @@ def turn(shafts, i, h, bus, friction, torque):
         h: Step [s].
         bus: Voltage of the battery [V].
         friction: Dry friction beside its own [N m].
+        drag: Torque against its speed [N m s/rad].
         torque: From elsewhere [N m].
     """
     s = shafts[i]
@@ -114,7 +115,7 @@ def turn(shafts, i, h, bus, friction, torque):
     k = s.inertia / h
     power = s.supply_limit * supply
     end, amps, at, _, _ = solve_limited(
-        k, k * w + torque, i0, i1, s.limit, emf_end, resistance, s.driving, s.driven, holds, offset, w, power
+        k + drag, k * w + torque, i0, i1, s.limit, emf_end, resistance, s.driving, s.driven, holds, offset, w, power
     )
     if (s.position >= s.upper and end > 0.0) or (s.position <= s.lower and end < 0.0):  # a stop holds it
         w = 0.0
@@ -179,6 +180,6 @@ def turn_alone(shafts: Records, i: int, dt: float, bus: float) -> None:
     begin_motor(shafts, i)
     for _ in range(n):
         request(shafts, i, s.rail if s.rail > 0.0 else bus, s.emf * s.speed)
-        turn(shafts, i, h, bus, 0.0, 0.0)
+        turn(shafts, i, h, bus, 0.0, 0.0, 0.0)
     s.mean_current /= dt
     s.mean_supply /= dt

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.loop.robot_state import DUTY
 from simcore.match.run_record import Placement
 from simcore.match.scoring import FoulEvent
@@ -22,7 +23,6 @@ from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import Shooter
 from simcore.robot.climber import Climber
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim, ShaftSim
-from simcore.telemetry.columns import Channel
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
@@ -88,10 +88,11 @@ MATCH = (
     Channel("Sim/Warnings", "string", lambda m: "\n".join(m.record.warnings) or None,
             "what simcore warned of, a line each; from the last tick on, why robots took in or threw nothing"),
     Channel("Sim/Score/<name>", "int", lambda m: m.score_counts,
-            "pieces through a scoring zone of the game, and what else its score is made of"),
-    Channel("Sim/Placed/<Level>", "int", lambda m: m.pieces.places.totals(),
+            "pieces through a scoring zone of the game, `<Alliance>/humanPlayerPoints` of what people threw, and "
+            "what else its score is made of"),
+    Channel("Sim/Placed/<Level>", "int", lambda m: m.pieces.places.totals() if m.game.places else {},
             "pieces that are placed on a level, of a game with resting places"),
-    Channel("Sim/Places/<Level>", "int[]", lambda m: m.pieces.places.counts(),
+    Channel("Sim/Places/<Level>", "int[]", lambda m: m.pieces.places.counts() if m.game.places else {},
             "how many of them are in each place of that level, in the order of the game's `places`"),
     Channel("Sim/Hanging", "Pose3d[]", lambda m: _hanging(m.hanging),
             "what hangs from the field and swings, of a game that has such bodies", "m", 6),
@@ -118,7 +119,7 @@ PIECES = (
 ROBOT = (
     Channel("Robot/Pose3d", "Pose3d", lambda f: f.places,
             "true pose of the robot; its origin is on the carpet under the center", "m", 6),
-    Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: [robot.component_poses() for robot in f.robots],
+    Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: f.components.poses(f.shafts),
             "moving parts in the robot frame, in the order of `RobotConfig.components`"),
     Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.module_states,
             "of a swerve drive: speed over ground [m/s] and angle [rad] of each module, in the order of its "

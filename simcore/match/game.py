@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
 from simcore.match.clock import MatchClock, Phase
@@ -333,6 +334,9 @@ class Rules:
         match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
     """
 
+    channels: ClassVar[Sequence[Channel]] = ()
+    """What the game adds to telemetry: of each the whole key, and a function of the rules."""
+
     def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
@@ -348,7 +352,7 @@ class Rules:
     def worth(self, zone: ScoringZone) -> int:
         """Points of a piece that would score in a zone now.
 
-        It must change nothing, and neither may `game_data`, `breakdown` and `telemetry`: whoever draws a picture asks
+        It must change nothing, and neither may `game_data`, `breakdown` and `channels`: whoever draws a picture asks
         them, as often as there is time for it. What a piece that scores changes is for `scored`.
         """
         return zone.points
@@ -378,10 +382,6 @@ class Rules:
 
     def breakdown(self) -> Mapping[str, int]:
         """Counts that the score is made of, by name; beside the pieces of each zone."""
-        return {}
-
-    def telemetry(self) -> Mapping[str, float | int | bool | str]:
-        """What the game adds to telemetry, by key."""
         return {}
 
 

@@ -8,30 +8,25 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import matrix, multiply
+from simcore.channel import FIELD_OF, Channel
+from simcore.errors import ConfigError
 from simcore.match.camera_rig import CameraRig
 from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Score
 from simcore.robot.chassis import ground_clearance
+from simcore.robot.components import Components, carried
 from simcore.robot.mechanisms import PistonSim, RackSim, ShaftSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.telemetry.columns import FIELDS, GAP, Channel, Columns, Table
+from simcore.telemetry.columns import FIELDS, GAP, Columns, Table
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Publisher"]
 
 _DECIMALS = 6  # of poses: the engine holds a robot at rest to some 1e-9 m, and a log would take up every tick of it
-_FIELD = {
-    "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
-    "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
-}  # fmt: skip
-"""Field of a `Snapshot`, by the type of a channel."""
-_KINDS = {bool: "booleans", int: "integers", float: "doubles", str: "strings"}
-"""The same by the type of a value, which may be derived from it."""
 
 
 class PublishedMatch(PlayedMatch, Protocol):
@@ -79,9 +74,13 @@ class Publisher:
         self._match, self._robots, self._pieces = match, _Robots(match), _Pieces(match)
         self._tables = {name: Table(name) for name in FIELDS}
         self._fixed: dict[str, list[_Source]] = {name: [] for name in FIELDS}
+        self._declared: set[str] = set()
         self._others: list[_Source] = []
-        """Arrays, texts, and values by name."""
-        self._strings: dict[str, str] = {}
+        """Arrays and texts."""
+        self._named: list[_Source] = []
+        """Numbers by name."""
+        self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
+        """Names that came last, and their columns, by field and open key."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
                 self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
@@ -97,19 +96,34 @@ class Publisher:
                 self._place(channel, key)  # robot by robot, for whoever lists them; values come channel by channel
         for channel, mine in things.items():
             self._add(channel, [key for key, _ in mine], self._robots.values_of(channel, [thing for _, thing in mine]))
+        for channel in match.rules.channels:
+            self._add(channel, [channel.key], partial(_of_rules, channel, match))
+        self._programs = [0 for _ in match.robots]
+        """Channels of robot programs that have been added, of each robot."""
+        self._add_programs()
+
+    def _add_programs(self) -> None:
+        """Add the channels that robot programs have added since."""
+        for robot, known in zip(self._match.robots, self._programs, strict=True):
+            for channel in robot.channels[known:]:
+                self._add(channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_asked, [channel], robot))
+        self._programs = [len(robot.channels) for robot in self._match.robots]
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
-    def _place(self, channel: Channel, key: str) -> bool:
-        """Give a key its column, if it has one; whether it has."""
-        has_one = "<" not in key and _FIELD[channel.kind] in FIELDS
-        if has_one:
-            self._tables[_FIELD[channel.kind]].place(key)
-        return has_one
+    def _place(self, channel: Channel, key: str) -> None:
+        """Give a key its column, if it has one."""
+        if "<" not in key and channel.field in FIELDS:
+            self._tables[channel.field].place(key)
 
     def _add(self, channel: Channel, keys: list[str], values: Callable[[], Iterable[Any]]) -> None:
-        source = _Source(_FIELD[channel.kind], keys, channel.decimals, values)
-        has_columns = [self._place(channel, key) for key in keys]
-        (self._fixed[source.field] if any(has_columns) else self._others).append(source)
+        source = _Source(channel.field, keys, channel.decimals, values)
+        for key in keys:
+            if key in self._declared:
+                raise ConfigError(f"the telemetry key {key!r} is declared twice; choose another one")
+            self._declared.add(key)
+            self._place(channel, key)
+        has_columns, is_open = source.field in FIELDS, "<" in keys[0]
+        (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
     def _decimals(self, name: str) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return columns of fixed values, a power of ten for each, and where they are rounded at all."""
@@ -123,45 +137,64 @@ class Publisher:
     def snapshot(self) -> Snapshot:
         """Return everything that telemetry shows of the last tick."""
         match = self._match
+        if self._programs != [len(robot.channels) for robot in match.robots]:
+            self._add_programs()
         self._robots.look()
-        self._pieces.look()
-        found: dict[str, dict[str, Any]] = {name: {} for name in _FIELD.values()}
-        """What has no column of its own from the beginning."""
+        self._pieces.look(self._robots.places, self._robots.slots)
+        found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
             for key, value in zip(keys, values(), strict=True):
-                if "<" in key:
-                    head, tail = key.split("<")[0], key.split(">")[1]
-                    rows.update({f"{head}{k}{tail}": _rounded(v, decimals) for k, v in value.items()})
-                elif value is not None:
-                    rows[key] = _rounded(value, decimals)
-        for key, value in match.rules.telemetry().items():
-            found[next(name for kind, name in _KINDS.items() if isinstance(value, kind))][key] = value
-        if found["strings"] == self._strings:
-            found["strings"] = self._strings  # the same object: nobody need look into it
-        self._strings = found["strings"]
-        rows = {name: self._row(name, found[name]) for name in FIELDS}
-        return Snapshot(time=match.time, tick=match.ticks - 1, **found | rows)
+                if value is None:
+                    continue
+                if "<" not in key:
+                    rows[key] = value if decimals is None else _rounded(value, decimals)
+                elif value:
+                    rows.update({k: _rounded(v, decimals) for k, v in _filled(key, value).items()})
+        late: dict[str, list[tuple[IntArray, Any]]] = {name: [] for name in FIELDS}
+        for name, keys, decimals, values in self._named:
+            for key, some in zip(keys, values(), strict=True):
+                if some:
+                    late[name].append((self._columns_of(name, key, some), _rounded([*some.values()], decimals)))
+        blocks = {name: self._row(name, late[name]) for name in FIELDS}
+        return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
-    def _row(self, name: str, named: dict[str, Any]) -> Columns:
-        """Return the values of a field: those of its fixed columns, and by key what else there is."""
+    def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
+        """Return the columns of values by name, which are mostly those of the tick before."""
+        known, now = self._known.get((name, key)), tuple(values)
+        if known is None or known[0] != now:
+            places = [self._tables[name].place(one) for one in _filled(key, values)]
+            known = self._known[name, key] = now, np.array(places, np.int64)
+        return known[1]
+
+    def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
+        """Return the values of a field: those of its fixed columns, and others with theirs."""
         table, (columns, scales, is_rounded) = self._tables[name], self._rounding[name]
-        places = [table.place(key) for key in named]
         block = table.empty()
         if len(columns):
             values = np.concatenate([one.values() for one in self._fixed[name]])
             if is_rounded.any():
                 np.copyto(values, np.rint(values * scales) / scales + 0.0, where=is_rounded)  # no -0.0: another value
             block[columns] = values
-        if named:
-            block[places] = list(named.values())
+        for columns, values in late:
+            block[columns] = values
         return Columns(table, block)
+
+
+def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by name with the names in the place of the `<...>` of a key."""
+    head, tail = key.split("<")[0], key.split(">")[1]
+    return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
 def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
     """Return values of one type, of the match or a kind of pieces; a gap for a number that there is not."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
+
+
+def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
+    return _asked([channel], match.rules)  # a reset of the field makes others
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
@@ -205,15 +238,18 @@ class _Robots:
             count = len(robot.drive.shafts)
             drives.setdefault((count, isinstance(robot.drive, SwerveDrive)), []).append((robot.number, first))
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
-        self._drives = [
-            (
-                np.array([number for number, _ in some]),
-                np.array([first for _, first in some])[:, None] + np.arange(n),
-                is_swerve,
-            )
-            for (n, is_swerve), some in drives.items()
-        ]
-        """Numbers of robots whose drives are alike, rows of their shafts, and whether they are swerve."""
+        self.components = Components(self.robots, self.shaft_of)
+        self._drives: list[tuple[IntArray, IntArray]] = []
+        """Numbers of robots whose drives have as many shafts, and rows of these."""
+        self._swerves: list[tuple[IntArray, IntArray, IntArray]] = []
+        """Of swerve drives, numbers, and rows of wheels and azimuths."""
+        for (count, is_swerve), some in drives.items():
+            numbers, firsts = np.array(some).T
+            rows = firsts[:, None] + np.arange(count)
+            self._drives.append((numbers, rows))
+            if is_swerve:
+                self._swerves.append((numbers, rows[:, : count // 2], rows[:, count // 2 :]))
+        self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
         soles = [robot.chassis.soles for robot in self.robots]
         self._soles, self._sole_of = (
             np.concatenate(soles),
@@ -238,8 +274,11 @@ class _Robots:
         )
         self.places = np.array([(*r.chassis.pos, r.chassis.quat[3], *r.chassis.quat[:3]) for r in self.robots])
         """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
-        self.held = [len(robot.held) for robot in self.robots]
-        """Pieces in each."""
+        self.slots = [robot.held for robot in self.robots]
+        self.held = [len(slots) for slots in self.slots]
+        """Pieces in each: which, and how many."""
+        modules = self._modules()
+        self.module_states, self.module_setpoints = modules[: len(self.robots)], modules[len(self.robots) :]
         self.clearance = self._clearance()
         """Height of the lowest wheel over the ground [m]."""
 
@@ -248,9 +287,8 @@ class _Robots:
         w, x, y, z = places[self._sole_of, 3:].T
         heights = self._soles[:, 0] * (2.0 * (x * z - w * y)) + self._soles[:, 1] * (2.0 * (y * z + w * x))
         low: FloatArray = np.minimum.reduceat(heights + places[self._sole_of, 2], self._first_sole)
-        for robot in self.robots:
-            if not robot.chassis.is_on_flat:
-                low[robot.number] = ground_clearance(*robot.chassis.wheel_ground()).height
+        for number in np.nonzero(~self.match.world.are_flat(places[:, :2], self._reach))[0].tolist():
+            low[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
         return low
 
     @property
@@ -270,38 +308,29 @@ class _Robots:
     def drive_currents(self) -> FloatArray:
         """Of all motors of each drive from the battery [A]."""
         found = np.empty(len(self.robots))
-        for numbers, rows, _ in self._drives:
+        for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
         return found
 
-    @property
-    def module_states(self) -> list[FloatArray | None]:
-        """Speed and angle of the modules of each swerve drive, as their encoders show them."""
+    def _modules(self) -> list[FloatArray | None]:
+        """Speed and angle of the modules of each swerve drive, as encoders show them, then as they are wanted."""
         found: list[FloatArray | None] = [None] * len(self.robots)
-        for numbers, rows, is_swerve in self._drives:
-            if is_swerve:
-                wheels, azimuths = np.split(rows, 2, axis=1)
-                speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
-                states = _module_states(np.stack((speeds, self.shafts["position"][azimuths]), axis=-1))
-                for number, rows_of_one in zip(numbers.tolist(), states, strict=True):
-                    found[number] = rows_of_one
-        return found
-
-    @property
-    def module_setpoints(self) -> list[FloatArray | None]:
-        """The same as they are wanted."""
-        wanted = [
-            (robot.drive.module_setpoints() if robot.module_setpoints is None else robot.module_setpoints)
-            if isinstance(robot.drive, SwerveDrive)
-            else None
-            for robot in self.robots
-        ]
-        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in wanted if rows is not None)]))
+        for numbers, wheels, azimuths in self._swerves:
+            speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
+            states = np.stack((speeds, self.shafts["position"][azimuths]), axis=-1)
+            for number, rows in zip(numbers.tolist(), states, strict=True):
+                found[number] = rows
+        for robot in self.robots:
+            wanted = robot.module_setpoints
+            if wanted is None and isinstance(robot.drive, SwerveDrive):
+                wanted = robot.drive.module_setpoints()
+            found.append(wanted if isinstance(robot.drive, SwerveDrive) else None)
+        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in found if rows is not None)]))
         last = 0
-        found: list[FloatArray | None] = []
-        for rows in wanted:
-            first, last = last, last + (0 if rows is None else len(rows))
-            found.append(None if rows is None else states[first:last])
+        for place, rows in enumerate(found):
+            if rows is not None:
+                first, last = last, last + len(rows)
+                found[place] = states[first:last]
         return found
 
     @property
@@ -322,17 +351,27 @@ class _Kind:
         """Those in robots, field frame."""
 
 
+class _Inside:
+    """Pieces in a robot: slots, and poses in its frame."""
+
+    slots: Sequence[int] = ()
+    rows = np.empty((0, 7))
+
+
 class _Pieces:
     """All pieces of a match, by their kinds."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self._match = match
+        self._inside = [_Inside() for _ in match.robots]
+        self._held: tuple[IntArray, IntArray, FloatArray] | None = None
+        """Slots, robots and poses in them of all held pieces; None: something has changed."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
-    def look(self) -> None:
-        """See where they are now."""
+    def look(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
+        """See where they are now, with robots at poses of shape (n, 7) and pieces in them."""
         pieces, flying = self._match.pieces, self._match.record.flying
-        held, carried = self._carried()
+        held, rows = self._carried(places, slots)
         kinds = pieces.state.kind
         for kind in self.kinds:
             kind.slots, kind.here = pieces.shown.of(kind.number)
@@ -343,28 +382,26 @@ class _Pieces:
             inside = kinds[held] == kind.number
             kind.held_slots, kind.held = _NO_IDS, _NO_POSES
             if inside.any():
-                kind.held_slots, kind.held = _frozen(held[inside]), _rounded(carried[inside], _DECIMALS)
+                kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
-    def _carried(self) -> tuple[IntArray, FloatArray]:
+    def _carried(self, places: FloatArray, slots: Sequence[list[int]]) -> tuple[IntArray, FloatArray]:
         """Slots and poses of the pieces in robots, field frame, shape (n, 7)."""
-        match = self._match
-        robots = [robot for robot in match.robots if robot.held]
-        if not robots:
-            return _NO_IDS, _NO_POSES
-        inside = [robot.held_poses(match.pieces.radius) for robot in robots]
-        counts, rows = [len(poses) for poses in inside], np.concatenate(inside)
-        own = np.repeat([(*robot.chassis.pos, *robot.chassis.quat) for robot in robots], counts, axis=0).T
-        w, x, y, z = rows[:, 3:].T
-        x, y, z, w = multiply(tuple(own[3:]), (x, y, z, w))
-        places = own[:3] + np.einsum("ijn,nj->in", matrix(own[3:]), rows[:, :3])
-        return np.array([slot for robot in robots for slot in robot.held]), np.array((*places, w, x, y, z)).T
+        robots, radii = self._match.robots, self._match.pieces.radius
+        for robot, inside, held in zip(robots, self._inside, slots, strict=True):
+            if held != inside.slots or (held and robot.is_shifting):
+                inside.slots, inside.rows = held, robot.held_poses(radii)
+                self._held = None
+        if self._held is None:
+            found = [slot for one in self._inside for slot in one.slots]
+            owners = np.repeat(np.arange(len(robots)), [len(one.slots) for one in self._inside])
+            self._held = _frozen(np.array(found, np.int64)), owners, np.concatenate([one.rows for one in self._inside])
+        held_slots, owners, rows = self._held
+        return held_slots, carried(rows, owners, places)
 
 
-def _rounded(value: Any, decimals: int | None) -> Any:
-    """Return a number or an array to so many decimals, without -0.0, which would be another value."""
-    if decimals is None:
-        return value
-    return round(value, decimals) + 0.0 if isinstance(value, float) else _frozen(np.round(value, decimals) + 0.0)
+def _rounded(values: Any, decimals: int | None) -> Any:
+    """Return an array to so many decimals, without -0.0, which would be another value; None: as it is."""
+    return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 
 def _module_states(rows: FloatArray) -> FloatArray:

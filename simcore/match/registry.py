@@ -97,6 +97,8 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
     for game in games.values():
         if name in game.autos:
             raise ConfigError(f"no game named {name!r}: it is an auto of {game.name}, as in `--auto {name}`")
+        if name == str(game.year):
+            raise ConfigError(f"no game named {name!r}: that of {game.year} is {game.name}")
     if name is not None and points:
         raise UnknownNameError("game", name, points)
     if not games:

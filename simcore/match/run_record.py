@@ -249,6 +249,7 @@ class RunRecord:
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
+        self._hits = 0
         self._columns: RecordColumns | None = None
 
     # --- what a match notes -----------------------------------------------------------------------------------------
@@ -292,7 +293,7 @@ class RunRecord:
         if shot is not None and shot.robot == _PERSON:
             self.human_points[event.alliance] += event.points
         elif shot is not None:
-            shot.scored = True
+            shot.scored, self._hits = True, self._hits + 1
             if (place := tuple(self._pieces.state.pos[event.slot].tolist())) != tuple(shot.points[-1]):
                 shot.points.append(place)  # it has flown on unnoted
             self._columns = None
@@ -324,7 +325,7 @@ class RunRecord:
     @property
     def hits(self) -> int:
         """Shots that scored."""
-        return len([shot for shot in self.shots if shot.scored])
+        return self._hits
 
     @property
     def flying(self) -> IntArray:

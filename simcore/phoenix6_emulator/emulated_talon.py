@@ -42,6 +42,8 @@ from simcore.phoenix6_emulator.output_stage import (
     Bridge,
     ConnectedMotor,
     Stage,
+    duty,
+    supply_current,
 )
 from simcore.quantities import DeviceAddress
 
@@ -348,7 +350,7 @@ def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
             stage = bridge.stage(unit, closed=True, foc=True)
             bridge.override, bridge.deadband, bridge.max_duty = False, 0.0, 1.0
             bridge.blocked_forward = bridge.blocked_reverse = False
-        stage(frame.volts if unit is Unit.VOLTS else (frame.duty if unit is Unit.DUTY else frame.current), loops)
+        stage(frame.volts if unit is Unit.VOLTS else (duty(frame) if unit is Unit.DUTY else frame.current), loops)
 
     return drive
 
@@ -401,16 +403,6 @@ class TalonFrame(NamedTuple):
         return within_range(self.turns)
 
     @property
-    def duty(self) -> float:
-        """Share of the supply at the motor."""
-        return self.volts / self.supply
-
-    @property
-    def supply_current(self) -> float:
-        """From the battery [A]."""
-        return self.current * self.volts / self.supply
-
-    @property
     def bridge(self) -> int:
         """`BridgeOutputValue`."""
         if not self.is_neutral:
@@ -422,7 +414,7 @@ class TalonFrame(NamedTuple):
         """`MotorOutputStatusValue`."""
         if self.is_neutral:
             return _BRAKING if self.is_braking else _OFF
-        if self.supply_current < 0.0:
+        if supply_current(self) < 0.0:
             return _REGENERATING
         return _DISCORDANT if self.current * self.bridge_rps < 0.0 else _MOTORING
 
@@ -457,14 +449,14 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_ROTOR_POS_AND_VEL_POSITION.value: lambda f: f.rotor_position,
     SpnValue.PRO_ROTOR_POS_AND_VEL_VELOCITY.value: lambda f: f.rotor_velocity,
     SpnValue.PRO_MOTOR_OUTPUT_MOTOR_VOLTAGE.value: lambda f: f.volts,
-    SpnValue.PRO_MOTOR_OUTPUT_DUTY_CYCLE.value: lambda f: f.duty,
+    SpnValue.PRO_MOTOR_OUTPUT_DUTY_CYCLE.value: duty,
     SpnValue.PRO_MOTOR_OUTPUT_TORQUE_CURRENT.value: lambda f: f.current,
     SpnValue.PRO_MOTOR_OUTPUT_ROTOR_POLARITY.value: lambda f: int(f.turn < 0.0),
     SpnValue.PRO_MOTOR_OUTPUT_BRIDGE_TYPE_PUBLIC.value: lambda f: f.bridge,
     SpnValue.TALON_FX_MOTOR_OUTPUT_STATUS.value: lambda f: f.status,
     SpnValue.TALON_FX_CONTROL_MODE.value: lambda f: f.plan.mode if f.enabled else 0,
     SpnValue.PRO_SUPPLY_AND_TEMP_STATOR_CURRENT.value: lambda f: f.current,
-    SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT.value: lambda f: f.supply_current,
+    SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT.value: supply_current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE.value: lambda f: f.supply,
     # The simulated device stays at these temperatures.
     SpnValue.PRO_SUPPLY_AND_TEMP_DEVICE_TEMP.value: _constant(24.0),
@@ -842,9 +834,9 @@ class EmulatedTalon(EmulatedDevice):
         if name == "TorqueCurrent":
             return bridge.current
         if name == "SupplyCurrent":
-            return bridge.supply_current
+            return supply_current(bridge)
         if name == "DutyCycle":
-            return bridge.duty
+            return duty(bridge)
         if name == "SupplyVoltage":
             return self.supply
         if name == "RotorPosition":

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from phoenix6.spns.spn_value import SpnValue
 
@@ -22,7 +23,10 @@ from simcore.loop.motor import solve_limited
 from simcore.phoenix6_emulator.emulated_device import LOOP, Setting, Unit
 from simcore.robot.dc_motor import MotorModel, motor
 
-__all__ = ["ARRANGEMENTS", "KRAKEN_X44", "KRAKEN_X60", "OVER_VOLTAGE", "Bridge", "ConnectedMotor", "Stage"]
+__all__ = [
+    "ARRANGEMENTS", "KRAKEN_X44", "KRAKEN_X60", "OVER_VOLTAGE", "Bridge", "ConnectedMotor", "Stage", "duty",
+    "supply_current",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +95,32 @@ _RAMPS = {
 def _emf(model: MotorModel) -> float:
     """Return the back-EMF per speed [V s/rotation]; CTRE's simulation reckons without the current of a free motor."""
     return model.nominal_voltage * math.tau / model.free_speed
+
+
+class _Flow(Protocol):
+    """What flows in a motor, at one moment."""
+
+    @property
+    def volts(self) -> float:
+        """At the motor [V]."""
+
+    @property
+    def current(self) -> float:
+        """In the motor [A]."""
+
+    @property
+    def supply(self) -> float:
+        """At the controller's terminals [V]."""
+
+
+def duty(flow: _Flow) -> float:
+    """Share of the supply at the motor."""
+    return flow.volts / flow.supply
+
+
+def supply_current(flow: _Flow) -> float:
+    """From the battery [A]: the power at the motor over the supply."""
+    return flow.current * flow.volts / flow.supply
 
 
 class Bridge:
@@ -201,7 +231,7 @@ class Bridge:
 
     def carry(self, unit: Unit) -> None:
         """Start the ramp of another kind of request at the present output."""
-        present = {Unit.DUTY: self.duty, Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
+        present = {Unit.DUTY: duty(self), Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
         self._last = 0.0 if self.is_neutral else present
 
     def rest(self) -> None:
@@ -260,16 +290,6 @@ class Bridge:
         if self._is_due:
             self._hold_rotor()
         return self._current
-
-    @property
-    def duty(self) -> float:
-        """Share of its supply at the motor."""
-        return self.volts / self.supply
-
-    @property
-    def supply_current(self) -> float:
-        """From the battery [A]."""
-        return self.current * self.volts / self.supply
 
     @property
     def is_stator_limited(self) -> bool:

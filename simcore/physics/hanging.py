@@ -162,8 +162,9 @@ class HangingBody:
         arm = self._arm(self.pos)
         if self.config.hinge is not None:
             spring, axis = self.config.spring / self._inertia, self._axis
-            turn = self.rate[axis] + (self._torque[axis] / self._inertia - spring * self.angle) * h
-            self.rate = self._about_hinge(turn * math.exp(-self.config.damping * h) / (1.0 + spring * h * h))
+            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on motion, not on the spring
+            turn = kept + (self._torque[axis] / self._inertia - spring * self.angle) * h
+            self.rate = self._about_hinge(turn / (1.0 + spring * h * h))
             self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
             self._torque = (0.0, 0.0, 0.0)
             return

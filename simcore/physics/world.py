@@ -106,6 +106,7 @@ class PhysicsWorld:
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
         """Whether the engine has begun: there are bodies that are neither balls nor robots."""
+        self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
         self._hanging: dict[int, FloatArray] = {}  # half extents along its own axes [m]
         self.robot_rows: list[int] = []
         """Rows of the robots."""
@@ -441,19 +442,27 @@ class PhysicsWorld:
 
         By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
         """
-        if self.floor is None:
-            return False
+        return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
+
+    @property
+    def _ramps(self) -> FloatArray:
+        """Bounding boxes of what robots drive over, shape (n, 6) [m]."""
         solids = self.solids
-        ramps = solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
-        place = np.array((x, y))
-        away = np.maximum(np.maximum(ramps[:, :2] - place, place - ramps[:, 3:5]), 0.0)
-        if (np.einsum("ij,ij->i", away, away) < reach * reach).any():
-            return False
-        return not any(
-            math.hypot(x - pivot[0], y - pivot[1]) < reach + far
-            for row, pivot, far in self.hanging
-            if row not in self._hanging
-        )
+        if self._ramps_of[0] is not solids:
+            self._ramps_of = solids, solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        return self._ramps_of[1]
+
+    def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return the same of several places [m], shapes (n, 2) and (n,)."""
+        if self.floor is None:
+            return np.zeros(len(places), dtype=bool)
+        ramps = self._ramps
+        away = np.maximum(np.maximum(ramps[:, :2] - places[:, None], places[:, None] - ramps[:, 3:5]), 0.0)
+        flat: BoolArray = ~(np.einsum("nij,nij->ni", away, away) < np.square(reach)[:, None]).any(axis=1)
+        for row, pivot, far in self.hanging:
+            if row not in self._hanging:
+                flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
+        return flat
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """Return whether the bounding box of something that stands on the field is near places, shape (n,).
@@ -528,8 +537,7 @@ class PhysicsWorld:
         reach = float(self.robots.robots["reach"][number])
         if self.is_flat(x, y, reach):
             return (x, y, 0.0), from_yaw(pose[2])
-        solids = self.solids
-        ramps = solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        ramps = self._ramps
         place = np.array((x, y))
         is_near = (ramps[:, :2] < place + reach).all(axis=1) & (ramps[:, 3:5] > place - reach).all(axis=1)
         height = float(ramps[is_near, 5].max(initial=0.0))
@@ -537,7 +545,7 @@ class PhysicsWorld:
             body = self.bodies.records[plate]
             if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
                 height = max(height, float(body["pos"][2] + body["reach"]))
-        return self.robots.standing(number, pose, solids, self.floor is not None, self.gravity, height)
+        return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
         """Return rows of the bodies and elements that a robot was in contact with in the last step."""

@@ -128,7 +128,8 @@ class ChassisSimulation:
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
         self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
-        self._wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
+        self.wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
+        """Of its outermost wheel from its origin [m]."""
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
         lowered = () if drivetrain is None else drivetrain.robot.lowered
@@ -276,11 +277,6 @@ class ChassisSimulation:
         """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""
         return self._world.standing(self._number, pose)
 
-    @property
-    def is_on_flat(self) -> bool:
-        """Whether there is nothing but the floor under its wheels."""
-        return self._world.is_flat(self.pos[0], self.pos[1], self._wheel_reach)
-
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
         """What is under the wheels.
 
@@ -289,7 +285,7 @@ class ChassisSimulation:
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
         soles = self.soles @ matrix(self.quat).T + self.pos
-        if self.is_on_flat:
+        if self._world.is_flat(self.pos[0], self.pos[1], self.wheel_reach):
             return soles, np.zeros(len(soles))
         hubs = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         return soles, self._world.ground_under(hubs, _FAR_BELOW)

@@ -8,8 +8,9 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.errors import UnknownNameError
-from simcore.geometry.linkage import Joint, MechanismMotion, PartState, part_pose
+from simcore.geometry.linkage import MechanismMotion, PartState
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.physics.hanging import HangingBody
@@ -319,13 +320,9 @@ class Robot:
             *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
         )
         """What it weighs with what it holds and as its mechanisms stand."""
-        self._chains: dict[tuple[Joint, ...], list[tuple[int, Vector]]] = {}  # with the components that each moves
-        for place, component in enumerate(config.components):
-            self._chains.setdefault(component.joints, []).append((place, component.offset))
-        self._moving = list(dict.fromkeys(joint.mechanism for joints in self._chains for joint in joints))
-        self._stands: list[float] | None = None  # of those mechanisms, as the components were placed last
-        self._component_rows: FloatArray = np.empty((0, 7))
         self.devices: RobotDevices | None = None
+        self.channels: list[Channel] = []
+        """What its program adds to telemetry: of each the key after that of the robot, and a function of the robot."""
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
         self.light_colors: dict[str, IntArray] = {}
@@ -497,6 +494,11 @@ class Robot:
             if placer.piece == slot:
                 placer.piece = None
 
+    @property
+    def is_shifting(self) -> bool:
+        """Whether pieces may move within it: in a hopper, or in a placer."""
+        return bool(self._hoppers or self.placers)
+
     def held_poses(self, radii: FloatArray) -> FloatArray:
         """Pose rows `x, y, z, qw, qx, qy, qz` of the pieces of `held`, in its order, robot frame, shape (n, 7).
 
@@ -593,26 +595,6 @@ class Robot:
             (ox + wy * lz - wz * ly + vx, oy + wz * lx - wx * lz + vy, oz + wx * ly - wy * lx + vz),
             (wx + px, wy + py, wz + pz),
         )
-
-    # --- questions ------------------------------------------------------------------------------------------------
-
-    def component_poses(self) -> FloatArray:
-        """Pose rows `x, y, z, qw, qx, qy, qz` of its components in the robot frame, shape (n, 7).
-
-        The array is that of before while no mechanism moves.
-        """
-        stands = [self.mechanisms[name].position for name in self._moving]
-        if stands != self._stands:
-            self._stands = stands
-            rows = np.empty((len(self.config.components), 7))
-            for joints, parts in self._chains.items():
-                (px, py, pz), (x, y, z, w) = part_pose(joints, self.mechanisms)
-                for number, offset in parts:
-                    ox, oy, oz = offset if offset == (0.0, 0.0, 0.0) else rotate((x, y, z, w), offset)
-                    rows[number] = px + ox, py + oy, pz + oz, w, x, y, z
-            rows.setflags(write=False)
-            self._component_rows = rows
-        return self._component_rows
 
 
 def _between(a: Vector, b: Vector, share: float) -> Vector:

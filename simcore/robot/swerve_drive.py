@@ -136,7 +136,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
         azimuth["kind"], azimuth["inertia"], azimuth["zero"] = AZIMUTH, module.azimuth_inertia, module.steer_offset
-        azimuth["scrub"] = module.wheel_cof * module.scrub_radius
+        azimuth["scrub"] = module.scrub_radius
         azimuth["coupling"] = module.coupling_ratio * module.drive_motor.kt
         azimuth["partner"], wheel["partner"] = k, n + k
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.

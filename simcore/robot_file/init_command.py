@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.install_text import shared_requirement
+from simcore.install_text import is_source, shared_requirement
+from simcore.loop.step import prepare
 from simcore.match.registry import installed_games
 from simcore.robot_file.key_tables import read_toml
 from simcore.robot_file.reader import read_settings
@@ -24,7 +25,7 @@ from simcore.robot_file.template import FILE_NAME, template
 
 __all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
-_LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
+_LOOK_SECONDS = 180.0  # a laptop imports all that a robot program needs in 10 to 20, a busy one in 60
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
 """What programs write into rather than read from; links to them would lead back into the project."""
 _LEFT_BEHIND = (
@@ -68,6 +69,8 @@ def run(args: argparse.Namespace) -> int:
     path = robot_file.parent / FILE_NAME
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
+    if not args.no_look:
+        prepare()  # the first time on a computer it takes longer than a program may take to start
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
@@ -114,7 +117,9 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         try:
             read_settings(path)
             answer = survey(robot_file, "described", "started") if starts else {}
-            problem = str(answer.get("error") or answer.get("start_problem", ""))
+            if "error" in answer:  # it has loaded without the file
+                return str(answer["error"])
+            problem = str(answer.get("start_problem", ""))
         except ConfigError as error:
             problem = str(error)
         if not problem or "rows" not in found.get("drivetrain", {}):
@@ -182,6 +187,10 @@ def find_robot_py(place: Path) -> Path:
     """
     if place.is_file():
         return place
+    if is_source(place):
+        raise ConfigError(
+            f"{place.resolve()} is simcore's own folder: go to that of your robot.py, or name it: simcore init FOLDER"
+        )
     for depth in ("robot.py", "*/robot.py", "*/*/robot.py", "*/*/*/robot.py"):
         found = sorted(p for p in place.glob(depth) if not _is_foreign(p.relative_to(place)))
         if len(found) == 1:

@@ -42,7 +42,7 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
         ),
         comment_line(f"game = {toml(game)}", "left out: the newest that is installed") if game else "",
         KeyTable(TOP.head, TOP.about, TOP.keys[1:] if game else TOP.keys).example() if every else "",
-        _live(ROBOT, *live, every=every),
+        _live(ROBOT, *live, every=every, shown=found.get("answering_keys", ())),
         _live(START, *(key.name for key in START.keys), every=every),
         _drivetrain(drivetrain),
         _mechanisms(found.get("motors", ())),
@@ -89,10 +89,10 @@ def _prose(*lines: str) -> str:
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 
-def _live(table: KeyTable, *names: str, every: bool) -> str:
-    """A table of which some keys are set, and the others in comments or left out."""
+def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) -> str:
+    """A table of which some keys are set, and these or all others in comments."""
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
-    keys = [key for key in table.keys if every or key.name in names]
+    keys = [key for key in table.keys if every or key.name in (*names, *shown)]
     return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["INIT_TIMEOUT", "sim"]
 
-INIT_TIMEOUT = 30.0
+INIT_TIMEOUT = 120.0
 """In which a robot program must come through robotInit [s]."""
 _PLAIN = (
     "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
@@ -68,7 +68,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
-    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="9")
+    parser.addini(
+        "simcore_hang",
+        "how long a robot loop may take: CPU time while it works, wall time while it waits [s]",
+        default="9",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:

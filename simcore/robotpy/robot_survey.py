@@ -27,6 +27,7 @@ from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
 from simcore.devices.makers import Maker, makers
 from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.devices.object_graph import ObjectGraph
+from simcore.devices.simulation_questions import answering_keys
 from simcore.errors import ConfigError, SimcoreError
 from simcore.quantities import DeviceKey
 from simcore.robot_file.mechanism_names import mechanism_name
@@ -121,6 +122,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
         "built": [(d.model, d.address.in_file) for maker in makers() for d in maker.built()],
         "ports": _ports(on_ports),
         "cameras": surveyed_cameras(folder),
+        "answering_keys": answering_keys(),
     }
 
 

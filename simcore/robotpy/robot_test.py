@@ -43,11 +43,12 @@ __all__ = ["ConditionError", "RobotTest"]
 
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 8.0  # wall time in which a MagicBot must come to its next loop [s]
 _FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
 _ENDS = 2.0  # wall time in which a program that has failed ends [s]
 _SPAN = Quantity("s", 0.0, 1e6)
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
+_NOT_STARTED = "the robot program has not come through robotInit"
+_NOT_LOOPED = "no robot loop has come to its end"
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.BLUE_1,
     ("blue", 2): hal.AllianceStationID.BLUE_2,
@@ -89,7 +90,7 @@ class RobotTest:
         control: Test controller, of pyfrc or of wpilib.testing, of the robot.
         robot: Proxy of the robot object.
         hook: Physics in its loop.
-        hang: Wall time that one robot loop may take before the test ends with one sentence [s].
+        hang: How long one robot loop may take before the test ends with one sentence [s]; see `HangWatch`.
         complaints: Where that goes; None: nothing ends it.
 
     Example:
@@ -117,7 +118,6 @@ class RobotTest:
         self._control = control
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
-        self._hang = hang
         self._watch = None if complaints is None else HangWatch(hang, self._where, complaints)
         self._stack = ExitStack()
         self._physics: RobotPhysics | None = None
@@ -204,7 +204,7 @@ class RobotTest:
             self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
-                f"_simulationPeriodic; it is at {self._where()}"
+                f"_simulationPeriodic; it is at {self._where() or 'no line of its own'}"
             )
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
@@ -216,7 +216,7 @@ class RobotTest:
         if physics.times.ticks == 0:
             raise SimcoreError(
                 f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
-                f"_simulationPeriodic; it is at {self._where()}"
+                f"_simulationPeriodic; it is at {self._where() or 'no line of its own'}"
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
@@ -461,13 +461,11 @@ class RobotTest:
 
     def _run_robot(self) -> None:
         try:
-            with self._watched():
+            with self._watched(_NOT_STARTED):
                 self._stack.enter_context(self._control.run_robot())
         except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
             self._raise_error_of_robot()
-            raise SimcoreError(
-                f"the robot program has not started: it has not come through robotInit; it is at {self._where()}"
-            ) from error
+            raise SimcoreError(f"{_NOT_STARTED}; it is at {self._where() or 'no line of its own'}") from error
         if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
             self._wait(lambda: self._hook.last_loop is not None, _FIRST_LOOP)
 
@@ -506,7 +504,7 @@ class RobotTest:
         begin = time.perf_counter()
         DriverStationSim.notify_new_data()
         self._is_played = True
-        with self._watched():
+        with self._watched(_NOT_LOOPED):
             self._advance(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
@@ -526,10 +524,10 @@ class RobotTest:
             )
 
     @contextmanager
-    def _watched(self) -> Iterator[None]:
+    def _watched(self, awaited: str) -> Iterator[None]:
         """End the process with one sentence where the program hangs in what is inside."""
         if self._watch is not None:
-            self._watch.arm()
+            self._watch.arm(awaited)
         try:
             yield
         finally:
@@ -548,12 +546,8 @@ class RobotTest:
             step = min(left, until_loop) if until_loop > 0 else left
             step_timing(1e-6 * (step + 0.5))  # which cuts to whole microseconds
             left -= step
-            patience = min(_PATIENCE, 0.8 * self._hang)
-            if self._loop is not None and not self._wait(lambda: self._now() < self._next_loop - 1e-6, patience):
-                raise SimcoreError(
-                    f"{self._robot_name} has not come to its next loop in {patience:g} s of wall time; it is at "
-                    f"{self._where()}"
-                )
+            if self._loop is not None:
+                self._wait(lambda: self._now() < self._next_loop - 1e-6)
 
     @property
     def _next_loop(self) -> float:
@@ -563,21 +557,18 @@ class RobotTest:
     def _now(self) -> float:
         return float(Timer.get_monotonic_timestamp())
 
-    def _wait(self, condition: Callable[[], bool], patience: float) -> bool:
-        """Wait for the program's thread; return whether the condition holds within this wall time, or it has ended."""
+    def _wait(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
+        """Wait for the program's thread, this wall time [s] at most, until the condition holds or it has ended."""
         end = time.monotonic() + patience
-        while not condition() and self._control.robot_is_alive:
-            if time.monotonic() > end:
-                return False
+        while not condition() and self._control.robot_is_alive and time.monotonic() < end:
             time.sleep(0.0002)
-        return True
 
     def _where(self) -> str:
-        """Return the line of the program that its thread, or else another one but this, is at."""
+        """Return the line of the program that its thread, or else another one but this, is at; else nothing."""
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
-        return program_line([*filter(None, [frames.get(robot)]), *rest]) or "no line of its own"
+        return program_line([*filter(None, [frames.get(robot)]), *rest])
 
 
 def _require_name(mode: str, name: object) -> None:

@@ -113,7 +113,8 @@ class ShotTask:
                 f"the robot has no shooter, for {game.name}: give one that has, e.g. --robot simcore.toml"
             )
         if not 0 <= shooter < len(shooters):
-            raise ConfigError(f"no shooter number {shooter}: the robot has {', '.join(map(str, range(len(shooters))))}")
+            known = ", ".join(map(str, range(len(shooters))))
+            raise ConfigError(f"no shooter of number {shooter}, counted from 0. Known: {known}")
         self.shooter = shooters[shooter]
         self.barrels = self.shooter.launch.barrels
         """Sideways offset of each barrel, left positive [m]."""

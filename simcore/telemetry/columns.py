@@ -6,8 +6,7 @@ that no computation makes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from simcore.errors import ConfigError
 from simcore.typing import BoolArray, IntArray
 
-__all__ = ["FIELDS", "GAP", "Changes", "Channel", "Columns", "Table"]
+__all__ = ["FIELDS", "GAP", "Changes", "Columns", "Table"]
 
 Block = npt.NDArray[Any]
 """A row of all columns of one type, shape (n,); of poses (n, 7)."""
@@ -27,28 +26,10 @@ GAP = float(np.array(_GAP_BITS).view(np.float64))
 FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
     "poses": (np.float64, (7,), GAP),
     "doubles": (np.float64, (), GAP),
-    "integers": (np.int64, (), np.iinfo(np.int64).min),
+    "integers": (np.int64, (), -0x7FF8_DEAD_BEEF_0001),
     "booleans": (np.uint8, (), 255),
 }
 """Type, shape and gap of a value, by the field of a `Snapshot`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Channel:
-    """A line of the schema: a key, and all that is to be known of its values."""
-
-    key: str
-    """After the prefix of a robot, if it is one's; `<...>` stands for a name that its source gives."""
-    kind: str
-    """`double`, `int`, `boolean`, `string`, `Pose3d`; an array with `[]`."""
-    of: Callable[[Any], Any]
-    """Its value, values by name where the key has a `<...>` that its source fills; None: it is not published now."""
-    meaning: str
-    unit: str = ""
-    decimals: int | None = None
-    """To which it is rounded; None: not at all."""
-    owner: type = object
-    """Of a mechanism: the kinds that have it."""
 
 
 class Table:
@@ -79,6 +60,10 @@ class Table:
         bits = block[..., 0] if self.shape else block
         found: BoolArray = bits.view(np.int64) == _GAP_BITS if self.dtype == np.float64 else bits == self.gap
         return found
+
+    def values(self, block: Block) -> Any:
+        """Return the values of a row as a snapshot has them, gaps too."""
+        return block if self.shape else block.astype(bool).tolist() if self.dtype == np.uint8 else block.tolist()
 
     def row(self, values: Mapping[str, Any]) -> Block:
         """Return values by key as a row of this table; new keys get columns.

@@ -14,6 +14,7 @@ import numpy as np
 from simcore import season
 from simcore.errors import ConfigError, OutputError
 from simcore.geometry.rotation import yaw_of
+from simcore.telemetry.columns import Changes
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
     POSE_TYPE,
@@ -21,7 +22,6 @@ from simcore.telemetry.snapshot import (
     STRUCT_SCHEMAS,
     Snapshot,
     checked_integers,
-    pose_bytes,
     struct_array_bytes,
 )
 
@@ -37,6 +37,8 @@ _KINDS = {
     "int[]": "integer_array",
 }  # fmt: skip
 """Of topics, by type; all other types are structs."""
+_COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int", "booleans": "boolean"}
+"""Types of what comes in columns, by the field of a snapshot."""
 
 
 class NetworkTablesSink:
@@ -70,6 +72,7 @@ class NetworkTablesSink:
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
+        self._changes = {field: Changes(field) for field in _COLUMNS}
         self._stays = stays
         self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
         self.closed = False
@@ -91,14 +94,13 @@ class NetworkTablesSink:
         if self.closed:
             raise OutputError("this NetworkTablesSink is closed; create a new one to publish on")
         self._cadence.take(snapshot.time)
-        for key, pose in snapshot.poses.items():
-            self._publisher(key, POSE_TYPE).set(pose_bytes(key, pose))
+        self._set_columns("poses", snapshot.poses)
         for type_name, arrays in snapshot.struct_arrays:
             for key, rows in arrays.items():
                 self._publisher(key, type_name).set(struct_array_bytes(type_name, key, rows))
-        self._set_all("double", snapshot.doubles)
-        self._set_all("int", snapshot.integers)
-        self._set_all("boolean", snapshot.booleans)
+        self._set_columns("doubles", snapshot.doubles)
+        self._set_columns("integers", snapshot.integers)
+        self._set_columns("booleans", snapshot.booleans)
         self._set_all("string", snapshot.strings)
         self._set_all(
             "int[]", {key: checked_integers(key, ids).tolist() for key, ids in snapshot.integer_arrays.items()}
@@ -135,6 +137,14 @@ class NetworkTablesSink:
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()
+
+    def _set_columns(self, field: str, values: Mapping[str, Any]) -> None:
+        """Publish what has changed of one type."""
+        changes, type_name = self._changes[field], _COLUMNS[field]
+        columns, block = changes.of(values)
+        for column, value in zip(columns.tolist(), changes.table.values(block), strict=True):
+            publisher = self._publisher(changes.table.keys[column], type_name)
+            publisher.set(value.tobytes() if type_name == POSE_TYPE else value)
 
     def _set_all(self, type_name: str, values: Mapping[str, object]) -> None:
         last = self._values

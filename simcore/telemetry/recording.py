@@ -6,23 +6,23 @@ from array import array
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from typing import Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import UnknownNameError
 from simcore.quantities import DURATION, require
+from simcore.telemetry.columns import FIELDS, Block, Columns, Table
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot, is_bulk
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording", "newest_rows"]
 
-_NAN = float("nan")
 _STATE = 2  # columns of a state of a swerve module
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32] | IntArray"
-_Kind = Literal["double", "integer", "boolean"]
+_NUMBERS = ("doubles", "integers", "booleans")
 
 
 class Recording:
@@ -58,13 +58,9 @@ class Recording:
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)
-        self._times = array("d")
-        self._ticks = array("q")
-        self._numbers: dict[str, array[float]] = {}
-        self._kinds: dict[str, _Kind] = {}
-        self._poses: dict[str, array[float]] = {}
-        self._arrays: dict[str, list[tuple[float, _Rows]]] = {}
-        self._strings: dict[str, list[str | None]] = {}
+        self._texts: list[tuple[int, Mapping[str, str]]]  # and from which row on
+        self._arrays: dict[str, list[tuple[float, _Rows]]]
+        self._forget_all()
 
     def __len__(self) -> int:
         return len(self._times)
@@ -85,34 +81,18 @@ class Recording:
         elif self._times and time == self._times[-1]:
             self._drop_last()
             bulk = True
-        rows = len(self._times)
+        for field in FIELDS:
+            self._add_row(field, getattr(snapshot, field))
+        if not self._texts or self._texts[-1][1] != snapshot.strings:
+            self._texts.append((len(self._times), dict(snapshot.strings)))
         self._times.append(time)
         self._ticks.append(snapshot.tick)
-        self._add_numbers("double", snapshot.doubles, rows)
-        self._add_numbers("integer", snapshot.integers, rows)
-        self._add_numbers("boolean", snapshot.booleans, rows)
-        if len(self._numbers) != len(snapshot.doubles) + len(snapshot.integers) + len(snapshot.booleans):
-            for column in self._numbers.values():
-                if len(column) == rows:
-                    column.append(_NAN)
-        for key, pose in snapshot.poses.items():
-            columns = self._poses.get(key)
-            if columns is None:
-                columns = self._poses[key] = array("d", [_NAN] * (7 * rows))
-            columns.extend(pose.tolist())
-        for columns in self._poses.values():
-            if len(columns) == 7 * rows:
-                columns.extend([_NAN] * 7)
         for arrays in (snapshot.pose_arrays, snapshot.state_arrays, snapshot.integer_arrays):
             for key, values in arrays.items():
                 kept = self._arrays.setdefault(key, [])
                 is_long = is_bulk(key, len(values)) or arrays is snapshot.state_arrays
                 if bulk or not is_long or not kept:
                     self._add_array(kept, time, values, is_long)
-        for key in snapshot.strings.keys() - self._strings.keys():
-            self._strings[key] = [None] * rows
-        for key, texts in self._strings.items():
-            texts.append(snapshot.strings.get(key))
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
 
@@ -130,11 +110,29 @@ class Recording:
     @property
     def keys(self) -> tuple[str, ...]:
         """Of everything kept."""
-        return (*self._numbers, *self._poses, *self._arrays, *self._strings)
+        numbers = [
+            key for field in (*_NUMBERS, "poses") for key in self._tables[field].keys if self._is_kept(field, key)
+        ]
+        return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
         """Whether anything of that key was kept."""
-        return key in self.keys
+        return (
+            key in self._arrays
+            or any(self._is_kept(field, key) for field in FIELDS)
+            or any(key in texts for _, texts in self._texts)
+        )
+
+    def column(self, field: str, key: str) -> Block:
+        """All values of a key, gaps too, by the field of a snapshot, shape (n,); of poses (n, 7).
+
+        Raises:
+            UnknownNameError: No snapshot had that key there.
+        """
+        table = self._tables[field]
+        if key not in table.places:
+            raise UnknownNameError("recorded pose" if table.shape else "recorded number", key, table.places)
+        return self._blocks[field][: len(self), table.places[key]]
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
@@ -142,11 +140,14 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had a number of that key.
         """
-        if key not in self._numbers:
-            raise UnknownNameError("recorded number", key, self._numbers)
-        values = np.array(self._numbers[key])
-        is_there = ~np.isnan(values)
-        return self.times[is_there], values[is_there]
+        found = [field for field in _NUMBERS if self._is_kept(field, key)]
+        if not found:
+            raise UnknownNameError(
+                "recorded number", key, [one for field in _NUMBERS for one in self._tables[field].keys]
+            )
+        values = self.column(found[0], key)
+        is_there = ~(self._tables[found[0]].gaps(values) | np.isnan(values))
+        return self.times[is_there], values[is_there].astype(np.float64)
 
     def poses(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz` of one pose, shape (m, 7).
@@ -154,9 +155,7 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had a pose of that key.
         """
-        if key not in self._poses:
-            raise UnknownNameError("recorded pose", key, self._poses)
-        rows = np.array(self._poses[key]).reshape(-1, 7)
+        rows = self.column("poses", key)
         is_there = ~np.isnan(rows[:, 0])
         return self.times[is_there], rows[is_there]
 
@@ -192,14 +191,15 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had a text of that key.
         """
-        if key not in self._strings:
-            raise UnknownNameError("recorded text", key, self._strings)
-        texts = self._strings[key]
+        if not any(key in texts for _, texts in self._texts):
+            known = dict.fromkeys(key for _, texts in self._texts for key in texts)
+            raise UnknownNameError("recorded text", key, known)
+        texts = [one.get(key) for one in self._texts_by_row()]
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def path(self, key: str) -> FloatArray:
         """One pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows where nothing was recorded."""
-        if key not in self._poses:
+        if not self._is_kept("poses", key):
             return np.empty((0, 3))
         _, rows = self.poses(key)
         w, x, y, z = rows[:, 3], rows[:, 4], rows[:, 5], rows[:, 6]
@@ -212,34 +212,39 @@ class Recording:
         for key, kept in self._arrays.items():
             for time, array_rows in kept:
                 due[time].append((key, array_rows))
-        poses = {key: np.array(columns).reshape(-1, 7) for key, columns in self._poses.items()}
+        texts = self._texts_by_row()
         for row, (time, tick) in enumerate(zip(self._times, self._ticks, strict=True)):
-            there = [(key, self._kinds[key], column[row]) for key, column in self._numbers.items()]
-            there = [(key, kind, value) for key, kind, value in there if value == value]
             arrays = [(key, _full(rows)) for key, rows in due[time] if rows.ndim == 2]
             yield Snapshot(
                 time=time,
                 tick=tick,
-                poses={key: rows[row] for key, rows in poses.items() if rows[row, 0] == rows[row, 0]},
                 pose_arrays={key: rows for key, rows in arrays if rows.shape[1] != _STATE},
                 state_arrays={key: rows for key, rows in arrays if rows.shape[1] == _STATE},
-                doubles={key: value for key, kind, value in there if kind == "double"},
-                integers={key: int(value) for key, kind, value in there if kind == "integer"},
-                booleans={key: bool(value) for key, kind, value in there if kind == "boolean"},
                 integer_arrays={key: rows.astype(np.int64, copy=False) for key, rows in due[time] if rows.ndim == 1},
-                strings={key: text for key, texts in self._strings.items() if (text := texts[row]) is not None},
+                strings=texts[row],
+                **{field: Columns(table, self._blocks[field][row]) for field, table in self._tables.items()},
             )
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _add_numbers(self, kind: _Kind, values: Mapping[str, float], rows: int) -> None:
-        numbers = self._numbers
-        for key, value in values.items():
-            column = numbers.get(key)
-            if column is None:
-                column = numbers[key] = array("d", [_NAN]) * rows
-                self._kinds[key] = kind
-            column.append(value)
+    def _add_row(self, field: str, values: Mapping[str, Any]) -> None:
+        """Keep a row of a type, in an array that grows by halves."""
+        table, block, rows = self._tables[field], self._blocks[field], len(self._times)
+        row = table.row(values)
+        if rows == len(block) or len(row) > block.shape[1]:
+            more = table.empty(max(256, rows + rows // 2) if rows == len(block) else len(block))
+            more[:rows, : block.shape[1]] = block[:rows]
+            block = self._blocks[field] = more
+        block[rows] = row
+
+    def _is_kept(self, field: str, key: str) -> bool:
+        """Whether a value of that key was kept in a field."""
+        table = self._tables[field]
+        return key in table.places and not table.gaps(self.column(field, key)).all()
+
+    def _texts_by_row(self) -> list[Mapping[str, str]]:
+        ends = [*(row for row, _ in self._texts[1:]), len(self._times)]
+        return [texts for (first, texts), last in zip(self._texts, ends, strict=False) for _ in range(first, last)]
 
     @staticmethod
     def _add_array(kept: list[tuple[float, _Rows]], time: float, values: _Rows, is_long: bool) -> None:
@@ -262,12 +267,8 @@ class Recording:
         """Drop the newest row."""
         time = self._times.pop()
         self._ticks.pop()
-        for column in self._numbers.values():
-            column.pop()
-        for columns in self._poses.values():
-            del columns[-7:]
-        for texts in self._strings.values():
-            texts.pop()
+        while self._texts and self._texts[-1][0] >= len(self._times):
+            self._texts.pop()
         for kept in self._arrays.values():
             if kept and kept[-1][0] == time:
                 kept.pop()
@@ -275,19 +276,22 @@ class Recording:
     def _forget(self, rows: int) -> None:
         """Drop the oldest so many rows."""
         if rows >= len(self._times):
-            self._times, self._ticks = array("d"), array("q")
-            self._numbers, self._kinds, self._poses, self._arrays = {}, {}, {}, {}
-            self._strings = {}
+            self._forget_all()
             return
-        first = self._times[rows]
+        first, left = self._times[rows], len(self._times) - rows
         del self._times[:rows], self._ticks[:rows]
-        for column in self._numbers.values():
-            del column[:rows]
-        for columns in self._poses.values():
-            del columns[: 7 * rows]
-        for texts in self._strings.values():
-            del texts[:rows]
+        for block in self._blocks.values():
+            block[:left] = block[rows : rows + left]
+        begins = [max(0, row - rows) for row, _ in self._texts]
+        last = begins.count(0) - 1
+        self._texts = [*zip(begins[last:], (texts for _, texts in self._texts[last:]), strict=True)]
         self._arrays = {key: _since(kept, first) for key, kept in self._arrays.items()}
+
+    def _forget_all(self) -> None:
+        self._times, self._ticks = array("d"), array("q")
+        self._tables = {field: Table(field) for field in FIELDS}
+        self._blocks = {field: table.empty(0) for field, table in self._tables.items()}  # with room for more rows
+        self._texts, self._arrays = [], {}
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:

@@ -18,7 +18,7 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = [
     "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot", "TelemetrySink",
-    "checked_integers", "is_bulk", "key_in_words", "pose_bytes", "robot_prefix", "struct_array_bytes",
+    "checked_integers", "is_bulk", "key_in_words", "robot_prefix", "struct_array_bytes",
 ]  # fmt: skip
 
 
@@ -95,21 +95,6 @@ def is_bulk(key: str, rows: int) -> bool:
     The record of a run (`Sim/ShotIds`, `Sim/TakenInPlaces`) changes with its events alone, and is always whole.
     """
     return key.endswith(_PARTS) or (rows > _BULK and not key.startswith(_RECORD))
-
-
-def pose_bytes(key: str, pose: FloatArray) -> bytes:
-    """Bytes of one Pose3d.
-
-    Args:
-        key: Named in the error.
-        pose: `x, y, z, qw, qx, qy, qz` [m, -], shape (7,).
-
-    Raises:
-        ConfigError: Another shape.
-    """
-    if np.shape(pose) != (7,):
-        raise ConfigError(f"{key}: a pose needs shape (7,) as x, y, z, qw, qx, qy, qz, got {np.shape(pose)}")
-    return np.asarray(pose, dtype="<f8").tobytes()
 
 
 def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:

@@ -19,7 +19,7 @@ import re
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, LogError, OutputError, UnknownNameError
+from simcore.telemetry.columns import FIELDS, Changes
 from simcore.telemetry.sinks import Cadence, output_error
 from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
@@ -37,7 +38,6 @@ from simcore.telemetry.snapshot import (
     Snapshot,
     checked_integers,
     is_bulk,
-    pose_bytes,
     struct_array_bytes,
 )
 from simcore.typing import FloatArray, IntArray
@@ -49,18 +49,25 @@ _FLUSH_MICROS = 1_000_000
 _MAX_TIME = 1e9  # [s], 31 years
 
 # Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each; fixed layouts keep a record at one `pack`
-# call: entries < 65 536, payloads < 256 bytes or not, times < 72 minutes or not.
-# First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
+# call, and those of a tick that are of one type at one copy: entries < 65 536, payloads < 256 bytes or not, times < 72
+# minutes or not. First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
 _HEADERS = {
     (True, True): (struct.Struct("<BHBI"), 0b0_011_00_01),
     (False, True): (struct.Struct("<BHII"), 0b0_011_11_01),
     (True, False): (struct.Struct("<BHBQ"), 0b0_111_00_01),
     (False, False): (struct.Struct("<BHIQ"), 0b0_111_11_01),
 }
-_DOUBLE = struct.Struct("<d")
-_INT64 = struct.Struct("<q")
-_BOOLEAN = struct.Struct("<?")
+_COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int64", "booleans": "boolean"}
+"""Types of what comes in columns, by the field of a snapshot."""
 _HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; they move with their robots, and were a sixth of a match's log
+
+
+@cache
+def _record(field: str, is_early: bool) -> np.dtype[Any]:
+    """Return the layout of a record of a number or pose, before 72 minutes or after."""
+    dtype, shape, _ = FIELDS[field]
+    value = ("value", np.dtype(dtype).newbyteorder("<"), shape)
+    return np.dtype([("head", "u1"), ("entry", "<u2"), ("size", "u1"), ("time", "<u4" if is_early else "<u8"), value])
 
 
 class WpilogSink:
@@ -98,7 +105,9 @@ class WpilogSink:
         self._entries: dict[str, int] = {}
         self._values: dict[str, bytes] = {}
         self._arrays: dict[str, FloatArray | IntArray] = {}  # last written, by key: the same object is not looked into
-        self._numbers: dict[str, dict[str, float]] = {"double": {}, "int64": {}, "boolean": {}}  # by type, by key
+        self._changes = {field: Changes(field) for field in _COLUMNS}
+        self._entry_of = {field: np.zeros(0, np.uint16) for field in _COLUMNS}  # of each column; 0: none yet
+        self._texts: Mapping[str, str] = {}  # last written
         self._packer = lzma.LZMACompressor(preset=1) if self.path.suffix == ".wpilogxz" else None
         self._file: io.FileIO | None = None
         try:
@@ -134,16 +143,17 @@ class WpilogSink:
             raise ConfigError(f"a snapshot needs a finite time >= 0 s, got {snapshot.time}")
         micros = round(snapshot.time * 1e6)
         self._cadence.take(snapshot.time)
-        for key, pose in snapshot.poses.items():
-            self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
+        self._write_columns("poses", snapshot.poses, micros)
         bulk, held = (cadence.take(snapshot.time) for cadence in (self._bulk_cadence, self._held_cadence))
         self._write_arrays(snapshot, micros, bulk=bulk, held=held)
         self._last = snapshot
-        self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
-        self._write_numbers("int64", snapshot.integers, _INT64, micros)
-        self._write_numbers("boolean", snapshot.booleans, _BOOLEAN, micros)
-        for key, text in snapshot.strings.items():
-            self._append_changed(key, "string", text.encode(), micros)
+        self._write_columns("doubles", snapshot.doubles, micros)
+        self._write_columns("integers", snapshot.integers, micros)
+        self._write_columns("booleans", snapshot.booleans, micros)
+        if snapshot.strings != self._texts:
+            self._texts = dict(snapshot.strings)
+            for key, text in snapshot.strings.items():
+                self._append_changed(key, "string", text.encode(), micros)
         if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:
             self._flush(micros)
 
@@ -192,18 +202,23 @@ class WpilogSink:
             if is_due(key, integers):
                 self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
 
-    def _write_numbers(self, type_name: str, numbers: Mapping[str, float], packer: struct.Struct, micros: int) -> None:
-        written, values, is_real = self._numbers[type_name], self._values, type_name == "double"
-        for key, number in numbers.items():
-            if written.get(key) == number and (number or not is_real):
-                continue
-            payload = packer.pack(number)
-            # Of those left, bytes are compared: NaN equals itself then, and -0.0 is not 0.0.
-            if key not in written or values[key] != payload:
-                entry = self._entry(key, type_name, micros)
-                values[key] = payload
-                self._append(entry, payload, micros)
-            written[key] = number
+    def _write_columns(self, field: str, values: Mapping[str, Any], micros: int) -> None:
+        """Write what has changed of one type: NaN equals itself, and -0.0 is not 0.0."""
+        columns, block = self._changes[field].of(values)
+        if not len(columns):
+            return
+        table, entries = self._changes[field].table, self._entry_of[field]
+        if len(entries) < len(table.keys):
+            entries = self._entry_of[field] = np.concatenate(
+                (entries, np.zeros(len(table.keys) - len(entries), np.uint16))
+            )
+        for column in columns[entries[columns] == 0].tolist():
+            entries[column] = self._entry(table.keys[column], _COLUMNS[field], micros)
+        _, head = _HEADERS[True, micros < 1 << 32]
+        records = np.empty(len(columns), _record(field, micros < 1 << 32))
+        records["head"], records["entry"], records["size"] = head, entries[columns], block[0].nbytes
+        records["time"], records["value"] = micros, block
+        self._buffer += records.tobytes()
 
     def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
         """Whether this very array is what was written last, so that its bytes need not be compared."""

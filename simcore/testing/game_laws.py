@@ -72,7 +72,7 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
         for _ in range(times):
             for zone in game.zones:
                 rules.worth(zone)
-            rules.game_data(), rules.breakdown(), rules.telemetry()
+            rules.game_data(), rules.breakdown(), [channel.of(rules) for channel in rules.channels]
 
     runs = [play_auto(game, auto, seconds=seconds, on_tick=look) for look in (None, ask)]
     for run in runs:

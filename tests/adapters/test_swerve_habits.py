@@ -140,6 +140,28 @@ class Robot(wpilib.TimedRobot):
             self.turn_motors[k].setVoltage(self.loops[k].calculate(self.angle(k).radians(), state.angle.radians()))
             self.drive_motors[k].setVoltage(2.6 * state.speed)
 """
+GLOBALS = """
+fl_drive, fr_drive, bl_drive, br_drive = drives = [spark(2 * k + 1) for k in range(4)]
+fl_turn, fr_turn, bl_turn, br_turn = turns = [spark(2 * k + 2) for k in range(4)]
+fl_coder, fr_coder, bl_coder, br_coder = coders = [hardware.CANcoder(20 + k) for k in range(4)]
+loops, gyro = [PIDController(8.0, 0, 0) for _ in range(4)], wpilib.ADXRS450_Gyro()
+def angle(k):
+    return Rotation2d.fromRotations(coders[k].get_absolute_position().value - OFFSETS[k])
+def positions():
+    return [SwerveModulePosition(METERS * d.getEncoder().getPosition(), angle(k)) for k, d in enumerate(drives)]
+class Robot(wpilib.TimedRobot):
+    def robotInit(self):
+        self.pad = wpilib.XboxController(0)
+        for loop in loops:
+            loop.enableContinuousInput(-math.pi, math.pi)
+    def teleopPeriodic(self):
+        pad = self.pad
+        states = to_states(ChassisSpeeds(-2 * pad.getLeftY(), -2 * pad.getLeftX(), -4 * pad.getRightX()))
+        for k, state in enumerate(states):
+            state.optimize(angle(k))
+            turns[k].setVoltage(loops[k].calculate(angle(k).radians(), state.angle.radians()))
+            drives[k].setVoltage(2.6 * state.speed)
+"""
 ROTATION = """
 class Module(Module):
     def get_angle(self):
@@ -165,6 +187,7 @@ HABITS = {
     "offsets in code alone": (ROBOT, None, ("zeros_deg -111.6, 43.2, -158.4, 97.2 (reading less offset)",)),
     "lf, lr, rr, rf": (ROTATION + NAMED, None, ()),
     "lists of motors in the robot": (FLAT, None, ()),
+    "globals and functions of a module": (GLOBALS, None, ()),
     "no kinematics, Choreo's places": (BY_HAND + ROTATION + ROBOT, CHOREO, ()),
     "no kinematics, no places": (
         BY_HAND + ROTATION + ROBOT, None, ("[drivetrain] of simcore.toml x = [0.28, 0.28, -0.28, -0.28]",),

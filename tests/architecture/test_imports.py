@@ -21,7 +21,7 @@ ADAPTERS = {
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
-BASE = {"errors", "quantities", "units", "typing", "install_text", "season"}
+BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
 TOOLS = {
     "simcore/loop/compiled.py",  # says how long it took to compile
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation

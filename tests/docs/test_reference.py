@@ -6,6 +6,7 @@ import argparse
 import ast
 import builtins
 import importlib
+import importlib.util
 import re
 import shlex
 from dataclasses import fields, replace
@@ -17,6 +18,7 @@ import pytest
 from games.rebuilt import REBUILT
 from games.rebuilt.robot import rebuilt_robot
 from games.reefscape import REEFSCAPE
+from games.reefscape.rules import ReefscapeRules
 from simcore import ClimberConfig, ElevatorConfig, Game, Match, RobotConfig, RobotEntry, Rules, cli
 from simcore.errors import VendorError
 from simcore.geometry.linkage import Joint
@@ -153,7 +155,7 @@ def test_every_field_and_hook_is_described():
     assert {field.name for field in fields(Game)} <= described("new_game.md", "What a game has")
     assert {field.name for field in fields(RobotConfig)} <= described("robot.md", "In Python")
     assert set(game_laws.__all__) == described("new_game.md", "Test it")
-    hooks = {name for name in vars(Rules) if not name.startswith("_")}
+    hooks = {name for name, hook in vars(Rules).items() if not name.startswith("_") and callable(hook)}
     assert set(re.findall(r"^\| `(\w+)\(", TEXT["new_game.md"], re.MULTILINE)) == hooks
 
 
@@ -222,7 +224,8 @@ def general(key: str) -> str:
     key = re.sub(r"^(Sim/(?:Score|Match)/)(?:Red|Blue)(?=/|Hub|Outpost)", r"\1<Alliance>", key)
     key = re.sub(r"(/hubScore/)\w+(Count|Points)$", r"\1<period>\2", key)
     key = re.sub(r"^(Sim/Match/\w+TowerRobot)\d$", r"\1<n>", key)
-    readings = "(?:VelocityRPS|PositionRot)(?:Setpoint)?|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
+    key = re.sub(r"^(Sim/Debug/)\w+Setpoint$", r"\1<Setpoint>Setpoint", key)
+    readings = "VelocityRPS|PositionRot|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
     key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
     key = re.sub(r"^(Sim/Place[ds]/)\w+$", r"\1<Level>", key)
@@ -234,14 +237,26 @@ def test_every_published_key_is_described_with_its_type_and_every_described_key_
     rows = re.findall(r"^\| `([^`]+)` \| ([\w\[\]]+) \|", page, re.MULTILINE)
     described = dict(rows)
     assert len(described) == len(rows)
+    own = {channel.key: channel.kind for channel in ReefscapeRules.channels}
+    assert described.pop("Sim/Score/<name>") == "int" and described.items() >= own.items()
+    described = {key: kind for key, kind in described.items() if key not in own}
     assert described == {general(key): kind for key, kind in published.items() if not key.startswith("Sim/Robots/")}
+
+
+def test_the_tables_of_keys_are_made_of_the_channels():
+    """If they are not: python scripts/write_telemetry_keys.py."""
+    spec = importlib.util.spec_from_file_location("page", ROOT / "scripts" / "write_telemetry_keys.py")
+    page = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(page)
+    assert TEXT["telemetry.md"] == page.text()
 
 
 def test_telemetry_keys_on_every_page_are_published(published):
     of_2025 = MemorySink()
     with Match(REEFSCAPE, sinks=[of_2025]) as match:
         match.tick()
-    known = {*published, *map(general, published), *of_2025.snapshots[-1].integers, *of_2025.snapshots[-1].strings}
+    known = {channel.key for channel in ReefscapeRules.channels}
+    known |= {*published, *map(general, published), *of_2025.snapshots[-1].integers, *of_2025.snapshots[-1].strings}
     wrong = []
     for name, text in TEXT.items():
         for key in re.findall(r"`(?:NT:/)?(Sim/[\w/<>-]+[\w>])`", text):

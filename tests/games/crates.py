@@ -11,6 +11,7 @@ from itertools import product
 
 import numpy as np
 
+from simcore.channel import Channel
 from simcore.geometry.linkage import Joint
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone
@@ -133,14 +134,13 @@ class CratesRules(Rules):
     def breakdown(self) -> Mapping[str, int]:
         return {"BlueAutoPieces": self.auto["blue"], "RedAutoPieces": self.auto["red"]}
 
-    def telemetry(self) -> Mapping[str, float | int | bool | str]:
-        return {
-            "Sim/Crates/Bonus": self.bonus,
-            "Sim/Crates/HasEnded": self.has_ended,
-            "Sim/Crates/BallsWaiting": self.match.pieces.count(PieceStatus.STAGED),
-            "Sim/Crates/CratesLeft": len(self.match.pieces.on_field(CRATE.name)),
-            "Sim/Crates/Gravity": self.match.world.gravity,
-        }
+    channels = (
+        Channel("Sim/Crates/Bonus", "string", lambda r: r.bonus, "whose bonus it is"),
+        Channel("Sim/Crates/HasEnded", "boolean", lambda r: r.has_ended, "the last phase is over"),
+        Channel("Sim/Crates/BallsWaiting", "int", lambda r: r.match.pieces.count(PieceStatus.STAGED), "balls to come"),
+        Channel("Sim/Crates/CratesLeft", "int", lambda r: len(r.match.pieces.on_field(CRATE.name)), "crates"),
+        Channel("Sim/Crates/Gravity", "double", lambda r: r.match.world.gravity, "downward", "m/s^2"),
+    )
 
 
 def gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:

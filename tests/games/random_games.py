@@ -186,7 +186,7 @@ class Watch:
         return total
 
     def require_energy(self) -> None:
-        """Where nobody drives, energy is not more than within the last 0.16 s, in which springs give back.
+        """Where nobody has driven for 0.16 s, energy is not more than within these, in which springs give back.
 
         Tolerance: an engine's step of 5 ms has its gravity half a step early, g^2 h / 2 a second and kilogram: of
         400 kg that fall 0.3 J in a tick.
@@ -196,7 +196,7 @@ class Watch:
             self.energies = []
         self.here = here.copy()
         now = self.energy()
-        if len(self.energies) >= 2 and self.since > _SETTLES:
+        if len(self.energies) == _WINDOW and self.since > _SETTLES:
             most = max(self.energies)
             if now > most + _JOULES:
                 self.fail(f"energy grew by {now - most:.2f} J in a tick in which nobody drives")

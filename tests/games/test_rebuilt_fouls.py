@@ -294,7 +294,7 @@ def test_the_sheet_adds_up_and_ranking_points_follow_it():
         assert (rows["Red/energizedAchieved"], rows["Red/superchargedAchieved"]) == (1, 0)
         assert rows["Blue/rp"] == 3 + 3 and rows["Red/rp"] == 1
         assert rows["Blue/totalPoints"] == 360 + 60
-        telemetry = match.rules.telemetry()
+        telemetry = match.snapshot().strings
         assert telemetry["Sim/Match/EndGameTowerRobot1"] == "Level3"
         assert telemetry["Sim/Match/EndGameTowerRobot2"] == "None"
 
@@ -317,7 +317,7 @@ def test_auto_knows_level_1_alone():
         begin(match, 19.99)
         match.rules.towers.level = lambda robot: 3
         match.tick()
-        assert match.rules.telemetry()["Sim/Match/AutoTowerRobot1"] == "Level1"
+        assert match.snapshot().strings["Sim/Match/AutoTowerRobot1"] == "Level1"
         assert match.rules.towers.points("blue") == (15, 0)
 
 

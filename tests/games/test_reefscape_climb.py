@@ -73,7 +73,7 @@ def test_who_lets_go_falls_and_does_not_count(hung):
     assert match.robots[3].climbers[0].rung is None
     assert match.robots[3].chassis.pos[2] < 0.05
     assert (match.score.blue, match.score.red) == (12 + 6, 12 + 2), "it parks"
-    ends = [match.rules.telemetry()[f"Sim/Match/EndGameRobot{n}"] for n in (1, 2, 3, 4)]
+    ends = [*match.rules.ends.values()][:4]
     assert ends == ["DeepCage", "DeepCage", "ShallowCage", "Parked"]
     rows = match.rules.breakdown()
     assert rows["Blue/endGameBargePoints"] == rows["Blue/teleopPoints"] == 18

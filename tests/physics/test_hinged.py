@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
+from simcore.geometry.rotation import rotate
 from simcore.match.game import Game
 from simcore.match.match import Match
 from simcore.physics.hanging import HangingBody, HangingConfig
@@ -92,6 +93,23 @@ def test_a_robot_drives_on_it_tips_it_to_its_stops_and_balances():
         drive(match, 9.0, 4.0)
         assert robot.chassis.pos[2] == pytest.approx(0.0, abs=0.01) and robot.chassis.pose[0] > 8.5
         assert abs(plate.angle) < 0.01 and not plate.is_awake, "by its spring"
+
+
+@pytest.mark.parametrize("damping", [3.0, 60.0])
+@pytest.mark.parametrize("place", [0.1, -0.2])
+def test_a_robot_at_rest_tips_it_until_its_spring_balances(place, damping):
+    """K a = m g r sin a + M g x, whatever damps it; a step of 5 ms leaves K h^2 / I = 0.4 % of the spring."""
+    game = seesaw(spring=2500.0)
+    plate = replace(game.field.hanging[0], damping=damping)
+    with Match(replace(game, field=replace(game.field, hanging=(plate,)))) as match:
+        (body,), chassis = match.hanging, match.robots[0].chassis
+        match.robots[0].carry_to((6.0 + place, 4.0, 0.0))
+        match.robots[0].drive.set_volts([0.0] * 4, [0.0] * 4)
+        match.play(8.0 if damping < 10.0 else 4.0)
+        mass, center, _ = chassis.distribution
+        aside = chassis.pos[0] + rotate(chassis.quat, center)[0] - 6.0
+        moment = MASS * GRAVITY * RISE * math.sin(body.angle) + mass * GRAVITY * aside
+        assert 2500.0 * body.angle == pytest.approx(moment, rel=0.01)
 
 
 @pytest.mark.parametrize(

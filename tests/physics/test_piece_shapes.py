@@ -20,6 +20,9 @@ from simcore.physics.world import CollisionGroup, PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
 
 LENGTH, OUTER, INNER = 0.3016, 0.1143 / 2, 0.1016 / 2
@@ -159,6 +162,27 @@ def test_a_tumbling_body_keeps_its_energy_and_precesses(engine_name):
     assert axes[:, 2] == pytest.approx(theory, abs=0.05)
 
 
+@pytest.mark.parametrize("over", [-1.2, 1.2])
+def test_a_block_starts_where_its_friction_ends(over, engine_name):
+    """1.2 degrees over the friction angle it accelerates by 0.22 m/s^2 and does not fall asleep; below it stays."""
+    friction, slope = 0.4, math.atan(0.4) + math.radians(over)
+    turn = from_rpy(0.0, slope, 0.0)
+    up, down = np.array(rotate(turn, (0.0, 0.0, 1.0))), np.array(rotate(turn, (1.0, 0.0, 0.0)))
+    block = GamePieceConfig(name="block", shape=Box((0.3, 0.3, 0.1)), mass=2.0, friction=1.0, restitution=0.0)
+    with PhysicsWorld(engine=engine_name) as world:
+        top = np.array([8.0, 4.0, 3.0])
+        surface = TerrainSurface(name="ramp", friction=friction, restitution=0.0)
+        world.add_static("ramp", Box((8.0, 2.0, 0.5)), top - 0.25 * up, surface=surface, quat=turn)
+        pieces = GamePieceManager(world, [(block, 1)], field_size=(16.0, 8.0))
+        start = top - 2.0 * down + 0.0505 * up
+        slot = pieces.spawn("block", start[None], np.array([turn]))[0]
+        for _ in range(50):
+            Motion(world, pieces=pieces).tick()
+        way = float((pieces.state.pos[slot] - start) @ down)
+    theory = 0.5 * GRAVITY * (math.sin(slope) - friction * math.cos(slope))
+    assert way == pytest.approx(max(0.0, theory), rel=0.08, abs=0.002)
+
+
 def test_a_block_slides_down_a_hull_as_theory_says(engine_name):
     """A = g (sin a - mu cos a), at steps of any length, and it does not sink in."""
     slope, mu = math.radians(20.0), 0.2
@@ -211,6 +235,24 @@ def test_a_robot_pushes_a_piece_to_the_wall_and_not_into_it(kind, quat):
         points = outline_points(config.shape) @ matrix((x, y, z, w)).T + match.pieces.state.pos[slots[0]]
         assert 15.97 < points[:, 0].max() < 16.007
         assert points[:, 2].min() > -0.005 and match.pieces.recovered == 0
+
+
+@pytest.mark.parametrize(("height", "attitude"), [(1.0, IDENTITY), (3.0, IDENTITY), (3.0, LYING)])
+def test_a_tube_that_falls_on_a_robot_stays_on_top_of_it(height, attitude, engine_name):
+    """It is never deeper in it than the 20 mm that a point of it moves in a step of the engine."""
+    with PhysicsWorld(engine=engine_name) as world:
+        chassis = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0))
+        pieces = GamePieceManager(world, [(TUBE, 1)], field_size=(16.0, 8.0))
+        motion = Motion(world, robots=[LoneChassis(chassis)], pieces=pieces)
+        slots = pieces.spawn("Tube", np.array([[4.05, 4.0, height]]), np.array([attitude]))
+        depths = []
+        for _ in range(100):
+            motion.tick()
+            w, x, y, z = pieces.attitudes(slots)[0].tolist()
+            lowest = float(pieces.state.pos[slots[0], 2]) - TUBE.rest_height_at((x, y, z, w))
+            if math.dist(pieces.state.pos[slots[0], :2], (4.0, 4.0)) < 0.25:
+                depths.append(chassis.config.height - lowest)
+    assert len(depths) > 20 and max(depths) < 0.02
 
 
 def test_a_tube_is_closed_all_around():

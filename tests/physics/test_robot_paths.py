@@ -140,12 +140,15 @@ def apart(a, b):
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_a_path_hardly_depends_on_the_step(name):
-    """At every tick of 5 s of rough commands within 30 mm and 1.2 degrees of where steps of 0.1 ms bring it."""
+    """At every tick of 5 s of rough commands within 50 mm and 1.4 degrees of where steps of 0.1 ms bring it.
+
+    In steps of 5 ms: the loop's are 1 ms, and what is of first order in them, a fifth of that.
+    """
     converged = planar_path(name, 1e-4)
     assert np.ptp(converged[:, 0]) + np.ptp(converged[:, 2]) > 0.3
     distance, turn = apart(planar_path(name, 0.005), converged)
-    assert distance < 0.030
-    assert turn < math.radians(1.2)
+    assert distance < 0.050
+    assert turn < math.radians(1.4)
 
 
 def test_a_constant_force_moves_a_robot_by_half_a_t2():

@@ -205,6 +205,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
             assert run.stands() and driving.input() is None, "nobody has pressed the button"
             page.click("drive")
             page.wait_for_text("1 or Space shoot")
+            assert page.evaluate("getComputedStyle(document.querySelector('.keys')).display") == "none"
             wait_until(lambda: driving.input() is not None)
             key("keyDown", "KeyA")  # left of the red station is toward y = 0
             wait_until(lambda: run.velocity[1] < -0.5)

@@ -50,6 +50,9 @@ export class Drawing {
     this.drawing.addEventListener("pointerleave", () => this.leave());
   }
 
+  /** Draw it all; each kind of drawing does so its own way. */
+  paint() {}
+
   /** Start a picture of a height [px] with nothing in it. */
   begin(height) {
     this.height = height;

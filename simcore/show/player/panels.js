@@ -152,7 +152,7 @@ export class Charts {
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
-  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve */
+  /** Values are whole numbers times a scale, at times in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
   curve({ label, color, stepped, data, low, scale }) {
     const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {

@@ -7,7 +7,7 @@ const colorOf = (name) => getComputedStyle(document.documentElement).getProperty
 
 /** An SVG of the page as an image; it has no style sheet of its own, so rules and colors go with it. @param {SVGElement} drawing */
 async function imageOf(drawing, width, height) {
-  const copy = drawing.cloneNode(true);
+  const copy = /** @type {SVGElement} */ (drawing.cloneNode(true));
   copy.setAttribute("width", width);
   copy.setAttribute("height", height);
   copy.setAttribute("font-family", FONT);

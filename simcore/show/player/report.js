@@ -10,6 +10,7 @@ const DRAWINGS = { chart, robot: robotViews };
 function table({ columns, rows, caption }) {
   const isNumeric = columns.map((_, k) => rows.some((row) => typeof row[k] === "number") && rows.every((row) => row[k] === null || typeof row[k] === "number"));
   const text = (value) => value === null ? "" : typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
+  /** @type {(k: number, value?: any) => object} */
   const look = (k, value = "") => ({ class: isNumeric[k] ? "number" : text(value).length > LONG ? "long" : null });
   const heads = columns.map((name, k) => make("th", { scope: "col", ...look(k) }, name));
   const lines = rows.map((row) => make("tr", {}, ...row.map((value, k) => make(k ? "td" : "th", { ...k ? {} : { scope: "row" }, ...look(k, value) }, text(value)))));
@@ -29,6 +30,6 @@ export function showReport(home, blocks) {
       DRAWINGS[block.kind](figure, block);
     } else if (block.kind === "headline") home.append(make("h2", {}, block.text), ...block.detail ? [make("p", { class: "note" }, block.detail)] : []);
     else if (block.kind === "paragraph") home.append(make("p", {}, block.text));
-    else if (block.kind === "table") home.append(table(block));
+    else if (block.kind === "table") home.append(table(/** @type {any} */ (block)));
   }
 }

@@ -4,7 +4,8 @@ import { make, svg } from "./dom.js";
 
 const PAPER = "#eceef0", INK = "#20242b";  // of both themes: the robot's colors are made for light
 const MARGIN = 0.1;  // [m]
-const VIEWS = [["from above", 1, 2], ["from its right side", 2, 1]];  // name, axis that goes up, axis along the look
+/** Name, axis that goes up, axis along the look. @type {[string, number, number][]} */
+const VIEWS = [["from above", 1, 2], ["from its right side", 2, 1]];
 
 /** Draw a robot. @param {HTMLElement} home @param {RobotSpec} spec */
 export const robotViews = (home, spec) => new RobotViews(home, spec);

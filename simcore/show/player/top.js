@@ -149,6 +149,7 @@ export class Top {
       meta.robots.forEach((_, k) => { const pose = run.robot(k, time); if (pose) driven.push(pose.place); });
     }
     for (const shot of meta.shots) if (shot.result === "miss") fallen.push(...run.wayOf(shot.piece, shot.time, shot.end).slice(-1));
+    /** @type {Record<string, [number[][], string]>} */
     const maps = { robot: [driven, "path"], misses: [fallen, "miss"] };
     return Object.fromEntries(Object.entries(maps).filter(([, [places]]) => places.length)
       .map(([name, [places, color]]) => [name, heatMap(meta.field.size, places, color)]));

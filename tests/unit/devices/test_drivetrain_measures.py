@@ -70,6 +70,16 @@ def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
 
+@each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
+def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
+    """Wheels of 6 in at 8.45:1: the unit in which that is a speed of robots."""
+    way = math.tau * 0.0762 / 8.45
+    found = replace(swerve(way / size), kind="tank")
+    known = complete_measures(found, RobotSettings(), tmp_path)
+    assert math.tau * known.measure("wheel_radius") / known.measure("drive_gearing") == pytest.approx(way)
+    assert known.differences == () and f"in {unit}" in known.measures["drive_gearing"].source
+
+
 @each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
 @each("half", [0.25, 0.6])
 def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, size, half):

@@ -19,6 +19,7 @@ CORNERS = ("front left", "front right", "rear left", "rear right")
         ("drive_l1", "left"), ("LDrive", "left"), ("fl_motor", "left"), ("rl_motor", "left"), ("lf", "left"),
         ("right_leader", "right"), ("motorR2", "right"), ("r1", "right"), ("RDrive", "right"), ("frMotor", "right"),
         ("rr_motor", "right"), ("brMotor", "right"), ("drive.rightSpark", "right"),
+        ("port_leader", "left"), ("starboardMotor", "right"), ("portal", None),
         ("left.lift", None), ("roller", None), ("flywheel", None), ("climber1", None), ("arm", None), ("", None),
     ],
 )  # fmt: skip

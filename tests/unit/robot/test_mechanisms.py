@@ -1,5 +1,6 @@
 """Flywheel, roller, arm, elevator and rack: what each adds to the shaft."""
 
+import itertools
 import math
 
 import pytest
@@ -24,6 +25,9 @@ from simcore.robot.mechanisms import (
     ServoSim,
     ShaftSim,
 )
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.testing.benches import DriveBench
 from simcore.units import GRAVITY
 
 BOX = GearboxConfig(motor=motor("Kraken X60"), gearing=20.0)
@@ -317,3 +321,48 @@ def test_a_servo_keeps_within_its_travel_and_holds_still_without_a_signal():
 def test_numbers_that_make_no_sense_are_refused(build, words):
     with pytest.raises(ConfigError, match=words):
         build()
+
+
+def test_a_stalled_mechanism_has_the_torque_of_its_motor_at_part_duty():
+    """A Falcon at 4 V has 2.15 N m on its vendor's dynamometer."""
+    falcon = GearboxConfig(motor=motor("Falcon 500"), gearing=1.0)
+    shaft = ShaftSim(falcon, inertia=1000.0)
+    shaft.set_volts(4.0)
+    shaft.step(0.02, 12.0)
+    assert falcon.torque_per_amp * shaft.current == pytest.approx(2.15, rel=0.05)
+
+
+@each(
+    "name, volts, share",
+    itertools.product(["Falcon 500", "Kraken X60", "NEO"], [-12.0, -4.0, 2.0, 8.0, 12.0], [-0.4, 0.0, 0.3, 0.9]),
+)
+def test_a_mechanism_and_a_drivetrain_have_one_motor(name, volts, share):
+    """I = (V - e) / R behind the controller, or (V_bus - e) / R of the whole circuit where its duty is full.
+
+    Both over the whole range, at a share of the free speed; within the inertia of 1 ms.
+    """
+    model = motor(name)
+    shaft = ShaftSim(GearboxConfig(motor=model, gearing=6.0), inertia=1000.0)
+    module = SwerveModuleConfig(
+        x=0.0, y=0.0, drive_motor=model, drive_gearing=6.0, wheel_inertia=100.0, drive_friction_volts=0.0,
+        drive_efficiency=1.0, drive_stator_limit=math.inf, drive_supply_limit=math.inf,
+    )  # fmt: skip
+    bench = DriveBench(SwerveDrive(SwerveConfig.square(0.53, module)))
+    bench.lift()
+    rate = share * model.free_speed / 6.0
+    shaft.velocity = rate
+    shaft.set_volts(volts)
+    bench.drive.shafts["speed"][:4] = rate
+    bench.drive.set_volts([volts] * 4, [0.0] * 4)
+    bench.step(0.001)
+    bus = bench.drive.bus_voltage
+    shaft.step(0.001, bus)
+    emf = share * model.free_speed / model.kv
+    wanted = max(-bus, min(bus, volts))
+    amps = (wanted - emf) / model.winding_resistance
+    if wanted * (wanted - emf) > 0.0:
+        full = (math.copysign(bus, wanted) - emf) / model.resistance
+        amps = min(amps, full, key=abs)
+    expected = pytest.approx(amps, rel=2e-3, abs=0.1)
+    assert shaft.current == expected
+    assert bench.drive.shafts["current"][:4].tolist() == [expected] * 4

@@ -48,6 +48,23 @@ def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
     assert drive.steer_motors.current == pytest.approx([math.sqrt(5.0 * 12.0 / MODULE.steer_motor.resistance)] * 4)
 
 
+@pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
+def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rolls(speed, turns):
+    """Volts halfway between what friction in the air takes and what the carpet takes beside it, while nothing rolls.
+
+    At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
+    mu N r. So its speed is where volts less friction are those of back-EMF and this share.
+    """
+    drive = drive_of(steer_brake=False)
+    standing = float(drive.shafts["ks"][4])
+    free = MODULE.steer_friction_volts
+    hold(drive, 0.3, (speed, 0.0, 0.0))
+    drive.set_volts([0.0] * 4, [0.5 * (free + standing)] * 4)
+    before = drive.steer_angles[0]
+    hold(drive, 0.1, (speed, 0.0, 0.0))
+    assert (drive.steer_angles[0] - before > 0.01) == turns
+
+
 def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     drive = drive_of()
     robot = DriveBench(drive)

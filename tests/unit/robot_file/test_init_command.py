@@ -133,6 +133,24 @@ def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, mo
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
+def test_a_start_that_comes_late_leaves_what_was_found(project, capsys, monkeypatch):
+    """The program has loaded without the file: a busy computer is nothing against its table."""
+    found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
+    answers = iter([found, {"error": "it did not start within 180 s"}])
+    monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))
+    assert main(["init"]) == 1
+    assert "does not start with it: it did not start within 180 s" in capsys.readouterr().out
+    assert read_settings(project / "simcore.toml").drivetrain.kind == "tank"
+
+
+@pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
+def test_keys_that_answer_what_the_program_asks_stand_in_comments(tmp_path, keys, shown):
+    path = tmp_path / "simcore.toml"
+    path.write_text(template({"answering_keys": keys}))
+    assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown
+    assert replace(read_settings(path), given=frozenset()) == RobotSettings()
+
+
 def test_init_writes_the_file(project, capsys):
     assert main(["init", "--no-look"]) == 0
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
@@ -261,3 +279,8 @@ def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypat
     (repository / ".git").rmdir()
     assert main(["init", "--ci", "--source", "git+https://x/y", "2026 robot"]) == 1
     assert "is in no git repository" in capsys.readouterr().err
+
+
+def test_simcores_own_folder_is_no_robot_project(capsys):
+    assert main(["init", str(Path(__file__).resolve().parents[3])]) == 1
+    assert "is simcore's own folder: go to that of your robot.py" in capsys.readouterr().err

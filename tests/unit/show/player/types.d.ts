@@ -50,7 +50,7 @@ interface Meta {
 
 // What a report lists (simcore/show/report.py), and what charts.js draws.
 interface SeriesSpec {
-  name: string; x: ArrayLike<number>; y: ArrayLike<number | null>; low?: ArrayLike<number | null>; high?: ArrayLike<number | null>;
+  name: string; x: number[]; y: (number | null)[]; low?: (number | null)[]; high?: (number | null)[];
   kind?: "line" | "dots" | "bars" | "steps"; color?: string;
 }
 interface DrawingSpec { title?: string; xLabel?: string; yLabel?: string; height?: number }

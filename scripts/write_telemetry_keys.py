@@ -1,0 +1,60 @@
+"""Writes the tables of docs/telemetry.md, all keys of telemetry, from the channels that match and games declare.
+
+python scripts/write_telemetry_keys.py
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from pathlib import Path
+
+from games.rebuilt import REBUILT
+from games.reefscape import REEFSCAPE
+from simcore.channel import Channel
+from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
+from simcore.match.match import Match
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "telemetry.md"
+_HEAD = "| key | type | unit | meaning |\n|---|---|---|---|\n"
+
+
+def _table(channels: Iterable[Channel], before: str = "") -> str:
+    return _HEAD + "".join(
+        f"| `{before}{channel.key}` | {channel.kind} | {channel.unit} | {channel.meaning}{_steps(channel)} |\n"
+        for channel in channels
+    )
+
+
+def _steps(channel: Channel) -> str:
+    return "" if channel.decimals is None else f"; to {10.0**-channel.decimals:g}"
+
+
+def tables() -> dict[str, str]:
+    """Return each table by its name in the page."""
+    found = {
+        "match": _table(MATCH),
+        "pieces": _table(PIECES),
+        "robot": _table(ROBOT, "Sim/"),
+        "mechanism": _table(MECHANISM, "Sim/Debug/<Mechanism>"),
+        "part": _table(PART, "Sim/Debug/"),
+    }
+    for game in (REBUILT, REEFSCAPE):
+        with Match(game) as match:
+            found[game.name] = _table(match.rules.channels)
+    return found
+
+
+def text() -> str:
+    """Return the page with its tables as they should be."""
+    page = PAGE.read_text(encoding="utf-8")
+    for name, table in tables().items():
+        begin, end = f"<!-- {name}: made by scripts/write_telemetry_keys.py -->\n\n", "\n<!-- end -->"
+        head, _, rest = page.partition(begin)
+        page = head + begin + table + rest[rest.index(end) :]
+    return page
+
+
+if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    PAGE.write_text(text(), encoding="utf-8")

@@ -1,0 +1,49 @@
+"""A line of telemetry's schema; most are in `simcore.match.channels`, games and robot programs add theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from simcore.errors import UnknownNameError
+
+__all__ = ["FIELD_OF", "Channel"]
+
+FIELD_OF = {
+    "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
+    "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
+}  # fmt: skip
+"""Field of a `simcore.telemetry.snapshot.Snapshot`, by the kind of a channel."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A line of the schema: a key, and all that is to be known of its values.
+
+    >>> Channel("Arm/IsHome", "bool", lambda robot: True, "the arm is at its stop")
+    Traceback (most recent call last):
+    simcore.errors.UnknownNameError: no kind of channel named 'bool'. Did you mean 'boolean'? ...
+    """
+
+    key: str
+    """After the prefix of a robot, if it is one's; `<...>` stands for a name that its source gives."""
+    kind: str
+    """One of `FIELD_OF`."""
+    of: Callable[[Any], Any]
+    """Its value, values by name where the key has a `<...>` that its source fills; None: it is not published now."""
+    meaning: str
+    unit: str = ""
+    decimals: int | None = None
+    """To which it is rounded; None: not at all."""
+    owner: type = object
+    """Of a mechanism: the kinds that have it."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in FIELD_OF:
+            raise UnknownNameError("kind of channel", self.kind, FIELD_OF)
+
+    @property
+    def field(self) -> str:
+        """Field of a snapshot that has its values."""
+        return FIELD_OF[self.kind]

@@ -1,0 +1,158 @@
+"""Poses of what robots move and carry: all parts of all robots at once, from the records of the loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from simcore.geometry.rotation import Vector
+from simcore.loop.compiled import compiled
+from simcore.loop.robot_state import Records
+from simcore.robot.robot import Robot
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["Components", "carried"]
+
+_f = np.float64
+_JOINT = np.dtype(
+    [
+        ("shaft", np.int64),  # row of its mechanism among the shafts of the loop
+        ("axis", _f, (3,)),
+        ("origin", _f, (3,)),  # [m]
+        ("slides", np.uint8),
+        ("ratio", _f),
+    ],
+    align=True,
+)
+"""A joint of a chain; see `simcore.geometry.linkage.Joint`."""
+
+
+class Components:
+    """The moving parts of robots, in the order of `RobotConfig.components`.
+
+    Args:
+        robots: All of them.
+        shaft_of: Row of each mechanism among the shafts of the loop, by its identity.
+    """
+
+    def __init__(self, robots: Sequence[Robot], shaft_of: Mapping[int, int]) -> None:
+        joints: list[tuple[Any, ...]] = []
+        chains = [(0, 0)]
+        parts: list[tuple[int, Vector]] = []
+        self._spans = []
+        for robot in robots:
+            first = len(parts)
+            for component in robot.config.components:
+                begin = len(joints)
+                for j in component.joints:
+                    shaft = shaft_of[id(robot.mechanisms[j.mechanism])]
+                    joints.append((shaft, j.axis, j.origin, j.slides, j.ratio))
+                if joints[begin:] != joints[slice(*chains[-1])]:
+                    chains.append((begin, len(joints)))
+                else:
+                    del joints[begin:]
+                parts.append((len(chains) - 1, component.offset))
+            self._spans.append(slice(first, len(parts)))
+        self._joints, self._chains = np.array(joints, _JOINT), np.array(chains)
+        self._parts = np.array([chain for chain, _ in parts], np.int64)
+        self._offsets = np.array([offset for _, offset in parts], _f).reshape(-1, 3)
+        self._rows = np.full((len(parts), 7), np.nan)
+        self._views: list[FloatArray] = [self._rows[span] for span in self._spans]
+
+    def poses(self, shafts: Records) -> list[FloatArray]:
+        """Return pose rows `x, y, z, qw, qx, qy, qz` in the frames of their robots, shape (n, 7) each; read-only.
+
+        An array is that of before while no part of the robot moves.
+
+        Args:
+            shafts: Of all robots.
+        """
+        rows = np.empty_like(self._rows)
+        _place(shafts, self._joints, self._chains, self._parts, self._offsets, rows)
+        rows.setflags(write=False)
+        moved, self._rows = (rows != self._rows).any(axis=1), rows
+        for number, span in enumerate(self._spans):
+            if moved[span].any():
+                self._views[number] = rows[span]
+        return self._views
+
+
+def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArray:
+    """Return pose rows in the field frame, shape (n, 7).
+
+    Args:
+        rows: Of pieces in the frames of their robots, shape (n, 7).
+        owners: Number of the robot of each, shape (n,).
+        places: Poses of the robots, shape (m, 7).
+    """
+    found = np.empty_like(rows)
+    _carry(rows, owners, places, found)
+    return found
+
+
+@compiled
+def _rotate(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
+    """Return a vector turned by a quaternion; see `simcore.geometry.rotation.rotate`."""
+    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
+    return vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz, vz + w * tz + x * ty - y * tx
+
+
+@compiled
+def _multiply(
+    aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float, float]:
+    """Return the rotation b followed by the rotation a, as w, x, y, z."""
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+@compiled
+def _place(
+    shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray, rows: FloatArray
+) -> None:
+    """Write the pose of each part: the chain of joints before it, as `simcore.geometry.linkage.part_pose` has it."""
+    last = -1
+    x = y = z = 0.0
+    w, a, b, c = 1.0, 0.0, 0.0, 0.0
+    for part in range(len(parts)):
+        if parts[part] != last:
+            last = parts[part]
+            x, y, z = 0.0, 0.0, 0.0
+            w, a, b, c = 1.0, 0.0, 0.0, 0.0
+            is_turned = False
+            for k in range(chains[last, 0], chains[last, 1]):
+                joint = joints[k]
+                axis, origin = joint["axis"], joint["origin"]
+                travel = joint["ratio"] * shafts[joint["shaft"]]["position"]
+                ox, oy, oz = origin[0], origin[1], origin[2]
+                if joint["slides"]:
+                    ox, oy, oz = ox + travel * axis[0], oy + travel * axis[1], oz + travel * axis[2]
+                ox, oy, oz = _rotate(w, a, b, c, ox, oy, oz)
+                x, y, z = x + ox, y + oy, z + oz
+                if not joint["slides"]:
+                    half = 0.5 * np.fmod(travel, 4.0 * math.pi)
+                    s = math.sin(half)
+                    d, e, f, g = math.cos(half), axis[0] * s, axis[1] * s, axis[2] * s
+                    w, a, b, c = _multiply(w, a, b, c, d, e, f, g) if is_turned else (d, e, f, g)
+                    is_turned = True
+        ox, oy, oz = _rotate(w, a, b, c, offsets[part, 0], offsets[part, 1], offsets[part, 2])
+        row = rows[part]
+        row[0], row[1], row[2] = x + ox, y + oy, z + oz
+        row[3], row[4], row[5], row[6] = w, a, b, c
+
+
+@compiled
+def _carry(rows: FloatArray, owners: IntArray, places: FloatArray, found: FloatArray) -> None:
+    """Write the poses of `carried`."""
+    for i in range(len(rows)):
+        p, q, row = rows[i], places[owners[i]], found[i]
+        x, y, z = _rotate(q[3], q[4], q[5], q[6], p[0], p[1], p[2])
+        row[0], row[1], row[2] = q[0] + x, q[1] + y, q[2] + z
+        row[3], row[4], row[5], row[6] = _multiply(q[3], q[4], q[5], q[6], p[3], p[4], p[5], p[6])
