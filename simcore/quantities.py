@@ -305,6 +305,8 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
     """
     import numpy as np  # commands that only print their options take numbers from here, too: 0.1 s less
 
+    if isinstance(points, Sequence) and len(points) > _MOST_ITEMS:
+        raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
     array = points if isinstance(points, np.ndarray) else np.asarray(points, dtype=object)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu" or len(array) < least:
         raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
@@ -334,10 +336,13 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
     for name, kind in kinds.items():
         if name in fields and get_origin(kind) is not Mapping:
             continue
-        wrong = _misfit(name, getattr(config, name), kind)
+        value = getattr(config, name)
+        wrong = _misfit(name, value, kind)
         if wrong is not None:
             where, value, wanted = wrong
             raise ConfigError(f"{owner}: {where} must be {_type_text(wanted)}, got {_got(value)}")
+        if get_origin(kind) is tuple and isinstance(value, list):  # a list is no key
+            object.__setattr__(config, name, tuple(value))
     for name, quantity in fields.items():
         value = getattr(config, name)
         if value is None and config.__dataclass_fields__[name].default is None:
@@ -352,6 +357,8 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
         else:
             require(owner, name, value, quantity)
         plain = _plain(value)
+        if get_origin(kinds.get(name)) is tuple:
+            plain = _as_tuples(plain)
         if plain is not value:
             object.__setattr__(config, name, plain)
 
@@ -565,9 +572,22 @@ def _plain(value: Any) -> Any:
         return value if all(new is old for new, old in zip(row, value, strict=True)) else tuple(row)
     if getattr(value, "ndim", 0) and value.dtype.kind == "f":
         return value.astype(float, copy=False)
-    if type(value) in (bool, int, float) or not isinstance(value, Real):
+    if type(value) is float:
+        return value or 0.0  # -0.0 is no bound of a range from -x to x
+    if type(value) in (bool, int) or not isinstance(value, Real):
         return value
     return value.__index__() if hasattr(value, "__index__") else float(value)
+
+
+def _as_tuples(value: Any) -> Any:
+    """Return rows of numbers as tuples, which can be keys, as lists and arrays cannot."""
+    if getattr(value, "ndim", 0):
+        return _as_tuples(value.tolist())
+    if not isinstance(value, (tuple, list)):
+        return value
+    row = tuple(_as_tuples(one) for one in value)
+    is_same = isinstance(value, tuple) and all(new is old for new, old in zip(row, value, strict=True))
+    return value if is_same else row
 
 
 def _is_whole(value: object) -> bool:

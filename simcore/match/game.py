@@ -203,7 +203,7 @@ class StagedPieces:
         require_fields(self, owner, off_field=COUNT, lodged=FORCE)
         require_points(owner, "positions", self.positions, FIELD_PLACE)
         if self.attitudes is not None:
-            if np.shape(self.attitudes) != (len(self.positions), 4):
+            if np.asarray(self.attitudes, dtype=object).shape != (len(self.positions), 4):
                 raise ConfigError(
                     f"{owner}: attitudes must have shape ({len(self.positions)}, 4), one to each of positions, "
                     f"got {shown(self.attitudes)}"

@@ -8,6 +8,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
+from simcore.geometry.linkage import Joint
+from simcore.match.game import StagedPieces
 from simcore.quantities import (
     COUNT,
     CURRENT_LIMIT,
@@ -124,9 +126,20 @@ class Plate:
 def test_numbers_of_other_types_become_plain_ones(kind):
     plate = Plate(kind(5), (kind(1), 2.0, kind(0)))
     assert {type(plate.mass), *map(type, plate.place)} <= {int, float}
-    assert Plate(1.0, np.zeros(3, dtype=np.float16)).place.dtype == float
+    assert Plate(1.0, np.zeros(3, dtype=np.float16)).place == (0.0, 0.0, 0.0)
 
 
 def test_what_is_next_to_nothing_is_refused_where_zero_is():
     with pytest.raises(ConfigError, match="mass must be a number above 0 and up to 1000 kg, got 5e-324"):
         Plate(5e-324, (0.0, 0.0, 0.0))
+
+
+def test_rows_that_are_declared_as_tuples_are_such_whatever_they_were_given_as():
+    """So that they can be keys; and minus zero is zero."""
+    for origin in ([0.1, -0.0, 0.3], np.array([0.1, 0.0, 0.3]), (np.float32(0.5), 0.0, -0.0)):
+        joint = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=origin)
+        assert type(joint.origin) is tuple and hash(joint) and "-0.0" not in repr(joint.origin)
+    assert TankConfig(wheel_xs=np.array([0.3, -0.3])).wheel_xs == (0.3, -0.3)
+    assert RobotConfig(drivetrain=TankConfig(), placers=[]).placers == ()
+    with pytest.raises(ConfigError, match="attitudes must have shape"):
+        StagedPieces(kind="Ball", positions=np.zeros((2, 3)), attitudes=((1.0, 2.0), (3.0,)))

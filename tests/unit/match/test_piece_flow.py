@@ -36,6 +36,15 @@ def test_a_shooter_throws_its_kinds_until_another_one_is_in_the_way(held, kinds,
     assert flow._ready(robot, SimpleNamespace(kinds=kinds)) == ready
 
 
+def test_two_intakes_that_reach_one_piece_take_it_once():
+    flow, robot = flow_and_robot()
+    robot.intakes = [Mock(config=SimpleNamespace(kinds=(), roller="rollers")) for _ in range(2)]
+    for intake in robot.intakes:
+        intake.captured.return_value = np.array([True, True])
+    flow._take_some_of(robot, np.array([2, 5]))
+    assert robot.storage_of(None).pieces == [2, 5]
+
+
 def test_a_roller_that_holds_the_piece_of_a_placer_takes_none_in():
     jaw = SimpleNamespace(config=SimpleNamespace(roller="jaw"), piece=None)
     flow, robot = flow_and_robot((0,), placers=(jaw,))
