@@ -316,7 +316,7 @@ class _Robots:
         """Speed and angle of the modules of each swerve drive, as encoders show them, then as they are wanted."""
         found: list[FloatArray | None] = [None] * len(self.robots)
         for numbers, wheels, azimuths in self._swerves:
-            speeds = self.shafts["speed"][wheels] * self.shafts["known_radius"][wheels]
+            speeds = self.shafts["speed"][wheels] * self.shafts["model"]["known_radius"][wheels]
             states = np.stack((speeds, self.shafts["position"][azimuths]), axis=-1)
             for number, rows in zip(numbers.tolist(), states, strict=True):
                 found[number] = rows
