@@ -88,8 +88,7 @@ MATCH = (
     Channel("Sim/Warnings", "string", lambda m: "\n".join(m.record.warnings) or None,
             "what simcore warned of, a line each; from the last tick on, why robots took in or threw nothing"),
     Channel("Sim/Score/<name>", "int", lambda m: m.score_counts,
-            "pieces through a scoring zone of the game, `<Alliance>/humanPlayerPoints` of what people threw, and "
-            "what else its score is made of"),
+            "pieces through a scoring zone of the game, and what else its score is made of"),
     Channel("Sim/Placed/<Level>", "int", lambda m: m.pieces.places.totals() if m.game.places else {},
             "pieces that are placed on a level, of a game with resting places"),
     Channel("Sim/Places/<Level>", "int[]", lambda m: m.pieces.places.counts() if m.game.places else {},
