@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 from simcore.geometry.rotation import IDENTITY, from_rpy, rotate
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
+from simcore.match.scoring import ScoreEvent
 from simcore.physics.field import box_element
 from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
@@ -274,5 +275,5 @@ def test_a_shot_that_rests_above_the_carpet_can_still_score(height, hits):
         place = (9.0, 6.0, height + 0.3) if height else (6.0, 6.0, 0.3)
         match.pieces.release(np.array([slot]), np.array([place]))
         match.play(6.0)
-        match.record.note_scored(slot)
+        match.record.note_scored(ScoreEvent(match.time, "zone", "blue", 1, slot))
         assert match.record.hits == hits

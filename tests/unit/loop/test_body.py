@@ -35,7 +35,7 @@ def tumbling(plain):
         BODY, mass=4.0, inertia=(2.0, 3.0, 5.0), principal=np.eye(3), quat=quat, center=(0.1, -0.2, 0.3),
         pos=(1.0, 2.0, 3.0), vel=(0.5, -1.0, 2.0), rate=matrix(quat) @ (1.0, -2.0, 3.0), is_robot=1,
     )  # fmt: skip
-    plain.place(body)
+    plain.update_axes(body)
     return body, matrix(quat)
 
 
@@ -52,12 +52,12 @@ def test_an_impulse_changes_momentum_and_moment_of_momentum(plain):
     arm, impulse = np.array((0.3, 0.2, -0.1)), np.array((2.0, -3.0, 1.0))
     inertia = turn @ np.diag(body.inertia) @ turn.T
     before = body.mass * body.vel, inertia @ body.rate
-    plain.give(body, *impulse, *arm)
+    plain.apply_impulse(body, *impulse, *arm)
     assert body.mass * body.vel - before[0] == pytest.approx(impulse)
     assert inertia @ body.rate - before[1] == pytest.approx(np.cross(arm, impulse))
     assert body.impulse == pytest.approx([*impulse, *np.cross(arm, impulse)])
     stands = record(BODY, mass=4.0, inertia=(1.0, 1.0, 1.0))
-    plain.give(stands, *impulse, *arm)
+    plain.apply_impulse(stands, *impulse, *arm)
     assert not stands.vel.any() and stands.impulse[:3] == pytest.approx(impulse), "the engine moves it after the call"
 
 
@@ -114,9 +114,9 @@ def test_a_contact_is_found_again_in_the_next_step_and_a_new_one_takes_the_oldes
 def test_what_a_robot_touches_is_noted_once_and_as_much_as_there_is_room_for(plain):
     robot = record(ROBOT)
     for row in (3, 3, 4, *range(100)):
-        plain.note_touch(robot, row)
+        plain.add_touch(robot, row)
     assert robot.touched == TOUCHES and robot.touches[:3].tolist() == [3, 4, 0]
-    plain.push(robot, 0.0, 0.5, 0.0, 1.0, 2.0, 3.0)
+    plain.apply_force(robot, 0.0, 0.5, 0.0, 1.0, 2.0, 3.0)
     assert robot.press.tolist() == [1.0, 2.0, 3.0] and robot.twist.tolist() == [1.5, 0.0, -0.5]
 
 

@@ -56,7 +56,7 @@ def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rol
     mu N r. So its speed is where volts less friction are those of back-EMF and this share.
     """
     drive = drive_of(steer_brake=False)
-    standing = float(drive.shafts["ks"][4])
+    standing = float(drive.shafts["model"]["ks"][4])
     free = MODULE.steer_friction_volts
     hold(drive, 0.3, (speed, 0.0, 0.0))
     drive.set_volts([0.0] * 4, [0.5 * (free + standing)] * 4)

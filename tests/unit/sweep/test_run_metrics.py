@@ -8,6 +8,7 @@ import pytest
 from each_case import each
 
 from simcore.match.run_record import RunRecord
+from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.sweep.run_metrics import METRICS
 
@@ -30,7 +31,7 @@ def played(heights, *, touched, scored):
         if tick == 0:
             record.note_shot(0, 0, tuple(state.pos[0].tolist()))
         elif tick == scored:
-            record.note_scored(0)
+            record.note_scored(ScoreEvent(0.02 * tick, "zone", "blue", 1, 0))
         record.after_tick(0.02 * tick)
     return SimpleNamespace(record=record)
 
