@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -87,6 +87,7 @@ _ASLEEP, _ON_FIELD = int(PieceStatus.ASLEEP), frozenset(map(int, ON_FIELD))
 _DRAWN = 100  # ticks of a shot's way that are kept at least
 _PERSON = -1  # in place of a robot's number
 _LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
+_SHOWN = 1.0  # [s] for which an event is among the newest ones; a sink that takes rows less often misses some
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,11 +132,22 @@ class ShotRecord:
 
     time: float
     """At the end of the tick in which it left [s]."""
+    number: int
+    """From 1; 0 of what a human player throws."""
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
     """Its flight, a point a tick [m]: of 2 s, and until it touches something; last, where it scored."""
     scored: bool = False
+
+
+class Hit(NamedTuple):
+    """One shot that scored."""
+
+    time: float
+    """[s]"""
+    shot: int
+    """Its number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +172,9 @@ class Placement:
     """Where, field frame [m, m, rad]."""
     reason: str
     """`start`; `carried` by people, its gyro keeps its reading; `reset`, all of it begins anew."""
+
+
+_Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
 
 
 class RobotRecord:
@@ -202,16 +217,14 @@ class RobotRecord:
 
 @dataclass(frozen=True, slots=True)
 class RecordColumns:
-    """Shots and pieces taken in as telemetry has them: a row each, in order; read-only."""
+    """The newest events as telemetry has them: rows of the last second of each, one after the other; read-only."""
 
-    shot_ids: IntArray
-    shot_robots: IntArray
-    shot_hits: IntArray
-    """1 of those that have scored."""
-    shot_ticks: IntArray
-    """Ticks of the run when each had left."""
-    taken_places: IntArray
-    """x and y of where each piece was that was taken in, one after the other [mm], shape (2 n,)."""
+    shots: IntArray
+    """Number of the shot, piece, robot, and ticks of the run when it had left, shape (4 n,)."""
+    hits: IntArray
+    """Number of the hit and of its shot, shape (2 n,)."""
+    taken_in: IntArray
+    """Number, and x and y of where the piece was [mm], shape (3 n,)."""
 
 
 class RunRecord:
@@ -249,7 +262,7 @@ class RunRecord:
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
-        self._hits = 0
+        self._hits: list[Hit] = []
         self._columns: RecordColumns | None = None
 
     # --- what a match notes -----------------------------------------------------------------------------------------
@@ -277,7 +290,7 @@ class RunRecord:
 
     def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:
         """A robot has shot a piece, which is at a place [m] at the end of the tick."""
-        shot = ShotRecord(self.time, slot, robot, [pos])
+        shot = ShotRecord(self.time, len(self.shots) + 1, slot, robot, [pos])
         self.shots.append(shot)
         self.robots[robot].shortfalls.note_shot()
         self._followed[slot] = shot
@@ -285,7 +298,7 @@ class RunRecord:
 
     def note_thrown(self, slot: int) -> None:
         """Follow a piece that a human player throws: it is no robot's shot."""
-        self._followed[slot] = ShotRecord(self.time, slot, _PERSON, [])
+        self._followed[slot] = ShotRecord(self.time, 0, slot, _PERSON, [])
 
     def note_scored(self, event: ScoreEvent) -> None:
         """Count a piece that has scored for who threw it: if a robot shot it, its shot hit."""
@@ -293,7 +306,8 @@ class RunRecord:
         if shot is not None and shot.robot == _PERSON:
             self.human_points[event.alliance] += event.points
         elif shot is not None:
-            shot.scored, self._hits = True, self._hits + 1
+            shot.scored = True
+            self._hits.append(Hit(self.time, shot.number))
             if (place := tuple(self._pieces.state.pos[event.slot].tolist())) != tuple(shot.points[-1]):
                 shot.points.append(place)  # it has flown on unnoted
             self._columns = None
@@ -325,7 +339,7 @@ class RunRecord:
     @property
     def hits(self) -> int:
         """Shots that scored."""
-        return self._hits
+        return len(self._hits)
 
     @property
     def flying(self) -> IntArray:
@@ -338,19 +352,20 @@ class RunRecord:
     def columns(self) -> RecordColumns:
         """For telemetry; the same object until something happens."""
         if self._columns is None:
-            shots = self.shots
-            places = [round(1e3 * place) for one in self.taken_in for place in one.place[:2]]
             self._columns = RecordColumns(
-                shot_ids=_column(shot.slot for shot in shots),
-                shot_robots=_column(shot.robot for shot in shots),
-                shot_hits=_column(shot.scored for shot in shots),
-                shot_ticks=_column(round(shot.time / self._tick) for shot in shots),
-                taken_places=_column(places),
+                shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),
+                hits=_newest(self._hits, lambda hit: (hit.shot,)),
+                taken_in=_newest(self.taken_in, lambda one: (round(1e3 * one.place[0]), round(1e3 * one.place[1]))),
             )
         return self._columns
 
 
-def _column(values: Iterable[int]) -> IntArray:
-    column = np.fromiter(values, np.int64)
+def _newest(events: Sequence[_Event], row: Callable[[_Event], tuple[int, ...]]) -> IntArray:
+    """Return rows of the newest event and those up to a second before it, each after its number, as one column."""
+    first = len(events)
+    while first and events[first - 1].time > events[-1].time - _SHOWN - 1e-6:
+        first -= 1
+    rows = [(number, *row(event)) for number, event in enumerate(events[first:], first + 1)]
+    column = np.array(rows, np.int64).ravel()
     column.setflags(write=False)
     return column

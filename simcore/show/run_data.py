@@ -348,12 +348,8 @@ def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
 
 def _taken(recording: Recording) -> list[list[float]]:
     """When and where pieces were taken in [s, m, m]."""
-    found: list[list[float]] = []
-    for time, places in recording.integers("Sim/TakenInPlaces"):
-        rows = 1e-3 * places.reshape(-1, 2)
-        del found[len(rows) :]  # they count from an auto's beginning
-        found += [[round(time, 2), *np.round(row, 3).tolist()] for row in rows[len(found) :]]
-    return found
+    events = recording.events("Sim/NewestTakenIn")
+    return [[round(time, 2), round(1e-3 * x, 3), round(1e-3 * y, 3)] for time, (_, x, y) in events]
 
 
 def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:

@@ -76,14 +76,14 @@ class _Flight:
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
     """The shots of a run, oldest first: each that the record of the run has, with as much of its flight as was kept."""
-    if not recording.integers("Sim/ShotTicks"):
-        return []
-    columns = (
-        recording.integers_at(f"Sim/Shot{name}", math.inf).tolist() for name in ("Ids", "Robots", "Hits", "Ticks")
-    )
-    shown, flights = _shown_times(recording), _flights(recording)
+    hits = {shot for _, (_, shot) in recording.events("Sim/NewestHits")}
+    flights = _flights(recording)
     shots: list[ShotTrace] = []
-    for piece, robot, hit, tick, (before, at) in reversed(list(zip(*columns, shown, strict=False))):
+    times = recording.times
+    left = sorted(recording.events("Sim/NewestShots"), key=lambda event: event[1][-1])
+    for at, (number, piece, robot, tick) in reversed(left):
+        hit, row = number in hits, int(np.searchsorted(times, at))
+        before = times[row - 1] if row else -math.inf
         # A log by another clock than the match's says no more than between which rows it was
         time = tick * TICK if before < tick * TICK <= at + 1e-6 else at
         mine = flights[piece]
@@ -93,20 +93,9 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
         if not flight.times:  # it came and went between two rows: its robot was not far
             flight.times.append(time)
             flight.points.append(_place_of(recording, robot, time))
-        is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
-        shots.append(_trace(scene, time, flight, bool(hit), is_over, robot, piece))
+        is_over = hit or flight.times[-1] < times[-1] - 1e-6
+        shots.append(_trace(scene, time, flight, hit, is_over, robot, piece))
     return shots[::-1]
-
-
-def _shown_times(recording: Recording) -> list[tuple[float, float]]:
-    """Of each shot: the last time without it, and the first with it [s]."""
-    found: list[tuple[float, float]] = []
-    before = -math.inf
-    for time, ids in recording.integers("Sim/ShotIds"):
-        del found[len(ids) :]  # they count from an auto's beginning
-        found += [(before, time)] * (len(ids) - len(found))
-        before = time
-    return found
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:

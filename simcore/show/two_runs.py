@@ -22,11 +22,15 @@ __all__ = ["merged", "write_page_of_two"]
 _OWN = ("Sim/Robot/", "Sim/Debug/", "Sim/Intake/")
 _OF_ONE = ("Sim/Robots/", "Sim/Score/", "Sim/Placed/", "Sim/Performance/")
 _FLYING = "Sim/InFlight"
-_OF_BOTH = (_FLYING, "Sim/Held", "Sim/Shot", "Sim/TakenInPlaces")
+_OF_BOTH = (_FLYING, "Sim/Held")
 _SUMS = ("Sim/Shots", "Sim/Hits", "Sim/TakenIn")
 _SCORES = ("Sim/Score/Old", "Sim/Score/New")
 _INKS = ("path", "miss")
-_APART = 100_000  # between the numbers of the pieces of the two runs
+_APART = 100_000  # between the numbers of the pieces of the two runs, and of their shots
+_EVENTS_APART = {
+    "Sim/NewestShots": (_APART, _APART, 0, 0), "Sim/NewestHits": (_APART, _APART), "Sim/NewestTakenIn": (_APART, 0, 0)
+}  # fmt: skip
+_NONE = np.empty(0, np.int64)
 _Value = TypeVar("_Value")
 
 
@@ -91,12 +95,13 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
             poses[key] = np.concatenate((old.pose_arrays.get(key, rows[:0]), rows))
     for key, numbers in new.integer_arrays.items():
         if key.startswith(_OF_BOTH):
-            own = np.ones_like(numbers) if key == "Sim/ShotRobots" else numbers
-            own = own + _APART if "Ids" in key else own
+            own = numbers + _APART if "Ids" in key else numbers
             ids[key] = np.concatenate((old.integer_arrays.get(key, numbers[:0]), own))
-    if "Sim/ShotTicks" in ids:  # shots stand in the order in which they left
-        order = np.argsort(ids["Sim/ShotTicks"], kind="stable")
-        ids |= {key: numbers[order] for key, numbers in ids.items() if key.startswith("Sim/Shot")}
+    for key, apart in _EVENTS_APART.items():
+        events = new.integer_arrays.get(key, _NONE).reshape(-1, len(apart)) + apart
+        if key == "Sim/NewestShots":
+            events[:, 2] = 1  # the robot
+        ids[key] = np.concatenate((old.integer_arrays.get(key, _NONE), events.ravel()))
     return Snapshot(
         time=max(old.time, new.time),
         tick=max(old.tick, new.tick),

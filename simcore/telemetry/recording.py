@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,7 +15,7 @@ from simcore.errors import UnknownNameError
 from simcore.quantities import DURATION, require
 from simcore.telemetry.columns import FIELDS, Block, Columns, Table
 from simcore.telemetry.sinks import Cadence
-from simcore.telemetry.snapshot import Snapshot, is_bulk
+from simcore.telemetry.snapshot import EVENTS, Snapshot, is_bulk
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording", "newest_rows"]
@@ -180,6 +180,10 @@ class Recording:
         """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
+    def events(self, key: str) -> list[tuple[float, list[int]]]:
+        """Rows of all events of a key of `EVENTS` since the last reset, each with the first time that shows it [s]."""
+        return _all_events(self.integers(key), EVENTS[key])
+
     def most_poses(self, key: str) -> int:
         """Rows of the longest kept array of poses of one key."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
@@ -291,7 +295,7 @@ class Recording:
         begins = [max(0, row - rows) for row, _ in self._texts]
         last = begins.count(0) - 1
         self._texts = [*zip(begins[last:], (texts for _, texts in self._texts[last:]), strict=True)]
-        self._arrays = {key: _since(kept, first) for key, kept in self._arrays.items()}
+        self._arrays = {key: _since(key, kept, first) for key, kept in self._arrays.items()}
 
     def _forget_all(self) -> None:
         self._times, self._ticks = array("d"), array("q")
@@ -311,8 +315,33 @@ def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
     return rows
 
 
-def _since(kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
-    """What is not older than a time [s]; an array that was last published before it keeps its newest value."""
+def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tuple[float, list[int]]]:
+    """Put the rows of all events together, by their numbers; a newest number that falls is a new beginning."""
+    found: dict[int, tuple[float, list[int]]] = {}
+    before: IntArray | None = None
+    newest = 0
+    for time, values in kept:
+        if values is before:
+            continue
+        before, rows = values, values[: len(values) // columns * columns].reshape(-1, columns).tolist()
+        if (last := max((row[0] for row in rows), default=0)) < newest:
+            found.clear()
+        newest = last
+        for row in rows:
+            if row[0] not in found or found[row[0]][1] != row:
+                found[row[0]] = time, row
+    return list(found.values())
+
+
+def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
+    """What is not older than a time [s]; an array that was last published before it keeps its newest value.
+
+    All events up to that time are in the first array of theirs.
+    """
+    if key in EVENTS:
+        before = ((time, rows.astype(np.int64, copy=False)) for time, rows in kept if time <= first)
+        whole = np.array([row for _, row in _all_events(before, EVENTS[key])], np.int64).ravel()
+        return [(first, whole), *(item for item in kept if item[0] > first)]
     older = [item for item in kept if item[0] < first]
     newer = kept[len(older) :]
     return [(first, older[-1][1]), *newer] if older and not newer else newer

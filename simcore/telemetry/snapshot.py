@@ -17,14 +17,19 @@ from simcore.errors import ConfigError
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
-    "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot", "TelemetrySink",
-    "checked_integers", "is_bulk", "key_in_words", "robot_prefix", "struct_array_bytes",
+    "EVENTS", "POSE_ARRAY_TYPE", "POSE_TYPE", "SCHEMA_TYPE", "STATE_ARRAY_TYPE", "STRUCT_SCHEMAS", "Snapshot",
+    "TelemetrySink", "checked_integers", "is_bulk", "key_in_words", "robot_prefix", "struct_array_bytes",
 ]  # fmt: skip
 
 
 _BULK = 64  # rows of an array
-_RECORD = ("Sim/Shot", "Sim/TakenIn")
 _PARTS = "/ComponentPoses"  # a third of the log of a match, were they in it each tick
+EVENTS = {"Sim/NewestShots": 4, "Sim/NewestHits": 2, "Sim/NewestTakenIn": 3}
+"""Numbers of a row, by the keys of what happens now and then.
+
+Such an array has the rows of the newest event and of those up to a second before it, one after the other. A row begins
+with the number of its event, from 1, so that a log grows by events and a `Recording` puts all of them together again.
+"""
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
 STATE_ARRAY_TYPE = "struct:SwerveModuleState[]"
@@ -92,9 +97,9 @@ class TelemetrySink(Protocol):
 def is_bulk(key: str, rows: int) -> bool:
     """Whether an array is kept less often than the rest: over 64 rows of what moves, and parts of robots.
 
-    The record of a run (`Sim/ShotIds`, `Sim/TakenInPlaces`) changes with its events alone, and is always whole.
+    Events (`EVENTS`) are kept in the tick in which they happen.
     """
-    return key.endswith(_PARTS) or (rows > _BULK and not key.startswith(_RECORD))
+    return key.endswith(_PARTS) or (rows > _BULK and key not in EVENTS)
 
 
 def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:

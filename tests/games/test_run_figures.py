@@ -110,12 +110,15 @@ def of_page(path: Path) -> Figures:
 def of_log(path: Path) -> Figures:
     log = read_log(path)
     last = log.snapshot_at(log.span[1])
+    recording = recording_of(log)
+    for event in ("Shots", "Hits", "TakenIn"):
+        assert len(recording.events(f"Sim/Newest{event}")) == last.integers[f"Sim/{event}"]
     return Figures(
         blue=last.integers["Sim/Score/Blue"],
         red=last.integers["Sim/Score/Red"],
         shots=last.integers["Sim/Shots"],
-        hits=int(last.integer_arrays["Sim/ShotHits"].sum()),
-        taken=len(last.integer_arrays["Sim/TakenInPlaces"]) // 2,
+        hits=last.integers["Sim/Hits"],
+        taken=last.integers["Sim/TakenIn"],
         driven=f"{last.doubles['Sim/Robot/DistanceDriven']:.1f}",
         volts=f"{last.doubles['Sim/Debug/BatteryVoltageLowest']:.2f}",
         brownouts=last.integers["Sim/Debug/Brownouts"],

@@ -80,10 +80,13 @@ def snapshot(tick: int) -> Snapshot:
             "Sim/PieceIds/Fuel": np.arange(PIECES) + 1000,
             "Sim/InFlightIds/Fuel": np.array([1000, *(piece for piece, _ in flying)], dtype=np.int64),
             "Sim/HeldIds/Fuel": np.array([3000]),
-            "Sim/ShotIds": np.array([piece for piece, *_ in shot], dtype=np.int64),
-            "Sim/ShotTicks": np.array([round(start / 0.02) for _, start, *_ in shot], dtype=np.int64),
-            "Sim/ShotRobots": np.zeros(len(shot), dtype=np.int64),
-            "Sim/ShotHits": np.array([hit and time > start + lasts for _, start, lasts, hit in shot], dtype=np.int64),
+            "Sim/NewestShots": np.array(
+                [(k, piece, 0, round(start / 0.02)) for k, (piece, start, *_) in enumerate(shot, 1)], dtype=np.int64
+            ).ravel(),
+            "Sim/NewestHits": np.array(
+                [(1, k) for k, (_, start, lasts, hit) in enumerate(shot, 1) if hit and time > start + lasts],
+                dtype=np.int64,
+            ).ravel(),
             "few": np.arange(tick % 3),
         },
         strings={"Sim/Match/Period": "auto" if tick < 4 else "teleop"},

@@ -75,16 +75,21 @@ def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
     return raw.getvalue().decode(encoding)
 
 
-def test_columns_are_the_same_until_something_happens_and_grow_then() -> None:
-    """What was read of them stays as it was."""
+def test_columns_are_the_same_until_something_happens_and_show_a_second_of_events() -> None:
+    """What was read of them stays as it was; a row has the event's number and place [mm]."""
     state = SimpleNamespace(pos=np.array([[1.0, 2.0, 0.1], [3.0, 4.5, 0.1]]))
     record = RunRecord(SimpleNamespace(state=state), [], 0.02)  # type: ignore[arg-type]
     record.note_taken_in(np.array([0]), 0)
     first = record.columns
-    assert record.columns is first and first.taken_places.tolist() == [1000, 2000]
+    assert record.columns is first and first.taken_in.tolist() == [1, 1000, 2000]
+    record.after_tick(0.98)
     record.note_taken_in(np.array([1]), 0)
-    assert record.columns.taken_places.tolist() == [1000, 2000, 3000, 4500]
-    assert first.taken_places.tolist() == [1000, 2000]
+    assert record.columns.taken_in.tolist() == [1, 1000, 2000, 2, 3000, 4500]
+    assert first.taken_in.tolist() == [1, 1000, 2000]
+    record.after_tick(1.2)
+    assert record.columns.taken_in.tolist() == [1, 1000, 2000, 2, 3000, 4500], "until the next one"
+    record.note_taken_in(np.array([0]), 0)
+    assert record.columns.taken_in.tolist() == [2, 3000, 4500, 3, 1000, 2000]
 
 
 def test_json_has_the_fields_that_programs_read() -> None:

@@ -37,8 +37,7 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
 )
 def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: str) -> None:
     recording = Recording()
-    one = {"Ids": 5, "Robots": 0, "Hits": 0, "Ticks": 0}
-    results = {f"Sim/Shot{name}": np.array([value]) for name, value in one.items()}
+    results = {"Sim/NewestShots": np.array([1, 5, 0, 0])}
     for tick in range(60):
         row = flight(0.02 * tick, 0.0)
         flies = int(row[2] > -0.2)  # its last point is below the carpet, so that it crosses a goal on it

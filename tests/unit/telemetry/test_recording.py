@@ -125,6 +125,35 @@ def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
     assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
 
 
+def test_all_events_come_back_from_the_newest_whatever_is_forgotten_and_begin_anew_with_their_numbers() -> None:
+    """Event k at tick k; each tick shows the newest ten, and the recording takes each fifth tick and keeps 2 s."""
+    recording = Recording(period=0.1, seconds=2.0)
+
+    def play(first: int, last: int, so_far: int) -> None:
+        for tick in range(first, last):
+            numbers = np.arange(max(1, so_far + tick - first - 8), so_far + tick - first + 2)
+            rows = np.column_stack((numbers, 10 * numbers, -numbers)).ravel()
+            if recording.due(0.02 * tick):
+                recording.write(
+                    Snapshot(time=0.02 * tick, tick=tick, integer_arrays={"Sim/NewestTakenIn": rows, "few": rows})
+                )
+
+    play(0, 501, 0)
+    assert len(recording) < 30 and len(recording.events("Sim/NewestTakenIn")) == 501
+    assert [row for _, row in recording.events("Sim/NewestTakenIn")] == [[k, 10 * k, -k] for k in range(1, 502)]
+    times = np.array([time for time, _ in recording.events("Sim/NewestTakenIn")])
+    assert times[0] == recording.times[0] > 0.0, "what is older is known from the first row on"
+    late = times > times[0]
+    assert times[late] == pytest.approx(0.1 * np.ceil(np.arange(501)[late] / 5.0)), "the first tick that shows it"
+    again = Recording(seconds=60.0)
+    for row in recording.snapshots():
+        again.write(row)
+    assert again.events("Sim/NewestTakenIn") == recording.events("Sim/NewestTakenIn"), "a log of it has them, too"
+    play(501, 504, 0)
+    play(504, 507, 3)  # the field was reset
+    assert [row[0] for _, row in recording.events("Sim/NewestTakenIn")] == [*range(1, 6)]
+
+
 def test_unknown_names_and_bad_settings() -> None:
     recording = recorded(3)
     with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Blue'"):

@@ -115,7 +115,7 @@ def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_p
                 "Sim/Held/Fuel": np.full((3, 7), float(k)),
                 "Sim/GamePieces/Fuel": np.full((100, 7), float(k)),
             },
-            integer_arrays={"Sim/ShotIds": np.arange(k), "Sim/HeldIds/Fuel": np.full(3, k)},
+            integer_arrays={"Sim/NewestShots": np.arange(4 * k), "Sim/HeldIds/Fuel": np.full(3, k)},
         )
         for k in range(1, 66)
     ]
@@ -124,14 +124,14 @@ def test_held_pieces_are_written_less_often_and_the_last_of_all_at_the_end(tmp_p
         for row in rows:
             sink.write(row)
     _, values = read(path)
-    assert len(values["NT:/Sim/ShotIds"]) == 65, "a shot has the time of its row"
+    assert len(values["NT:/Sim/NewestShots"]) == 65, "a shot has the time of its row"
     held = [stamp for stamp, _ in values["NT:/Sim/Held/Fuel"]]
     assert held == [20_000, *range(40_000, 1_300_000, 40_000), 1_300_000]
     assert held == [stamp for stamp, _ in values["NT:/Sim/HeldIds/Fuel"]]
     lying = [stamp for stamp, _ in values["NT:/Sim/GamePieces/Fuel"]]
     assert lying == [20_000, *range(100_000, 1_300_001, 100_000)]
     end = read_log(path).snapshot_at(1.3)
-    assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/ShotIds"]) == 65
+    assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/NewestShots"]) == 260
 
 
 def test_times_beyond_the_short_form_of_a_record_read_back(tmp_path: Path) -> None:
