@@ -193,7 +193,7 @@ def test_hangs(sim):
 """
     )
     assert code == 1 and "exited with exit code 1" in said, said[-3000:]
-    assert "to its end in 4 s of wall time: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
+    assert "to its end in 4 s: the program is at test_robot.py:6 in <lambda>" in said, said[-3000:]
 
 
 def test_plain_pytest_says_which_command_runs_a_robot_test(project):
