@@ -112,7 +112,7 @@ MUTANTS = (
     Mutant("a mirrored heading is turned", "simcore/geometry/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
            "tests/unit/geometry/test_symmetry.py"),
     Mutant("held pieces are shown unturned", "simcore/robot/components.py",
-           "x, y, z = _rotate(q[3], q[4], q[5], q[6], p[0], p[1], p[2])", "x, y, z = p[0], p[1], p[2]",
+           "x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])", "x, y, z = p[0], p[1], p[2]",
            "tests/unit/robot/test_components.py::test_what_is_carried_is_where_the_pose_of_its_robot_puts_it"),
     Mutant("a disabled robot's mechanisms run on", ROBOTS, "if battery.is_off or not robot.request.is_enabled:",
            "if battery.is_off:",

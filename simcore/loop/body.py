@@ -13,6 +13,7 @@ angle at which its bumpers are met in plan, was not pressed so deep by anything:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -55,7 +56,7 @@ _EDGES, _POINTS = 10**10, 10**12  # keys of contacts: from here on those of edge
 
 
 @compiled
-def rotate(quat, x, y, z):
+def rotate(quat: Sequence[float], x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return a vector of a body in the axes of the field."""
     a, b, c, w = quat[0], quat[1], quat[2], quat[3]
     tx = 2.0 * (b * z - c * y)

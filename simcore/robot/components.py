@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from simcore.geometry.rotation import Vector
+from simcore.loop.body import rotate
 from simcore.loop.compiled import compiled
 from simcore.loop.robot_state import Records
 from simcore.robot.robot import Robot
@@ -94,13 +95,6 @@ def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArra
 
 
 @compiled
-def _rotate(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
-    """Return a vector turned by a quaternion; see `simcore.geometry.rotation.rotate`."""
-    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
-    return vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz, vz + w * tz + x * ty - y * tx
-
-
-@compiled
 def _multiply(
     aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
 ) -> tuple[float, float, float, float]:
@@ -134,7 +128,7 @@ def _place(
                 ox, oy, oz = origin[0], origin[1], origin[2]
                 if joint["slides"]:
                     ox, oy, oz = ox + travel * axis[0], oy + travel * axis[1], oz + travel * axis[2]
-                ox, oy, oz = _rotate(w, a, b, c, ox, oy, oz)
+                ox, oy, oz = rotate((a, b, c, w), ox, oy, oz)
                 x, y, z = x + ox, y + oy, z + oz
                 if not joint["slides"]:
                     half = 0.5 * np.fmod(travel, 4.0 * math.pi)
@@ -142,7 +136,7 @@ def _place(
                     d, e, f, g = math.cos(half), axis[0] * s, axis[1] * s, axis[2] * s
                     w, a, b, c = _multiply(w, a, b, c, d, e, f, g) if is_turned else (d, e, f, g)
                     is_turned = True
-        ox, oy, oz = _rotate(w, a, b, c, offsets[part, 0], offsets[part, 1], offsets[part, 2])
+        ox, oy, oz = rotate((a, b, c, w), offsets[part, 0], offsets[part, 1], offsets[part, 2])
         row = rows[part]
         row[0], row[1], row[2] = x + ox, y + oy, z + oz
         row[3], row[4], row[5], row[6] = w, a, b, c
@@ -153,6 +147,6 @@ def _carry(rows: FloatArray, owners: IntArray, places: FloatArray, found: FloatA
     """Write the poses of `carried`."""
     for i in range(len(rows)):
         p, q, row = rows[i], places[owners[i]], found[i]
-        x, y, z = _rotate(q[3], q[4], q[5], q[6], p[0], p[1], p[2])
+        x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])
         row[0], row[1], row[2] = q[0] + x, q[1] + y, q[2] + z
         row[3], row[4], row[5], row[6] = _multiply(q[3], q[4], q[5], q[6], p[3], p[4], p[5], p[6])
