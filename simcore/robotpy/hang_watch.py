@@ -23,7 +23,10 @@ from typing import Any, TextIO
 from simcore import season
 from simcore.devices.simulation_questions import is_of_program
 
-__all__ = ["HangWatch", "program_line", "watch_notifiers"]
+__all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
+
+NO_LINE = "no line of its own"
+"""Place of a program of which `program_line` finds none."""
 
 _STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # [s] between two looks
@@ -99,7 +102,7 @@ class HangWatch:
                 "wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
             )
         return (
-            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or 'no line of its own'}. Until "
+            f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "
             "then no time goes by and nothing moves, so waiting there never ends; go on in the next loop "
             "(simcore_hang in pytest.ini allows slow ones more)"
         )

@@ -26,7 +26,7 @@ from simcore.robot.robot import Robot
 from simcore.robotpy.attach import PhysicsHook
 from simcore.robotpy.belief_watch import BeliefError
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
-from simcore.robotpy.hang_watch import HangWatch, program_line
+from simcore.robotpy.hang_watch import NO_LINE, HangWatch, program_line
 from simcore.robotpy.repeatable_runs import note_threads, started_threads
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import require_varied
@@ -204,7 +204,7 @@ class RobotTest:
             self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
-                f"_simulationPeriodic; it is at {self._where() or 'no line of its own'}"
+                f"_simulationPeriodic; {self._place()}"
             )
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
@@ -216,7 +216,7 @@ class RobotTest:
         if physics.times.ticks == 0:
             raise SimcoreError(
                 f"no tick of physics has run in {_SETTLE:g} s: the loop of {self._robot_name} never calls "
-                f"_simulationPeriodic; it is at {self._where() or 'no line of its own'}"
+                f"_simulationPeriodic; {self._place()}"
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
@@ -465,7 +465,7 @@ class RobotTest:
                 self._stack.enter_context(self._control.run_robot())
         except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
             self._raise_error_of_robot()
-            raise SimcoreError(f"{_NOT_STARTED}; it is at {self._where() or 'no line of its own'}") from error
+            raise SimcoreError(f"{_NOT_STARTED}; {self._place()}") from error
         if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
             self._wait(lambda: self._hook.last_loop is not None, _FIRST_LOOP)
 
@@ -569,6 +569,10 @@ class RobotTest:
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest])
+
+    def _place(self) -> str:
+        """Say where the program is, as the end of a sentence."""
+        return f"it is at {self._where() or NO_LINE}"
 
 
 def _require_name(mode: str, name: object) -> None:
