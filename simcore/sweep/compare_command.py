@@ -62,8 +62,8 @@ def run(options: argparse.Namespace) -> int:
     """
     if options.new is None:
         raise ConfigError(
-            f"{options.old!r} with what? Give two folders with a robot.py, or two autos of the game, as in "
-            "`simcore compare depot neutral`"
+            f"{options.old!r} with what? Give two folders with a robot.py, or two autos of the game: "
+            f"simcore compare {options.old} OTHER"
         )
     words = (options.old, options.new)
     kinds = [_kind(word, options) for word in words]
