@@ -321,7 +321,7 @@ def whole_match(seconds: float, sinks: Sequence[TelemetrySink] = ()) -> dict[str
 
 
 def recorded_match(seconds: float) -> dict[str, Any]:
-    """The same match with a log and a recording, as `simcore play` has them."""
+    """Play `whole_match` with a log and a recording, as `simcore play` has them."""
     with tempfile.TemporaryDirectory(prefix="simcore-bench-") as folder:
         log, recording = WpilogSink(Path(folder, "match.wpilog")), Recording()
         result = whole_match(seconds, [log, recording])

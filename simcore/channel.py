@@ -37,7 +37,7 @@ class Channel:
     decimals: int | None = None
     """To which it is rounded; None: not at all."""
     owner: type = object
-    """Of a mechanism: the kinds that have it."""
+    """Kinds of mechanisms that have it, for a channel of mechanisms."""
 
     def __post_init__(self) -> None:
         if self.kind not in FIELD_OF:

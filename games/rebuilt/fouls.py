@@ -225,7 +225,7 @@ def _extent(outline: FloatArray) -> tuple[float, float, float, float]:
 def _are_closed(
     passages: Sequence[tuple[float, float]], robots: Sequence[tuple[float, float, float, float]], middle: float
 ) -> bool:
-    """Whether robots, by their extents, close off all of some passages, whose middle is so far from the wall [m]."""
+    """Return whether robots, by their extents, close off all passages, with `middle` from the wall [m]."""
     reach = 0.5 * dim.HUB_SIZE
     spans = [(low, high) for x, low, far_x, high in robots if x < middle + reach and far_x > middle - reach]
     return all(

@@ -172,7 +172,7 @@ class ReefscapeRules(Rules):
 
     @property
     def ends(self) -> dict[str, str]:
-        """How each robot ended, by its place in the list."""
+        """End of each robot, by its place in the list."""
         return {str(robot.number + 1): self._ends.get(robot.number, "None") for robot in self.match.robots}
 
     # --- what counts ----------------------------------------------------------------------------------------------

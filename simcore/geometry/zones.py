@@ -58,7 +58,7 @@ class BoxZone:
         return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
+        """Find which segments (n, 3) to (n, 3) [m] touch the box, shape (n,)."""
         return box_crossed(self.low, self.high, start, end)
 
 
@@ -95,7 +95,7 @@ class CylinderZone:
         return inside
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
+        """Find which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
 
         The part of a segment between bottom and top is cut out first; the cylinder is touched where the closest
         approach of that part to the axis is within the radius.
@@ -143,13 +143,13 @@ class CapsuleZone:
         return inside
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
+        """Find which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
         hit: BoolArray = _line_distance(start, end, self.start, self.end) <= self.radius
         return hit
 
 
 def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Which segments (n, 3) to (n, 3) [m] touch the box between two corners, shape (n,): the slab method."""
+    """Find which segments (n, 3) to (n, 3) [m] touch the box between two corners, shape (n,): the slab method."""
     enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
     first: FloatArray = np.max(enter, axis=1)
     last: FloatArray = np.min(leave, axis=1)

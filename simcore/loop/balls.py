@@ -71,11 +71,11 @@ class Listed(NamedTuple):
     """The balls; the first `size` of them count."""
     size: int
     start: IntArray
-    """Of each the first of its solids in `near`, and the end, shape (size + 1,)."""
+    """First solid of each ball in `near`, and the end, shape (size + 1,)."""
     near: IntArray
     """Solids that it may touch within that time."""
     has_bodies: npt.NDArray[np.uint8]
-    """Whether bodies are among them, shape (size,)."""
+    """1 where bodies are among these solids, shape (size,)."""
     number: IntArray
     """Contacts now, shape (size,)."""
     found: FloatArray
@@ -83,7 +83,7 @@ class Listed(NamedTuple):
     which: IntArray
     """Solid of each, and whether its face is touched, shape (12, size, 2)."""
     is_leaving: npt.NDArray[np.uint8]
-    """Whether it is in the body that it was launched from, shape (size,)."""
+    """1 while a ball is in the body that it was launched from, shape (size,)."""
     reach: FloatArray
     """Distance from its center up to which gaps are known [m], shape (size,)."""
     gap: FloatArray

@@ -99,7 +99,7 @@ MATCH = (
     Channel("Sim/Limelights/<name>/SeenTags", "Pose3d[]", lambda m: m.cameras.sighting_lines(),
             "from the lens to each tag of the last frame and back; empty without tags", "m", 6),
 )  # fmt: skip
-"""Of the match."""
+"""Channels of the match."""
 
 PIECES = (
     Channel("Sim/GamePieces/<Type>", "Pose3d[]", lambda p: p.here,
@@ -112,7 +112,7 @@ PIECES = (
             "pieces in robots, where they are in them; those of all robots"),
     Channel("Sim/HeldIds/<Type>", "int[]", lambda p: p.held_slots, "which piece each of these rows is"),
 )  # fmt: skip
-"""Of pieces, by their kind."""
+"""Channels of each kind of pieces."""
 
 ROBOT = (
     Channel("Robot/Pose3d", "Pose3d", lambda f: f.places,
@@ -170,7 +170,7 @@ ROBOT = (
     Channel("Lights/<name>/Shows", "string", lambda f: [robot.light_requests for robot in f.robots],
             "the same in words, of a CANdle: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`"),
 )  # fmt: skip
-"""Of each robot, values of all of them; those of the first under `Sim/`, of number 1, 2, ... under `Sim/Robots/1/`."""
+"""Channels of each robot: the first under `Sim/`, numbers 1, 2, ... under `Sim/Robots/1/`; a value is that of all."""
 
 MECHANISM = (
     Channel("VelocityRPS", "double", lambda m: m["speed"] / math.tau, "speed of the mechanism, after its gears",

@@ -251,10 +251,8 @@ class _Robots:
                 self._swerves.append((numbers, rows[:, : count // 2], rows[:, count // 2 :]))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
         soles = [robot.chassis.soles for robot in self.robots]
-        self._soles, self._sole_of = (
-            np.concatenate(soles),
-            np.repeat(np.arange(len(soles)), [len(one) for one in soles]),
-        )
+        self._soles = np.concatenate(soles)
+        self._sole_of = np.repeat(np.arange(len(soles)), [len(one) for one in soles])
         self._first_sole = np.searchsorted(self._sole_of, np.arange(len(soles)))
 
     def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
@@ -266,12 +264,8 @@ class _Robots:
     def look(self) -> None:
         """See where robots are now."""
         fleet = self.match.world.robots.fleet
-        self.shafts, self.wheels, self.batteries, self._state = (
-            fleet.shafts,
-            fleet.wheels,
-            fleet.batteries,
-            fleet.robots,
-        )
+        self.shafts, self.wheels = fleet.shafts, fleet.wheels
+        self.batteries, self._state = fleet.batteries, fleet.robots
         self.places = np.array([(*r.chassis.pos, r.chassis.quat[3], *r.chassis.quat[:3]) for r in self.robots])
         """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
         self.slots = [robot.held for robot in self.robots]
