@@ -90,7 +90,7 @@ def test_a_bare_loop_is_refused_in_one_sentence(project_of, command):
     run = project_of(BARE.format(hooks="", begin="", loop=""))
     words = ("-m", "robotpy", *(("test",) if command == "test" else ("sim", "--simcore", "--nogui")))
     code, said = run("def test_it(sim):\n    sim.start()\n", command=words)
-    (sentence,) = {line.removeprefix("robotpy sim: ") for line in said.splitlines() if "nothing calls physics" in line}
+    (sentence,) = {line[line.index("Robot has") :] for line in said.splitlines() if "nothing calls physics" in line}
     assert code == 1 and "Traceback" not in said, said
     assert sentence.startswith("Robot has a loop without simulation hooks, so nothing calls physics: derive it from ")
     assert "_simulationInit and _simulationPeriodic (they may be empty)" in sentence
