@@ -12,15 +12,15 @@ settings.load_profile("simcore")
 
 collect_ignore_glob = ["examples/*", "tests/adapters/robots/*", "tests/adapters/scenarios/*"]
 if find_spec("phoenix6") is None or find_spec("wpilib") is None:
-    collect_ignore_glob += ["simcore/phoenix6/*", "simcore/phoenix6_emulator/*"]
+    collect_ignore_glob += ["simcore/robotcode/makers/phoenix6/*", "simcore/robotcode/emulator/*"]
 if find_spec("rev") is None or find_spec("wpilib") is None:
-    collect_ignore_glob.append("simcore/revlib/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/revlib/*")
 if find_spec("navx") is None:
-    collect_ignore_glob.append("simcore/navx/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/navx/*")
 if find_spec("photonlibpy") is None:
-    collect_ignore_glob.append("simcore/photonvision/*")
+    collect_ignore_glob.append("simcore/robotcode/makers/photonvision/*")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
-    collect_ignore_glob.append("simcore/robotpy/*")
+    collect_ignore_glob.append("simcore/robotcode/sim/*")
 if find_spec("wpimath") is None or find_spec("wpimath.geometry") is None:  # they compare with WPILib of 2026
     collect_ignore_glob += [
         "tests/games/test_game_telemetry.py",

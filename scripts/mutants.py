@@ -39,11 +39,11 @@ MASSES = "tests/physics/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
 ROBOT_LAWS = "tests/unit/loop/test_robot_laws.py"
 FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
-BATTERY, STAGE = "tests/unit/robot/test_battery.py", "simcore/phoenix6_emulator/output_stage.py"
+BATTERY, STAGE = "tests/unit/robot/test_battery.py", "simcore/robotcode/emulator/output_stage.py"
 BODY, BODIES = "simcore/loop/body.py", "tests/unit/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
 """Tests that need no compiler, which takes minutes where the loop has changed."""
-WATCH, WATCHED = "simcore/robotpy/belief_watch.py", "tests/unit/robotpy/test_belief_watch.py"
+WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/unit/robotpy/test_belief_watch.py"
 POLICY = (
     "tests/games/test_human_actions.py"
     "::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall"
@@ -55,10 +55,10 @@ MUTANTS = (
            f"{MASSES}::test_a_shot_gives_the_robot_its_recoil"),
     Mutant("what is held weighs nothing", FLOW, "robot.balance.update(self._pieces.mass, self._pieces.radius)", "pass",
            f"{MASSES}::test_fifty_fuel_in_the_hopper_are_accelerated_too"),
-    Mutant("shapes move with the center of mass on MuJoCo", "simcore/physics/mujoco_engine.py",
+    Mutant("shapes move with the center of mass on MuJoCo", "simcore/world/mujoco_engine.py",
            "model.geom_pos[geoms] -= away", "pass",
            f"{MASSES}::test_an_engine_moves_the_center_of_mass_within_a_body"),
-    Mutant("contacts on MuJoCo have no restitution", "simcore/physics/contact_law.py",
+    Mutant("contacts on MuJoCo have no restitution", "simcore/world/contact_law.py",
            "np.interp(restitution, places", "np.interp(0.0, places",
            "tests/unit/physics/test_contact_law.py::test_a_spring_with_its_damper_leaves_the_restitution"),
     Mutant("foam does not get harder", "simcore/loop/contact.py", "+ cubic * depth * depth * depth", "",
@@ -109,7 +109,7 @@ MUTANTS = (
            "tests/unit/match/test_clock.py::test_a_driver_station_starts_and_stops_the_time"),
     Mutant("a sum of ticks", "simcore/match/clock.py", "self.time = self._start + self._ticks * dt", "self.time += dt",
            "tests/unit/match/test_clock.py::test_the_time_of_many_ticks_is_their_number_times_their_length"),
-    Mutant("a mirrored heading is turned", "simcore/geometry/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
+    Mutant("a mirrored heading is turned", "simcore/world/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
            "tests/unit/geometry/test_symmetry.py"),
     Mutant("held pieces are shown unturned", "simcore/robot/components.py",
            "x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])", "x, y, z = p[0], p[1], p[2]",
@@ -120,12 +120,12 @@ MUTANTS = (
     Mutant("a released piece does not turn with the robot", "simcore/robot/robot.py",
            "(ox + wy * lz - wz * ly + vx, oy + wz * lx - wx * lz + vy, oz", "(ox + vx, oy + vy, oz",
            f"{MANIPULATORS}::test_a_released_piece_has_velocity_and_attitude_of_the_grip"),
-    Mutant("the last in leaves first", "simcore/pieces/storage.py", '0 if self.config.order == "fifo" else -1', "-1",
+    Mutant("the last in leaves first", "simcore/robot/storage.py", '0 if self.config.order == "fifo" else -1', "-1",
            "tests/unit/pieces/test_storage.py::test_pieces_leave_in_their_order"),
-    Mutant("topspin for backspin", "simcore/pieces/shooter.py", "yaw - 0.5 * math.pi, 0.0",
+    Mutant("topspin for backspin", "simcore/robot/shooter.py", "yaw - 0.5 * math.pi, 0.0",
            "yaw + 0.5 * math.pi, 0.0",
            f"{SHOOTER}::test_two_wheels_throw_with_their_mean_and_spin_by_their_difference"),
-    Mutant("a full placer takes more", "simcore/pieces/placer.py", "if self.piece is not None or (", "if (",
+    Mutant("a full placer takes more", "simcore/robot/placer.py", "if self.piece is not None or (", "if (",
            f"{MANIPULATORS}::test_a_full_placer_takes_nothing_more"),
     Mutant("the rung does not load the climber", "simcore/robot/climber.py", "set_load(effort * joint.ratio)",
            "set_load(0.0)", "tests/physics/test_climber.py::test_it_lifts_itself_and_the_forces_balance"),
@@ -135,17 +135,17 @@ MUTANTS = (
     Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.request.supply_limit * supply",
            "power = math.inf",
            "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
-    Mutant("a shot leaves before the gate opens", "simcore/pieces/shooter.py", "self._opening() * TICK", "0.0",
+    Mutant("a shot leaves before the gate opens", "simcore/robot/shooter.py", "self._opening() * TICK", "0.0",
            f"{SHOOTER}::test_no_shot_leaves_before_the_gate_has_opened"),
-    Mutant("all shots of a tick have the aim of its end", "simcore/pieces/shooter.py", "if before is None:", "if True:",
+    Mutant("all shots of a tick have the aim of its end", "simcore/robot/shooter.py", "if before is None:", "if True:",
            f"{SHOOTER}::test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant"),
     Mutant("a muzzle in a wall shoots", FLOW, "return not obstacles[-1]", "return True",
            f"{SHOTS}::test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off"),
-    Mutant("a wheel gives a ball no spin", "simcore/pieces/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
+    Mutant("a wheel gives a ball no spin", "simcore/robot/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
            f"{SHOOTER}::test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel"),
     Mutant("the cloth of bumpers does not matter", BUMPERS, "part.friction * one.friction", "one.friction",
            "tests/physics/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
-    Mutant("plates on the side of the fewer faces", "simcore/physics/mesh.py",
+    Mutant("plates on the side of the fewer faces", "simcore/world/mesh.py",
            "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/unit/physics/test_sheets.py"),
     Mutant("odometry goes along chords", "simcore/robot/robot.py",
            "s, c = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn", "s, c = 1.0, 0.0",
@@ -202,16 +202,16 @@ MUTANTS = (
     Mutant("a late hit lands where it was after 2 s", "simcore/match/run_record.py",
            "shot.points.append(place)", "pass",
            "tests/unit/sweep/test_run_metrics.py"),
-    Mutant("the first in leaves a hopper first", "simcore/pieces/hopper.py", "np.argsort(-ahead, kind",
+    Mutant("the first in leaves a hopper first", "simcore/robot/hopper.py", "np.argsort(-ahead, kind",
            "np.argsort(0.0 * ahead, kind",
            "tests/unit/pieces/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
-    Mutant("two wheels lose what foam takes twice", "simcore/pieces/shooter.py",
+    Mutant("two wheels lose what foam takes twice", "simcore/robot/shooter.py",
            "self.config.compression_loss / len(self._wheels)", "self.config.compression_loss",
            f"{SHOOTER}::test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel"),
     Mutant("who is put somewhere drives there", "simcore/match/run_record.py",
            "        self._place = pose[:2]\n        self.placements", "        self.placements",
            "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
-    Mutant("a driver's robot starts at the speed of before", "simcore/players/driven_robot.py",
+    Mutant("a driver's robot starts at the speed of before", "simcore/match/players/driven_robot.py",
            "time > self._last + 1.5 * TICK", "False",
            "tests/unit/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
     Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",

@@ -15,11 +15,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Vector
-from simcore.physics.contact_law import FOAM, WALL, pair_friction, pair_rolling
 from simcore.quantities import FRICTION, RATIO, ROBOT_LENGTH, ROBOT_PLACE, Quantity, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
+from simcore.world.contact_law import FOAM, WALL, pair_friction, pair_rolling
+from simcore.world.rotation import Vector
 
 __all__ = ["FACES", "Hopper", "HopperConfig", "arch_holds"]
 

@@ -14,11 +14,11 @@ from typing import Literal, Protocol
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, rotate
-from simcore.geometry.zones import BoxZone, box_crossed
 from simcore.quantities import FIELD_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix, rotate
+from simcore.world.zones import BoxZone, box_crossed
 
 __all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed", "on_part"]
 

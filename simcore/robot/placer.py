@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
-from simcore.pieces.intake import IntakeZone, StoppedMotion, on_part
 from simcore.quantities import ATTITUDE, ROBOT_PLACE, TURN_RATE, require_fields
+from simcore.robot.intake import IntakeZone, StoppedMotion, on_part
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 
 __all__ = ["Placer", "PlacerConfig"]
 

@@ -19,8 +19,6 @@ from typing import Literal, Protocol, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
-from simcore.geometry.rotation import from_rpy, multiply
 from simcore.pieces.launch import Aim, Launch, LaunchParameters, launch_direction, launch_state, to_field
 from simcore.quantities import (
     ANGLE,
@@ -35,6 +33,8 @@ from simcore.quantities import (
 )
 from simcore.typing import FloatArray, FloatSupplier, IntArray
 from simcore.units import TICK, plain_sum
+from simcore.world.linkage import MechanismMotion, PartState, require_mechanisms
+from simcore.world.rotation import from_rpy, multiply
 
 Number = TypeVar("Number", float, FloatArray)
 _LEAST_SQUEEZE = 0.3  # of that; a piece that is squeezed less is not fed at all

@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.pieces.hopper import FACES, Hopper, HopperConfig
 from simcore.quantities import ATTITUDE, COUNT, ROBOT_PLACE, require_fields
+from simcore.robot.hopper import FACES, Hopper, HopperConfig
 from simcore.typing import FloatArray
+from simcore.world.rotation import IDENTITY, Quaternion, Vector
 
 __all__ = ["Storage", "StorageConfig"]
 

@@ -21,12 +21,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.rotation import multiply, rotate_back
 from simcore.show.scene import Scene
 from simcore.show.solids import RobotSolids
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import multiply, rotate_back
 
 __all__ = [
     "AWAY",

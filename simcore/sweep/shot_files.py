@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from simcore.match.scatter import Scatter
-from simcore.shooting.shot_table import ShotTable, ShotTableRow
 from simcore.show.report import chart, headline, report_page, series, table
+from simcore.sweep.shot_table import ShotTable, ShotTableRow
 
 __all__ = ["table_cells", "table_csv", "table_page", "table_python"]
 

@@ -21,7 +21,7 @@ from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
 from simcore.pieces.shot_solver import NoShotError, solve_shot
-from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
+from simcore.sweep.shot_task import ShotDraws, ShotTask, Stand
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import degrees
 

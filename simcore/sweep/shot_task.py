@@ -1,6 +1,6 @@
 """What is to be aimed: a robot's shooter, at a zone with an opening, from a place.
 
-Launches are those of `simcore.pieces.shooter`, for many shots at once: the robot stands still and level, and its
+Launches are those of `simcore.robot.shooter`, for many shots at once: the robot stands still and level, and its
 shooter points with the robot, a turret at zero.
 """
 
@@ -18,15 +18,15 @@ from simcore.loop.state import Balls
 from simcore.match.game import Game
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.contact_law import CARPET
-from simcore.physics.shapes import Sphere
 from simcore.pieces.flight import ShotOutcomes, fly_shots, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Aim, muzzle_offset, to_field
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import degrees
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.contact_law import CARPET
+from simcore.world.shapes import Sphere
 
 __all__ = ["ShotDraws", "ShotTask", "Stand"]
 

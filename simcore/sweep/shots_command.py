@@ -13,11 +13,11 @@ from simcore.errors import ConfigError
 from simcore.match.registry import find_game
 from simcore.match.scatter import Scatter
 from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, text_flag
-from simcore.shooting.shot_files import table_cells, table_csv, table_page, table_python
-from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
-from simcore.shooting.shot_task import ShotTask
 from simcore.sweep.factors import parse_factor, vary_robot
 from simcore.sweep.one_run import robot_of
+from simcore.sweep.shot_files import table_cells, table_csv, table_page, table_python
+from simcore.sweep.shot_table import ShotTable, ShotTableRow, make_table
+from simcore.sweep.shot_task import ShotTask
 from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]

@@ -1,1 +1,1 @@
-"""Frames, quaternions, zones and the symmetry of the field: mathematics on arrays, nothing else."""
+"""Space and what fills it: rotations, zones, symmetry; bodies, fields and engines. One module imports each engine."""

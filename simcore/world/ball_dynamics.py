@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import IDENTITY, Vector, matrix
 from simcore.loop.balls import depth_at
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.robot_state import BODY, no_robots, records
 from simcore.loop.solids import Solids
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
 from simcore.loop.step import advance, prepare
-from simcore.physics.bodies import Bodies
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.engine import Engine
-from simcore.physics.solids_builder import SolidsBuilder
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.engine import Engine
+from simcore.world.rotation import IDENTITY, Vector, matrix
+from simcore.world.solids_builder import SolidsBuilder
 
 if TYPE_CHECKING:
-    from simcore.physics.field import FieldElement
+    from simcore.world.field import FieldElement
 
 __all__ = ["BallDynamics", "StandingField", "factors"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.loop.robot_state import BODY, Records, join, records
-from simcore.physics.shapes import Shape, bounding_radius
-from simcore.physics.solids_builder import SolidsBuilder
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix
+from simcore.world.shapes import Shape, bounding_radius
+from simcore.world.solids_builder import SolidsBuilder
 
 __all__ = ["Bodies"]
 

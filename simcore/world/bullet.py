@@ -30,7 +30,11 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import (
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+from simcore.world.contact_law import OVERLAP_TIME, contact_damping
+from simcore.world.engine import BodyDefinition, Engine, RayHits
+from simcore.world.rotation import (
     IDENTITY,
     Quaternion,
     Vector,
@@ -41,9 +45,7 @@ from simcore.geometry.rotation import (
     rotate,
     rotate_back,
 )
-from simcore.physics.contact_law import OVERLAP_TIME, contact_damping
-from simcore.physics.engine import BodyDefinition, Engine, RayHits
-from simcore.physics.shapes import (
+from simcore.world.shapes import (
     Box,
     Compound,
     Cylinder,
@@ -59,8 +61,6 @@ from simcore.physics.shapes import (
     parts_of,
     smallest_thickness,
 )
-from simcore.typing import FloatArray
-from simcore.units import GRAVITY
 
 __all__ = ["BulletEngine", "load_pybullet"]
 

@@ -11,10 +11,10 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.shapes import Shape
 from simcore.typing import FloatArray, IntArray
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.rotation import Quaternion, Vector
+from simcore.world.shapes import Shape
 
 __all__ = ["BodyDefinition", "Engine", "RayHits"]
 

@@ -7,8 +7,8 @@ import os
 from importlib.util import find_spec
 
 from simcore.errors import EngineError, UnknownNameError
-from simcore.physics.engine import Engine
 from simcore.units import GRAVITY
+from simcore.world.engine import Engine
 
 __all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "engine_label", "make_engine", "require_known"]
 
@@ -55,10 +55,10 @@ def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
         EngineError: The engine is not installed.
     """
     if choose_engine(name) == "mujoco":  # imported only here, so that importing simcore loads no engine
-        from simcore.physics.mujoco_engine import MuJoCoEngine
+        from simcore.world.mujoco_engine import MuJoCoEngine
 
         return MuJoCoEngine(gravity=gravity)
-    from simcore.physics.bullet import BulletEngine
+    from simcore.world.bullet import BulletEngine
 
     return BulletEngine(gravity=gravity)
 

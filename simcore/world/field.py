@@ -16,13 +16,13 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.contact_law import WALL, TerrainSurface
-from simcore.physics.mesh import SAME_PLACE, Sheet, choose_sides, decompose
-from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shapes import Box, Hull, Mesh, Shape, outline, outline_points
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
+from simcore.world.contact_law import WALL, TerrainSurface
+from simcore.world.mesh import SAME_PLACE, Sheet, choose_sides, decompose
+from simcore.world.obj import ObjGroup, read_obj
+from simcore.world.shapes import Box, Hull, Mesh, Shape, outline, outline_points
+from simcore.world.symmetry import FieldSymmetry
 
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element", "slope_element"]
 
@@ -185,7 +185,7 @@ class FieldGeometry:
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
 
-        `simcore.physics.mesh.decompose` chooses the shapes; a group that comes out as triangle meshes is logged. One
+        `simcore.world.mesh.decompose` chooses the shapes; a group that comes out as triangle meshes is logged. One
         warning names groups whose open surfaces are wound both ways or against their image on the other half, and
         groups that have no image there.
 

@@ -14,12 +14,12 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
-from simcore.physics.contact_law import WALL, TerrainSurface
-from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
-from simcore.physics.world import PhysicsWorld
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
 from simcore.typing import Alliance
+from simcore.world.contact_law import WALL, TerrainSurface
+from simcore.world.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
+from simcore.world.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["HangingBody", "HangingConfig"]
 

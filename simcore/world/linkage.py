@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
 from simcore.quantities import RATIO, ROBOT_PLACE, require_fields
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
 
 __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "require_mechanisms"]
 

@@ -20,10 +20,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from simcore.errors import FieldMeshError
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.obj import MOST_GROUPS, in_plane
-from simcore.physics.shapes import Box, Hull, Mesh
 from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.world.obj import MOST_GROUPS, in_plane
+from simcore.world.shapes import Box, Hull, Mesh
+from simcore.world.symmetry import FieldSymmetry
 
 __all__ = ["MAX_PLATES", "SAME_PLACE", "TOLERANCE", "MeshPart", "Sheet", "choose_sides", "decompose"]
 

@@ -23,18 +23,18 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import Quaternion, Vector, frame_pose, multiply, outer_pose, rotate, rotate_back
-from simcore.physics.contact_law import (
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, plain_sum
+from simcore.world.contact_law import (
     TerrainSurface,
     contact_spring,
     pair_friction,
     pair_restitution,
     pair_rolling,
 )
-from simcore.physics.engine import BodyDefinition, Engine, RayHits
-from simcore.physics.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_properties, parts_of
-from simcore.typing import BoolArray, FloatArray, IntArray
-from simcore.units import GRAVITY, plain_sum
+from simcore.world.engine import BodyDefinition, Engine, RayHits
+from simcore.world.rotation import Quaternion, Vector, frame_pose, multiply, outer_pose, rotate, rotate_back
+from simcore.world.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_properties, parts_of
 
 __all__ = ["MuJoCoEngine"]
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from simcore.errors import ConfigError, FieldMeshError
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.typing import FloatArray, IntArray
+from simcore.world.symmetry import FieldSymmetry
 
 __all__ = [
     "MOST_GROUPS",

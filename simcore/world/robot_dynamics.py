@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import ConfigError, EngineError
-from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix
 from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import (
     BATTERY,
@@ -32,12 +31,13 @@ from simcore.loop.robot_state import (
 from simcore.loop.robots import settle
 from simcore.loop.solids import Solids
 from simcore.loop.step import prepare
-from simcore.physics.bodies import Bodies
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.engine import Engine
-from simcore.physics.shapes import Compound, Mesh, Part, Shape, outline, outline_points
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.engine import Engine
+from simcore.world.rotation import Quaternion, Vector, from_yaw, matrix
+from simcore.world.shapes import Compound, Mesh, Part, Shape, outline, outline_points
 
 __all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice_between"]
 

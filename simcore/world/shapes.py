@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
 from simcore.quantities import (
     ATTITUDE,
     FIELD_PLACE,
@@ -27,6 +26,7 @@ from simcore.quantities import (
     require_points,
 )
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
 
 __all__ = [
     "Box",

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from simcore.geometry.rotation import Quaternion, matrix
 from simcore.loop.solids import FIELD, Solids
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shape, Sphere
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import Quaternion, matrix
+from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shape, Sphere
 
 __all__ = ["SolidsBuilder"]
 

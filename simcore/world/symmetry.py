@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, wrap_angle
 from simcore.quantities import FIELD_LENGTH, require_fields
 from simcore.typing import FloatArray
+from simcore.world.rotation import Vector, wrap_angle
 
 __all__ = ["FieldSymmetry", "Pose"]
 

@@ -15,18 +15,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
 from simcore.loop.step import advance
-from simcore.physics.ball_dynamics import BallDynamics, factors
-from simcore.physics.bodies import Bodies
-from simcore.physics.contact_law import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.physics.engine import BodyDefinition, Engine
-from simcore.physics.engine_choice import VARIABLE, make_engine, require_known
-from simcore.physics.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
-from simcore.physics.shapes import (
+from simcore.quantities import MASS, require
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, plain_sum
+from simcore.world.ball_dynamics import BallDynamics, factors
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.world.engine import BodyDefinition, Engine
+from simcore.world.engine_choice import VARIABLE, make_engine, require_known
+from simcore.world.footprints import corners, overlaps
+from simcore.world.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.world.shapes import (
     Box,
     Cylinder,
     Shape,
@@ -36,13 +39,10 @@ from simcore.physics.shapes import (
     mass_properties,
     principal_axes,
 )
-from simcore.physics.solids_builder import SolidsBuilder
-from simcore.quantities import MASS, require
-from simcore.typing import BoolArray, FloatArray, IntArray
-from simcore.units import GRAVITY, plain_sum
+from simcore.world.solids_builder import SolidsBuilder
 
 if TYPE_CHECKING:
-    from simcore.physics.field import FieldElement
+    from simcore.world.field import FieldElement
 
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 

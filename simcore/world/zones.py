@@ -8,9 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Vector
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.rotation import Vector
 
 __all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "box_crossed"]
 

@@ -13,20 +13,20 @@ import time
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_yaw
+from simcore.robotcode.networktables.limelight_table import TOPICS
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.limelight_table import TOPICS
-from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tag_layout import official_layout
+from simcore.world.rotation import from_yaw
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables_sink import start_local_server  # noqa: E402
-from simcore.vision.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.networktables_sink import start_local_server  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(

@@ -14,9 +14,6 @@ from simcore.loop.contact import foam_force
 from simcore.loop.state import make_balls
 from simcore.match.motion import Motion
 from simcore.match.registry import find_game
-from simcore.physics.contact_law import BUMPER, CARPET, POLYCARBONATE, WALL, FoamStiffness, TerrainSurface
-from simcore.physics.shapes import Box, Compound, Part, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
@@ -24,6 +21,9 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
+from simcore.world.contact_law import BUMPER, CARPET, POLYCARBONATE, WALL, FoamStiffness, TerrainSurface
+from simcore.world.shapes import Box, Compound, Part, Sphere
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 R = 0.075

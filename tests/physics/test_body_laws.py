@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_rpy, matrix, rotate
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import BUMPER, POLYCARBONATE, WALL
-from simcore.physics.shapes import Box, Hull
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import DriveBench, LoneChassis
 from simcore.units import GRAVITY, inches
+from simcore.world.contact_law import BUMPER, POLYCARBONATE, WALL
+from simcore.world.rotation import from_rpy, matrix, rotate
+from simcore.world.shapes import Box, Hull
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 BASE = 0.527

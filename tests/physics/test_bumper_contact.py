@@ -11,10 +11,6 @@ import pytest
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.field import FieldElement
-from simcore.physics.shapes import Box, Hull
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
 from simcore.robot.fixed_wheel_drive import TankConfig
@@ -22,6 +18,10 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
+from simcore.world.contact_law import WALL
+from simcore.world.field import FieldElement
+from simcore.world.shapes import Box, Hull
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from simcore.errors import NonFiniteError
-from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import POLYCARBONATE, WALL
-from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import inches
+from simcore.world.contact_law import POLYCARBONATE, WALL
+from simcore.world.rotation import from_rpy, rotate
+from simcore.world.shapes import Box, Hull, Sphere
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

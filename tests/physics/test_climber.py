@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
 from simcore.match.motion import Motion
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.climber import ClimberConfig, Rung
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
@@ -17,6 +15,8 @@ from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
+from simcore.world.linkage import Joint
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

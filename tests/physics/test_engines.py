@@ -9,13 +9,13 @@ import sys
 import numpy as np
 import pytest
 
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.engine import BodyDefinition, Engine
-from simcore.physics.engine_choice import make_engine
-from simcore.physics.shapes import Box, Compound, Hull, Part, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.engine import BodyDefinition, Engine
+from simcore.world.engine_choice import make_engine
+from simcore.world.shapes import Box, Compound, Hull, Part, Sphere
+from simcore.world.world import PhysicsWorld
 
 BALL = TerrainSurface(name="ball", friction=0.8, restitution=0.55)
 HARD = TerrainSurface(name="hard", friction=1.0, restitution=1.0)
@@ -175,9 +175,9 @@ def test_rays_meet_what_is_in_their_mask_and_not_what_they_start_in(engine):
 
 SCENE = """
 import hashlib, numpy as np
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.contact_law import WALL, TerrainSurface
-from simcore.physics.world import PhysicsWorld
+from simcore.world.shapes import Box, Sphere
+from simcore.world.contact_law import WALL, TerrainSurface
+from simcore.world.world import PhysicsWorld
 
 def digest():
     surface = TerrainSurface(name="ball", friction=0.8, restitution=0.55)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.game import Game, PieceSupply, StagedPieces, for_both_alliances
 from simcore.match.match import Match
-from simcore.physics.field import FieldElement, box_element, slope_element
-from simcore.physics.shapes import Box, Cylinder, Mesh, Sphere, hollow_cone, mass_properties, parts_of
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import inches
+from simcore.world.field import FieldElement, box_element, slope_element
+from simcore.world.shapes import Box, Cylinder, Mesh, Sphere, hollow_cone, mass_properties, parts_of
+from simcore.world.symmetry import FieldSymmetry
 
 SIZE = (16.0, 8.0)
 CONE = GamePieceConfig(

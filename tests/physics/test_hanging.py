@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import FieldDefinition, Game, PieceSupply
 from simcore.match.match import Match
-from simcore.physics.contact_law import WALL
-from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody, HangingConfig
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.climber import Rung
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
+from simcore.world.contact_law import WALL
+from simcore.world.field import FieldElement
+from simcore.world.hanging import HangingBody, HangingConfig
+from simcore.world.rotation import from_rpy, rotate
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 MASS, DROP, EDGE, TALL = 7.0, 1.1, 0.2, 0.6
 HEAVY = HangingConfig(

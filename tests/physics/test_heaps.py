@@ -11,10 +11,10 @@ from scipy.spatial import cKDTree
 from games.rebuilt.fuel import FUEL as REBUILT_FUEL
 from simcore.loop.contact import foam_force
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
+from simcore.world.contact_law import WALL
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 DT = 0.02
 RADIUS = 0.075

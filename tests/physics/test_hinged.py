@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import rotate
 from simcore.match.game import Game
 from simcore.match.match import Match
-from simcore.physics.hanging import HangingBody, HangingConfig
-from simcore.physics.shapes import Box
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
+from simcore.world.hanging import HangingBody, HangingConfig
+from simcore.world.rotation import rotate
+from simcore.world.shapes import Box
+from simcore.world.world import PhysicsWorld
 
 LENGTH, WIDTH, THICK, MASS, HEIGHT = 1.9, 2.4, 0.04, 60.0, 0.16
 RISE = 0.03  # of its center over the hinge

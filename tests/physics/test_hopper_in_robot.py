@@ -16,7 +16,7 @@ from simcore.errors import UnknownNameError
 from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
-from simcore.pieces.hopper import HopperConfig
+from simcore.robot.hopper import HopperConfig
 from simcore.robot.robot_config import RobotConfig
 
 pytestmark = pytest.mark.engines("bullet")

@@ -9,29 +9,29 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.field import FieldElement
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY, TICK
+from simcore.world.contact_law import WALL
+from simcore.world.field import FieldElement
+from simcore.world.linkage import Joint
+from simcore.world.rotation import rpy
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 DT, RADIUS = 0.02, 0.1
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)

@@ -8,33 +8,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import from_rpy
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.engine import BodyDefinition
-from simcore.physics.engine_choice import make_engine
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution, MovingMass
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ElevatorConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import LoneChassis
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK
+from simcore.world.contact_law import WALL
+from simcore.world.engine import BodyDefinition
+from simcore.world.engine_choice import make_engine
+from simcore.world.linkage import Joint
+from simcore.world.rotation import from_rpy
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from simcore import Match
-from simcore.geometry.rotation import from_yaw
 from simcore.match.game import PieceSupply
-from simcore.physics.shapes import Box, Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.world.rotation import from_yaw
+from simcore.world.shapes import Box, Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.3, friction=1.0, restitution=0.0)
 CRATE = GamePieceConfig(name="Crate", shape=Box((0.4, 0.3, 0.2)), mass=1.0, friction=0.8, restitution=0.1)

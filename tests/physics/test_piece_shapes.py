@@ -10,13 +10,8 @@ import numpy as np
 import pytest
 
 from simcore import Match
-from simcore.geometry.rotation import IDENTITY, from_rpy, matrix, multiply, rotate
 from simcore.match.game import PieceSupply
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import CARPET, TerrainSurface
-from simcore.physics.field import FieldElement
-from simcore.physics.shapes import Box, Cylinder, Hull, cone, mass_properties, outline_points, torus, tube
-from simcore.physics.world import CollisionGroup, PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -24,6 +19,11 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
+from simcore.world.contact_law import CARPET, TerrainSurface
+from simcore.world.field import FieldElement
+from simcore.world.rotation import IDENTITY, from_rpy, matrix, multiply, rotate
+from simcore.world.shapes import Box, Cylinder, Hull, cone, mass_properties, outline_points, torus, tube
+from simcore.world.world import CollisionGroup, PhysicsWorld
 
 LENGTH, OUTER, INNER = 0.3016, 0.1143 / 2, 0.1016 / 2
 TUBE = GamePieceConfig(

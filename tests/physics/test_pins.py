@@ -11,17 +11,17 @@ from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
 from games.rebuilt import REBUILT
-from simcore.geometry.rotation import matrix
 from simcore.loop.contact import foam_force
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.testing.benches import LoneChassis
+from simcore.world.contact_law import WALL
+from simcore.world.rotation import matrix
+from simcore.world.shapes import Box, Hull, Sphere
+from simcore.world.world import PhysicsWorld
 
 DT = 0.02
 RADIUS = 0.075

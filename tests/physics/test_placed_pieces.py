@@ -9,17 +9,17 @@ import pytest
 
 from simcore import Match
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_rpy
-from simcore.geometry.zones import CylinderZone
 from simcore.match.game import PieceSupply
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.field import FieldElement, box_element
-from simcore.physics.shapes import Cylinder, Sphere, tube
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.field import FieldElement, box_element
+from simcore.world.rotation import from_rpy
+from simcore.world.shapes import Cylinder, Sphere, tube
+from simcore.world.zones import CylinderZone
 
 TUBE = GamePieceConfig(
     name="Tube", shape=tube(length=0.3, outer_radius=0.057, inner_radius=0.051), mass=0.65, friction=0.5

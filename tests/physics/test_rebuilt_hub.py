@@ -8,8 +8,8 @@ import pytest
 
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import FIELD
-from simcore.physics.field import FieldGeometry
-from simcore.physics.shapes import Box, Hull
+from simcore.world.field import FieldGeometry
+from simcore.world.shapes import Box, Hull
 
 pybullet = pytest.importorskip("pybullet", reason="needs PyBullet, of which Python 3.14 has no wheel: steps it by hand")
 

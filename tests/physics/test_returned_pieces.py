@@ -10,12 +10,12 @@ import pytest
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.world.contact_law import WALL
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

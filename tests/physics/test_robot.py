@@ -9,9 +9,6 @@ import pytest
 
 from simcore.errors import NonFiniteError
 from simcore.match.motion import Motion
-from simcore.physics.field import FieldElement
-from simcore.physics.shapes import Box
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
@@ -22,6 +19,9 @@ from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.testing.benches import LoneChassis
+from simcore.world.field import FieldElement
+from simcore.world.shapes import Box
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

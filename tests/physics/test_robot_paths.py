@@ -10,7 +10,6 @@ import pytest
 
 from simcore.match.match import Match
 from simcore.match.motion import Motion
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.fixed_wheel_config import TankConfig
@@ -18,6 +17,7 @@ from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import DriveBench, LoneChassis
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

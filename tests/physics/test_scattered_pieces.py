@@ -10,10 +10,10 @@ import pytest
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
-from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PieceStatus
+from simcore.world.shapes import Sphere
 
 pytestmark = pytest.mark.engines("bullet")
 

@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from simcore.geometry.rotation import IDENTITY, from_rpy, rotate
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scoring import ScoreEvent
-from simcore.physics.field import box_element
-from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY, TICK
+from simcore.world.field import box_element
+from simcore.world.rotation import IDENTITY, from_rpy, rotate
+from simcore.world.shapes import Cylinder, Sphere
 
 pytestmark = pytest.mark.engines("bullet")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from simcore.match.motion import Motion
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 DT = 0.02
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.2, friction=0.8, restitution=0.5)

@@ -11,12 +11,12 @@ import pytest
 
 from games.rebuilt.fuel import FUEL as REBUILT_FUEL
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import WALL
-from simcore.physics.shapes import Box, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.testing.benches import LoneChassis
+from simcore.world.contact_law import WALL
+from simcore.world.shapes import Box, Sphere
+from simcore.world.world import PhysicsWorld
 
 DT = 0.02
 RADIUS = 0.075

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import FRICTIONLESS, POLYCARBONATE, WALL
-from simcore.physics.shapes import Box, Hull
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import Gyro, gyro_config
@@ -19,6 +16,9 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY, inches
+from simcore.world.contact_law import FRICTIONLESS, POLYCARBONATE, WALL
+from simcore.world.shapes import Box, Hull
+from simcore.world.world import PhysicsWorld
 
 pytestmark = pytest.mark.engines("bullet")
 

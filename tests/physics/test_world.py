@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError, UnknownNameError
 from simcore.match.motion import Motion
-from simcore.physics.contact_law import CARPET, WALL, TerrainSurface
-from simcore.physics.shapes import Box, Cylinder, Shape, Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
+from simcore.world.contact_law import CARPET, WALL, TerrainSurface
+from simcore.world.shapes import Box, Cylinder, Shape, Sphere
+from simcore.world.world import PhysicsWorld
 
 ICE = TerrainSurface(name="ice", friction=0.0, restitution=0.0)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
-from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.sweep.shot_task import ShotTask, Stand
 
 _MOST_WAITS, _LONGEST = 20, 300  # ticks until a shot must have left, and must have come down
 

@@ -19,28 +19,28 @@ from games.rebuilt.scoring import EventSettings
 from games.rebuilt.staging import Staging
 from games.reefscape import REEFSCAPE
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.game import RobotEntry, StagedPieces
 from simcore.match.human_actions import HumanAction
+from simcore.match.players.driven_robot import DriverInput
+from simcore.match.players.player import Defense
 from simcore.match.scatter import Scatter
-from simcore.physics.contact_law import FoamStiffness
-from simcore.physics.field import FieldBoundary, FieldGeometry
-from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
-from simcore.pieces.hopper import HopperConfig
-from simcore.pieces.placer import PlacerConfig
-from simcore.players.driven_robot import DriverInput
-from simcore.players.player import Defense
 from simcore.robot.cots import _ROWS
 from simcore.robot.dc_motor import motor
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
+from simcore.robot.hopper import HopperConfig
 from simcore.robot.mechanisms import PistonConfig, RollerConfig, ServoConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig
 from simcore.sweep.experiment import Experiment
 from simcore.sweep.factors import Distribution, Factor, RunSetup
 from simcore.sweep.results import Results
 from simcore.vision.camera import CameraConfig, PiecePipeline, TagPipeline
 from simcore.vision.quest_headset import QuestConfig
+from simcore.world.contact_law import FoamStiffness
+from simcore.world.field import FieldBoundary, FieldGeometry
+from simcore.world.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone
 
 _PACKAGES = ("geometry", "match", "physics", "pieces", "players", "robot", "sweep", "vision")
 

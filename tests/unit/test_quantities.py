@@ -8,7 +8,6 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint
 from simcore.match.game import StagedPieces
 from simcore.quantities import (
     COUNT,
@@ -27,6 +26,7 @@ from simcore.quantities import (
 )
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.world.linkage import Joint
 
 
 @each(

@@ -9,9 +9,9 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.match.game import PlayedMatch
+from simcore.match.players.lineup import WhileEnabled
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
-from simcore.players.lineup import WhileEnabled
 from simcore.quantities import COUNT, Quantity, require_fields, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.swerve_drive import SwerveDrive

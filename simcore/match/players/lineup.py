@@ -9,9 +9,9 @@ from typing import Any
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PlayedMatch, RobotEntry, Role
 from simcore.match.match import Match
+from simcore.match.players.player import SKILLS
 from simcore.match.runner import AutoRun, play_robots
 from simcore.match.scoring import Alliance
-from simcore.players.player import SKILLS
 from simcore.quantities import DURATION, require
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig

@@ -17,20 +17,20 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from simcore.geometry.rotation import rotate, wrap_angle
-from simcore.geometry.symmetry import Pose
 from simcore.loop.compiled import compiled
 from simcore.match.foul_book import pins_of
 from simcore.match.game import FieldDefinition, PlayedMatch, Role
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.physics.field import FieldElement
-from simcore.physics.shapes import outline_points
 from simcore.quantities import FIELD_PLACE, require_fields
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK, degrees
+from simcore.world.field import FieldElement
+from simcore.world.rotation import rotate, wrap_angle
+from simcore.world.shapes import outline_points
+from simcore.world.symmetry import Pose
 
 __all__ = ["SKILLS", "Defense", "PlayScript", "Player", "RouteMap", "SeenRobot", "Skill", "idle", "make_role"]
 

@@ -12,8 +12,8 @@ From the outside to the inside:
   250 times a simulated second.
 """
 
-from simcore.phoenix6_emulator.emulated_device import EnableDelays
-from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.installation import SeamError, install, installed, uninstall
+from simcore.robotcode.emulator.emulated_device import EnableDelays
+from simcore.robotcode.emulator.emulator import Emulator
+from simcore.robotcode.emulator.installation import SeamError, install, installed, uninstall
 
 __all__ = ["Emulator", "EnableDelays", "SeamError", "install", "installed", "uninstall"]

@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 from phoenix6.signals import BridgeOutputValue, ControlModeValue
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.emulated_device import LOOP, REQUESTS, Axis, RequestKind, Setting, Unit
-from simcore.phoenix6_emulator.output_stage import Bridge, Stage
+from simcore.robotcode.emulator.emulated_device import LOOP, REQUESTS, Axis, RequestKind, Setting, Unit
+from simcore.robotcode.emulator.output_stage import Bridge, Stage
 
 __all__ = [
     "PROFILE_LOOPS",

@@ -18,11 +18,11 @@ from typing import Protocol, TypeAlias
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator.emulated_device import REQUESTS
-from simcore.phoenix6_emulator.emulated_peripherals import EmulatedPigeon2
-from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.output_stage import KRAKEN_X60
 from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_device import REQUESTS
+from simcore.robotcode.emulator.emulated_peripherals import EmulatedPigeon2
+from simcore.robotcode.emulator.emulator import Emulator
+from simcore.robotcode.emulator.output_stage import KRAKEN_X60
 from simcore.units import plain_sum
 
 __all__ = [

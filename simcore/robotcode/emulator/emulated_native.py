@@ -26,7 +26,8 @@ from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6_emulator.emulated_device import (
+from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_device import (
     COMPLIANCY,
     REQUESTS,
     VERSION,
@@ -36,7 +37,7 @@ from simcore.phoenix6_emulator.emulated_device import (
     number_of,
     parse_config,
 )
-from simcore.phoenix6_emulator.emulated_drivetrain import (
+from simcore.robotcode.emulator.emulated_drivetrain import (
     Brake,
     Centric,
     DrivetrainRequest,
@@ -49,9 +50,8 @@ from simcore.phoenix6_emulator.emulated_drivetrain import (
     Speeds,
     wrap,
 )
-from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS
-from simcore.phoenix6_emulator.emulator import MODELS, Emulator
-from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_peripherals import LIGHT_REQUESTS
+from simcore.robotcode.emulator.emulator import MODELS, Emulator
 
 __all__ = ["ADDED", "GONE", "IS_2027", "PREFIX", "RENAMED", "EmulatedNative", "SwerveNative"]
 

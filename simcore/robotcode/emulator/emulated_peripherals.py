@@ -1,6 +1,6 @@
 """Emulated sensors and lights: CANcoder, CANdi (what is wired to its two pins), Pigeon 2, CANrange and CANdle.
 
-The lights of a CANdle move nothing; what they show, `simcore.phoenix6.candle_lights` notes.
+The lights of a CANdle move nothing; what they show, `simcore.robotcode.makers.phoenix6.candle_lights` notes.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any, ClassVar, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.emulated_device import EmulatedDevice, Setting, SimulatedClock
 from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_device import EmulatedDevice, Setting, SimulatedClock
 
 __all__ = [
     "LIGHT_REQUESTS",

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6_emulator.control_laws import (
+from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.control_laws import (
     REQ_BRAKE,
     REQ_COAST,
     ControlPlan,
@@ -20,7 +21,7 @@ from simcore.phoenix6_emulator.control_laws import (
     build_plan,
     limits_of,
 )
-from simcore.phoenix6_emulator.emulated_device import (
+from simcore.robotcode.emulator.emulated_device import (
     FAULTS,
     LOOP_NS,
     REQUESTS,
@@ -33,8 +34,8 @@ from simcore.phoenix6_emulator.emulated_device import (
     Unit,
     period_of,
 )
-from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdi, EmulatedCANrange
-from simcore.phoenix6_emulator.output_stage import (
+from simcore.robotcode.emulator.emulated_peripherals import EmulatedCANdi, EmulatedCANrange
+from simcore.robotcode.emulator.output_stage import (
     ARRANGEMENTS,
     KRAKEN_X44,
     KRAKEN_X60,
@@ -45,7 +46,6 @@ from simcore.phoenix6_emulator.output_stage import (
     duty,
     supply_current,
 )
-from simcore.quantities import DeviceAddress
 
 __all__ = ["EmulatedTalon", "EmulatedTalonFXS"]
 

@@ -12,7 +12,8 @@ from typing import Any
 from phoenix6 import configs
 
 from simcore.errors import ConfigError
-from simcore.phoenix6_emulator.emulated_device import (
+from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_device import (
     LOOP_NS,
     Devices,
     EmulatedDevice,
@@ -22,15 +23,14 @@ from simcore.phoenix6_emulator.emulated_device import (
     SimulatedClock,
     parse_config,
 )
-from simcore.phoenix6_emulator.emulated_peripherals import (
+from simcore.robotcode.emulator.emulated_peripherals import (
     EmulatedCANcoder,
     EmulatedCANdi,
     EmulatedCANdle,
     EmulatedCANrange,
     EmulatedPigeon2,
 )
-from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
-from simcore.quantities import DeviceAddress
+from simcore.robotcode.emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
 
 __all__ = ["MODELS", "Emulator"]
 

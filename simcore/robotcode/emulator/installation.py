@@ -19,8 +19,8 @@ from phoenix6.phoenix_native import Native, ReturnValues, SignalValues
 from phoenix6.wpiutils import auto_feed_enable
 
 from simcore.errors import SimcoreError
-from simcore.phoenix6_emulator.emulated_device import REQUESTS, EnableDelays
-from simcore.phoenix6_emulator.emulated_native import (
+from simcore.robotcode.emulator.emulated_device import REQUESTS, EnableDelays
+from simcore.robotcode.emulator.emulated_native import (
     ADDED,
     GONE,
     IS_2027,
@@ -29,7 +29,7 @@ from simcore.phoenix6_emulator.emulated_native import (
     EmulatedNative,
     SwerveNative,
 )
-from simcore.phoenix6_emulator.emulator import Emulator
+from simcore.robotcode.emulator.emulator import Emulator
 
 __all__ = ["SeamError", "check_seam", "install", "installed", "uninstall"]
 

@@ -20,8 +20,8 @@ from typing import Protocol
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.loop.motor import solve_limited
-from simcore.phoenix6_emulator.emulated_device import LOOP, Setting, Unit
 from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robotcode.emulator.emulated_device import LOOP, Setting, Unit
 
 __all__ = [
     "ARRANGEMENTS", "KRAKEN_X44", "KRAKEN_X60", "OVER_VOLTAGE", "Bridge", "ConnectedMotor", "Stage", "duty",

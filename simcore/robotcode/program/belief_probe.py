@@ -17,8 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from simcore.devices.motor_ports import AnglePort, MotorPort
-from simcore.devices.object_graph import is_foreign
+from simcore.robotcode.program.motor_ports import AnglePort, MotorPort
+from simcore.robotcode.program.object_graph import is_foreign
 
 __all__ = ["Belief", "ModulePorts", "probe_modules"]
 

@@ -9,20 +9,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.drivetrain_measures import complete_measures, in_meters
-from simcore.devices.drivetrain_model import connect_drivetrain, drivetrain_config
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel
-from simcore.devices.makers import MakersDrivetrain, find_device, makers
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.object_graph import ObjectGraph
-from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encoder, with_followers
-from simcore.devices.simulation_questions import place_of_question
-from simcore.devices.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress
 from simcore.robot_file.drivetrain_table import ON_PORTS, DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
+from simcore.robotcode.program.drivetrain_measures import complete_measures, in_meters
+from simcore.robotcode.program.drivetrain_model import connect_drivetrain, drivetrain_config
+from simcore.robotcode.program.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel
+from simcore.robotcode.program.makers import MakersDrivetrain, find_device, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.object_graph import ObjectGraph
+from simcore.robotcode.program.sides_discovery import find_mecanum, find_tank, wired_encoder, with_followers
+from simcore.robotcode.program.simulation_questions import place_of_question
+from simcore.robotcode.program.swerve_discovery import find_swerve, free_speed_volts, motor_measures, with_beliefs
 
 __all__ = ["ProgramDrivetrain", "find_drivetrain"]
 

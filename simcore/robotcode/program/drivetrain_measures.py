@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
-from simcore.devices.project_settings import project_measures
 from simcore.robot.cots import MODULES
 from simcore.robot.dc_motor import motor
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
+from simcore.robotcode.program.found_drivetrain import FoundDrivetrain, Measure
+from simcore.robotcode.program.project_settings import project_measures
 from simcore.units import inches
 
 __all__ = ["MODULE_MEASURES", "complete_measures", "in_meters"]

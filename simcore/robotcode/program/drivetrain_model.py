@@ -7,12 +7,6 @@ import math
 from typing import Any
 
 from simcore import season
-from simcore.devices.drivetrain_measures import MODULE_MEASURES
-from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel
-from simcore.devices.makers import maker_of
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.motor_ports import AnglePort, DrivetrainPorts, MotorPort, Setpoint, ShaftPorts, SwervePorts
-from simcore.devices.program_odometry import on_wheel_distances
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import motor
@@ -22,6 +16,19 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_config import plate_inertia
 from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robotcode.program.drivetrain_measures import MODULE_MEASURES
+from simcore.robotcode.program.found_drivetrain import FoundDrivetrain, FoundWheel
+from simcore.robotcode.program.makers import maker_of
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.motor_ports import (
+    AnglePort,
+    DrivetrainPorts,
+    MotorPort,
+    Setpoint,
+    ShaftPorts,
+    SwervePorts,
+)
+from simcore.robotcode.program.program_odometry import on_wheel_distances
 
 __all__ = ["connect_drivetrain", "drivetrain_config"]
 

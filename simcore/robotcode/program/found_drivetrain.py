@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from simcore.devices.motor_controllers import BuiltDevice
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
+from simcore.robotcode.program.motor_controllers import BuiltDevice
 
 __all__ = [
     "DrivetrainNotFoundError", "FoundDrivetrain", "FoundWheel", "Measure", "drivetrain_lines", "drivetrain_rows",

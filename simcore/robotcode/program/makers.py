@@ -1,12 +1,12 @@
 """Makers of motor controllers, encoders and gyros: how a program's devices are found, asked, guessed and connected.
 
-How a maker is added: derive from `Maker` in a module of the maker's own package (say `simcore/navx/navx_maker.py`),
+How a maker is added: derive from `Maker` in a module of the maker's own package (say `makers/navx/navx_maker.py`),
 name the models that it makes, and answer what there is to answer; put an object of it into `MAKER` of that module, and
 the module with the Python package that it needs into `MAKER_MODULES` here. Its `watch` records classes into `devices`.
 A maker of gyros alone answers `watch` and `gyro_port`, no more. Nothing else in simcore knows a maker.
 
-A port shows robot code what physics measures and takes what robot code asks for: `simcore.devices.motor_ports` has the
-`MotorPort` to derive from, and the protocols `AnglePort` and `GyroPort`.
+A port shows robot code what physics measures and takes what robot code asks for: `motor_ports` has the `MotorPort` to
+derive from, and the protocols `AnglePort` and `GyroPort`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
 
-from simcore.devices.found_drivetrain import FoundDrivetrain
-from simcore.devices.import_watch import after_import, refuse_import
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
-from simcore.devices.motor_ports import AnglePort, GyroPort, MotorDevices, MotorPort
-from simcore.devices.recorder import BuiltDevices, watch_program
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
@@ -33,6 +28,11 @@ from simcore.robot.mechanisms import GuessedMechanism, ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robotcode.program.found_drivetrain import FoundDrivetrain
+from simcore.robotcode.program.import_watch import after_import, refuse_import
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robotcode.program.motor_ports import AnglePort, GyroPort, MotorDevices, MotorPort
+from simcore.robotcode.program.recorder import BuiltDevices, watch_program
 from simcore.typing import IntArray
 
 __all__ = [
@@ -53,10 +53,10 @@ __all__ = [
 ]
 
 MAKER_MODULES: list[tuple[str, str]] = [
-    ("phoenix6", "simcore.phoenix6.ctre_maker"),
-    ("rev", "simcore.revlib.rev_maker"),
-    ("navx", "simcore.navx.navx_maker"),
-    ("wpilib", "simcore.robotpy.wpilib_ports"),
+    ("phoenix6", "simcore.robotcode.makers.phoenix6.ctre_maker"),
+    ("rev", "simcore.robotcode.makers.revlib.rev_maker"),
+    ("navx", "simcore.robotcode.makers.navx.navx_maker"),
+    ("wpilib", "simcore.robotcode.sim.wpilib_ports"),
 ]
 """Python package that a maker needs, and the module of simcore with its `MAKER`; in the order of tables."""
 
@@ -354,7 +354,7 @@ def known_device(made: Any) -> BuiltDevice:
     if device is None:
         raise ConfigError(
             f"{type(made).__name__}: built before simcore was there; a physics.py calls "
-            "simcore.devices.makers.watch_makers() at its top"
+            "simcore.robotcode.program.makers.watch_makers() at its top"
         )
     return device
 

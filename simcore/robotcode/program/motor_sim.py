@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 
 from simcore import season
-from simcore.devices.motor_ports import MotorPort
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, GEARING, require
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.program.motor_ports import MotorPort
 
 RobotController = season.wpilib.RobotController
 

@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.makers import MAKER_MODULES, device_of
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.recorder import Built, built
+from simcore.robotcode.program.makers import MAKER_MODULES, device_of
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.recorder import Built, built
 
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 

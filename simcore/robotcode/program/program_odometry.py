@@ -17,8 +17,8 @@ from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
 from simcore import season
-from simcore.devices.recorder import after_call, odometry_classes, record_class
-from simcore.devices.simulation_questions import is_of_program, place_of_question, simulation_code
+from simcore.robotcode.program.recorder import after_call, odometry_classes, record_class
+from simcore.robotcode.program.simulation_questions import is_of_program, place_of_question, simulation_code
 
 __all__ = [
     "PoseReset", "PoseResets", "estimated_pose", "on_pose_reset", "on_wheel_distances", "set_truth", "watch_sets",

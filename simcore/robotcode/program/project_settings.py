@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simcore.devices.found_drivetrain import Measure
+from simcore.robotcode.program.found_drivetrain import Measure
 
 __all__ = ["project_measures"]
 

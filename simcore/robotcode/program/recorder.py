@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from simcore import season
-from simcore.devices.motor_controllers import BuiltDevice
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robotcode.program.motor_controllers import BuiltDevice
 
 __all__ = [
     "Answers", "Arguments", "Built", "BuiltDevices", "Settings", "after_call", "built", "guard", "odometry_classes",

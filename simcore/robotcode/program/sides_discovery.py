@@ -8,13 +8,13 @@ import types
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
-from simcore.devices.makers import device_of, maker_of, makers
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.object_graph import ObjectGraph
-from simcore.devices.place_names import CORNERS, SIDES, says_place, words_of
-from simcore.devices.recorder import Built, built
-from simcore.devices.swerve_discovery import free_speed_volts, motor_measures
+from simcore.robotcode.program.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
+from simcore.robotcode.program.makers import device_of, maker_of, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.object_graph import ObjectGraph
+from simcore.robotcode.program.place_names import CORNERS, SIDES, says_place, words_of
+from simcore.robotcode.program.recorder import Built, built
+from simcore.robotcode.program.swerve_discovery import free_speed_volts, motor_measures
 
 __all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
 

@@ -22,7 +22,7 @@ __all__ = ["answering_keys", "is_of_program", "place_of_question", "simulation_c
 
 _log = logging.getLogger(__name__)
 
-_HERE = str(Path(__file__).resolve().parents[1])
+_HERE = str(Path(__file__).resolve().parents[2])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
 _asked: dict[types.CodeType, str] = {}
 _serial_numbers: set[str] = set()

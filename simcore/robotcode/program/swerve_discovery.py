@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from simcore.devices.belief_probe import Belief, ModulePorts, probe_modules
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
-from simcore.devices.makers import Maker, MotorFacts, maker_of, makers
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.object_graph import Holder, ObjectGraph, is_foreign
-from simcore.devices.place_names import corner_of
-from simcore.devices.recorder import built
 from simcore.quantities import DeviceKey
+from simcore.robotcode.program.belief_probe import Belief, ModulePorts, probe_modules
+from simcore.robotcode.program.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
+from simcore.robotcode.program.makers import Maker, MotorFacts, maker_of, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.object_graph import Holder, ObjectGraph, is_foreign
+from simcore.robotcode.program.place_names import corner_of
+from simcore.robotcode.program.recorder import built
 
 __all__ = ["find_swerve", "free_speed_volts", "motor_measures", "with_beliefs"]
 

@@ -7,8 +7,8 @@ from functools import cache
 from importlib.metadata import packages_distributions, requires
 from typing import Any
 
-from simcore.devices.makers import MAKER_MODULES, device_of, makers
-from simcore.devices.object_graph import ObjectGraph
+from simcore.robotcode.program.makers import MAKER_MODULES, device_of, makers
+from simcore.robotcode.program.object_graph import ObjectGraph
 
 __all__ = ["unknown_sim_devices", "unserved_devices"]
 

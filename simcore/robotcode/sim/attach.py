@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 from simcore.errors import ConfigError, leave
 
 if TYPE_CHECKING:
-    from simcore.devices.ownership import Ownership
+    from simcore.robotcode.program.ownership import Ownership
 
 __all__ = [
     "PhysicsHook", "attach", "begin_robot", "is_ours", "is_port_taken", "loadExtension", "load_extension",
@@ -73,19 +73,19 @@ def watch_program(*, simulated: bool = False) -> Ownership:
     global _ownership
     if _ownership is None:
         if simulated and find_spec("phoenix6") is not None:
-            from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
+            from simcore.robotcode.sim.simulated_phoenix import install_simulated_phoenix
 
             install_simulated_phoenix()
-        import simcore.devices.program_odometry
-        import simcore.robotpy.built_ports  # noqa: F401
-        from simcore.devices.import_watch import after_import
-        from simcore.devices.makers import watch_makers
-        from simcore.devices.ownership import Ownership
-        from simcore.devices.simulation_questions import watch_questions
-        from simcore.photonvision.photon_program import HOOKS
-        from simcore.robotpy.hang_watch import watch_notifiers
-        from simcore.robotpy.path_planner import wait_for_plans
-        from simcore.robotpy.table_watch import table_watch
+        import simcore.robotcode.program.program_odometry
+        import simcore.robotcode.sim.built_ports  # noqa: F401
+        from simcore.robotcode.makers.photonvision.photon_program import HOOKS
+        from simcore.robotcode.program.import_watch import after_import
+        from simcore.robotcode.program.makers import watch_makers
+        from simcore.robotcode.program.ownership import Ownership
+        from simcore.robotcode.program.simulation_questions import watch_questions
+        from simcore.robotcode.sim.hang_watch import watch_notifiers
+        from simcore.robotcode.sim.path_planner import wait_for_plans
+        from simcore.robotcode.sim.table_watch import table_watch
 
         _ownership = Ownership()
         watch_makers(_ownership.may_write)
@@ -106,7 +106,7 @@ def begin_robot() -> None:
     _robots += 1
     watch_program(simulated=True)
     if _robots > 1 and find_spec("phoenix6") is not None:
-        from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
+        from simcore.robotcode.sim.simulated_phoenix import install_simulated_phoenix
 
         install_simulated_phoenix()
 
@@ -119,7 +119,7 @@ def load_watched_class(module: str, name: str, simulated: bool) -> Any:
         name: Of the class in it, with dots.
         simulated: As `watch_program` takes it.
     """
-    from simcore.robotpy.repeatable_runs import seed_generators
+    from simcore.robotcode.sim.repeatable_runs import seed_generators
 
     seed_generators()  # a program may draw while it is imported
     watch_program(simulated=simulated)
@@ -169,8 +169,8 @@ def attach(
         )
     builders: list[Callable[..., Any]] = [] if physics is None else [physics.PhysicsEngine]
     if physics is None or (joins and not is_ours(physics)):
-        from simcore.photonvision.photon_program import photon_program
-        from simcore.robotpy.attached_physics import AttachedPhysics, physics_or_none
+        from simcore.robotcode.makers.photonvision.photon_program import photon_program
+        from simcore.robotcode.sim.attached_physics import AttachedPhysics, physics_or_none
 
         AttachedPhysics.ownership = watch_program()
         AttachedPhysics.folder = folder
@@ -208,7 +208,7 @@ def load_physics(folder: Path) -> types.ModuleType | None:
 
 def is_ours(physics: types.ModuleType) -> bool:
     """Return whether the PhysicsEngine of a physics.py runs a match of simcore."""
-    from simcore.robotpy.robot_physics import RobotPhysics
+    from simcore.robotcode.sim.robot_physics import RobotPhysics
 
     engine = physics.PhysicsEngine
     return isinstance(engine, type) and issubclass(engine, RobotPhysics)
@@ -395,7 +395,7 @@ def _run_attached(command: Any) -> None:
 def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
     """Return a robot class on its field, as the command line says; pyfrc attaches nothing of its own."""
     if joins:
-        from simcore.robotpy.attached_physics import AttachedPhysics, choose
+        from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
 
         choose(folder, **_chosen)
         AttachedPhysics.is_on_network = not is_port_taken()

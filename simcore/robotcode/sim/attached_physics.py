@@ -8,34 +8,35 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from simcore import season
-from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, guesses
-from simcore.devices.makers import MakersDrivetrain, maker_of, makers, require_distinct_devices
-from simcore.devices.motor_ports import DrivetrainPorts
-from simcore.devices.object_graph import ObjectGraph
-from simcore.devices.ownership import Ownership
-from simcore.devices.recorder import built
-from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, game_names
-from simcore.physics.engine_choice import require_known
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot_file.further_robots import players_beside
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
-from simcore.robotpy.device_assignment import (
+from simcore.robotcode.networktables.limelight_table import CameraTables
+from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
+from simcore.robotcode.program.drivetrain_discovery import find_drivetrain
+from simcore.robotcode.program.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, guesses
+from simcore.robotcode.program.makers import MakersDrivetrain, maker_of, makers, require_distinct_devices
+from simcore.robotcode.program.motor_ports import DrivetrainPorts
+from simcore.robotcode.program.object_graph import ObjectGraph
+from simcore.robotcode.program.ownership import Ownership
+from simcore.robotcode.program.recorder import built
+from simcore.robotcode.program.unserved import unknown_sim_devices, unserved_devices
+from simcore.robotcode.sim.device_assignment import (
     DeviceAssignment,
     connect_mechanism,
     short_names,
     with_configuration,
 )
-from simcore.robotpy.port_assignment import PortAssignment
-from simcore.robotpy.robot_cameras import RobotCameras
-from simcore.robotpy.robot_physics import RobotPhysics
-from simcore.robotpy.run_variation import run_variation
-from simcore.robotpy.startup_summary import StartupSummary
-from simcore.telemetry.networktables_sink import NetworkTablesSink
+from simcore.robotcode.sim.port_assignment import PortAssignment
+from simcore.robotcode.sim.robot_cameras import RobotCameras
+from simcore.robotcode.sim.robot_physics import RobotPhysics
+from simcore.robotcode.sim.run_variation import run_variation
+from simcore.robotcode.sim.startup_summary import StartupSummary
+from simcore.world.engine_choice import require_known
 
 SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 ntcore = season.ntcore
@@ -92,6 +93,7 @@ class AttachedPhysics(RobotPhysics):
         game = choose_game(self.game_name, settings.game)
         network = ntcore.NetworkTableInstance.get_default()
         sinks = [NetworkTablesSink(network)]
+        tables = CameraTables(network)
         variation = run_variation()
         match = practice_match(
             *(variation.game(game), settings, config),
@@ -101,7 +103,7 @@ class AttachedPhysics(RobotPhysics):
             seed=variation.seed,
             scatter=variation.scatter,
             sinks=sinks,
-            network=network,
+            network=tables,
         )
         robot_sim = match.robots[0]
         devices = drivetrain.connect(robot_sim.drive)
@@ -133,7 +135,10 @@ class AttachedPhysics(RobotPhysics):
             self, robot_sim, self.ownership, settings, devices.devices, self.ports, on_assigned=self._say_what_is_there
         )
         self.cameras = RobotCameras(
-            match, robot_sim.number, settings.cameras, settings.headset, folder=self.folder, file=path.name
+            *(match, robot_sim.number, settings.cameras, settings.headset),
+            clock=tables.clock,
+            folder=self.folder,
+            file=path.name,
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:

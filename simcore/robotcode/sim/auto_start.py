@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from simcore import season
 from simcore.match.match import Match
 from simcore.match.starts import StartError, pose_text
-from simcore.robotpy.driver_controls import chosen_autos
+from simcore.robotcode.sim.driver_controls import chosen_autos
 
 RobotState = season.wpilib.RobotState
 Timer = season.wpilib.Timer
@@ -85,7 +85,7 @@ class AutoStart:
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Robot code has set its drivetrain's pose anew; see `simcore.devices.program_odometry.PoseReset`."""
+        """Robot code has set its drivetrain's pose anew; see `simcore.robotcode.program.program_odometry.PoseReset`."""
         self._note_mode()
         if RobotState.is_disabled():
             before, turned = self._seeded or (None, None)

@@ -14,8 +14,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from simcore.geometry.symmetry import Pose
 from simcore.robot.robot import Robot
+from simcore.world.symmetry import Pose
 
 __all__ = ["BeliefError", "BeliefWatch"]
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from simcore import season
-from simcore.devices.recorder import after_call, record_class
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robotcode.program.recorder import after_call, record_class
 
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim
 CTREPCMSim = season.wpilib_simulation.CTREPCMSim

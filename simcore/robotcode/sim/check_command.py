@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.registry import find_game, game_names
-from simcore.pieces.shooter import ShooterConfig
 from simcore.quantities import DeviceAddress, text_flag
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim, place_text
 from simcore.robot.robot_config import RobotConfig, tipping_limit
+from simcore.robot.shooter import ShooterConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.known_shot import KnownShot, NeededSpeed, elevations, exit_efficiency, goal_of, needed_speeds

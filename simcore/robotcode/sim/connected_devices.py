@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from simcore.devices.motor_ports import MotorDevices
-from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import NO_STATES
+from simcore.robotcode.program.motor_ports import MotorDevices
+from simcore.robotcode.program.motor_sim import MotorSim
 from simcore.typing import FloatArray
 
 __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]

@@ -6,17 +6,17 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
-from simcore.devices.motor_ports import MotorDevices
-from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceKey
 from simcore.robot.mechanisms import GuessedMechanism, PistonConfig, ServoConfig
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
-from simcore.robotpy.port_assignment import PortAssignment
-from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotcode.program.makers import Maker, Mounting, find_device, maker_of, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robotcode.program.motor_ports import MotorDevices
+from simcore.robotcode.program.ownership import DRIVETRAIN, Ownership
+from simcore.robotcode.sim.port_assignment import PortAssignment
+from simcore.robotcode.sim.robot_physics import RobotPhysics
 
 __all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configuration"]
 

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 
 from simcore import season
 from simcore.errors import ConfigError, UnknownNameError, nearest
-from simcore.match.control_topics import TABLE
 from simcore.quantities import Quantity, require
+from simcore.robotcode.networktables.control_topics import TABLE
 
 DriverStationSim = season.wpilib_simulation.DriverStationSim
 ntcore = season.ntcore

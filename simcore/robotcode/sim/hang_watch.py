@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from simcore import season
-from simcore.devices.simulation_questions import is_of_program
+from simcore.robotcode.program.simulation_questions import is_of_program
 
 __all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
 

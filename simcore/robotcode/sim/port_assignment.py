@@ -13,10 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from simcore import season
-from simcore.devices.makers import find_device, maker_of, makers
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.motor_ports import AnglePort, MotorDevices, MotorPort
-from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
 from simcore.quantities import DeviceKey
@@ -24,13 +20,17 @@ from simcore.robot.mechanisms import ElevatorSim, PistonSim, RackSim, ServoSim, 
 from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import SensorSettings
-from simcore.robotpy.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
-from simcore.robotpy.piece_sensors import PieceSensor
-from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, ChannelMotor, EncoderPort, PWMMotorPort
+from simcore.robotcode.program.makers import find_device, maker_of, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.motor_ports import AnglePort, MotorDevices, MotorPort
+from simcore.robotcode.program.ownership import Ownership
+from simcore.robotcode.sim.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
+from simcore.robotcode.sim.piece_sensors import PieceSensor
+from simcore.robotcode.sim.wpilib_ports import AbsoluteEncoderPort, ChannelMotor, EncoderPort, PWMMotorPort
 from simcore.typing import IntArray
 
 if TYPE_CHECKING:
-    from simcore.phoenix6.sensor_ports import CANrangeSim
+    from simcore.robotcode.makers.phoenix6.sensor_ports import CANrangeSim
 
 RobotState = season.wpilib.RobotState
 AnalogInputSim = season.wpilib_simulation.AnalogInputSim
@@ -221,7 +221,7 @@ def _channel(sensor: SensorSettings) -> int:
 
 
 def _canrange(where: str, sensor: SensorSettings) -> CANrangeSim:
-    from simcore.phoenix6.sensor_ports import CANrangeSim
+    from simcore.robotcode.makers.phoenix6.sensor_ports import CANrangeSim
 
     return CANrangeSim(find_device(where, *sensor.keys[0]).hardware)
 
@@ -229,7 +229,7 @@ def _canrange(where: str, sensor: SensorSettings) -> CANrangeSim:
 def _switch(where: str, sensor: SensorSettings) -> Switch:
     """Find a switch or light barrier on a CANdi, or between a DIO channel and ground; an open contact reads True."""
     if sensor.keys[0][0] == "CANdi":
-        from simcore.phoenix6.sensor_ports import CANdiSwitchSim
+        from simcore.robotcode.makers.phoenix6.sensor_ports import CANdiSwitchSim
 
         candi = find_device(where, *sensor.keys[0]).hardware
         return CANdiSwitchSim(candi, sensor.pin, normally_closed=sensor.normally_closed).set_active

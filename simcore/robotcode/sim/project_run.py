@@ -15,9 +15,9 @@ import pytest
 from simcore import season
 from simcore.errors import SimcoreError, start_sentence
 from simcore.match.runner import auto_seconds
-from simcore.robotpy.pytest_plugin import INIT_TIMEOUT
-from simcore.robotpy.robot_program import load_robot_class
-from simcore.robotpy.robot_test import RobotTest
+from simcore.robotcode.sim.pytest_plugin import INIT_TIMEOUT
+from simcore.robotcode.sim.robot_program import load_robot_class
+from simcore.robotcode.sim.robot_test import RobotTest
 from simcore.sweep.run_metrics import measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
@@ -103,10 +103,10 @@ def _sentence(error: BaseException, folder: Path) -> str:
 
 
 def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
-    from simcore.robotpy.attach import watch_program
-    from simcore.robotpy.attached_physics import AttachedPhysics
-    from simcore.robotpy.repeatable_runs import seed_generators
-    from simcore.robotpy.run_variation import set_factors
+    from simcore.robotcode.sim.attach import watch_program
+    from simcore.robotcode.sim.attached_physics import AttachedPhysics
+    from simcore.robotcode.sim.repeatable_runs import seed_generators
+    from simcore.robotcode.sim.run_variation import set_factors
 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
     set_factors(task["values"])

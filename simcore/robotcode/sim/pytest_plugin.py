@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 import pytest
 
 if TYPE_CHECKING:
-    from simcore.robotpy.robot_test import RobotTest
+    from simcore.robotcode.sim.robot_test import RobotTest
 
 __all__ = ["INIT_TIMEOUT", "sim"]
 
@@ -120,7 +120,7 @@ class _RobotClass:
         self._simulated = simulated
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from simcore.robotpy.attach import load_watched_class
+        from simcore.robotcode.sim.attach import load_watched_class
 
         return load_watched_class, (*self._names, self._simulated)
 
@@ -209,7 +209,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
-            from simcore.robotpy.attach import begin_robot
+            from simcore.robotcode.sim.attach import begin_robot
 
             begin_robot()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
@@ -239,7 +239,7 @@ _start_failure: BaseException | None = None
 
 
 def _make_repeatable(folder: Path) -> None:
-    from simcore.robotpy.repeatable_runs import order_notifiers, seed_generators, use_robot_clock
+    from simcore.robotcode.sim.repeatable_runs import order_notifiers, seed_generators, use_robot_clock
 
     seed_generators()
     use_robot_clock(folder)
@@ -249,7 +249,7 @@ def _make_repeatable(folder: Path) -> None:
 def _vary(config: pytest.Config) -> None:
     """Say to whoever builds the match which of many runs this is."""
     from simcore.match.scatter import Scatter
-    from simcore.robotpy.run_variation import run_variation, set_run_variation
+    from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 
     text = config.getoption("sim_scatter")
     scatter = None if text is None else Scatter.parse(text)
@@ -269,7 +269,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
         ConfigError: It wants the field, and nothing could put the robot there.
     """
     from simcore.robot_file.template import FILE_NAME
-    from simcore.robotpy.attach import PhysicsHook, attach, is_ours, load_physics
+    from simcore.robotcode.sim.attach import PhysicsHook, attach, is_ours, load_physics
 
     before, folder = getattr(plugin, "_physics", None), plugin._robot_file.parent
     if isinstance(before, PhysicsHook):
@@ -317,7 +317,7 @@ def _wait_longer(plugin: Any) -> None:
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
     """The robot of this project on its simulated field; see docs/testing.md."""
-    from simcore.robotpy.robot_test import RobotTest
+    from simcore.robotcode.sim.robot_test import RobotTest
     from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
@@ -338,7 +338,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]
     result = yield
     test = getattr(pyfuncitem, "funcargs", {}).get("sim")
     if test is not None and _RECORDING in pyfuncitem.stash:
-        from simcore.robotpy.robot_test import ConditionError
+        from simcore.robotcode.sim.robot_test import ConditionError
 
         try:
             test.require_played()
@@ -417,7 +417,7 @@ def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[Ba
 
     if excinfo is None or config.getoption("fulltrace"):
         return
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     step: TracebackType | None = excinfo.tb
     own: list[TracebackType] = []
     while step is not None:
@@ -431,9 +431,9 @@ def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[Ba
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:
-    if _mode(item.config) != "real" or "simcore.robotpy.robot_physics" not in sys.modules:
+    if _mode(item.config) != "real" or "simcore.robotcode.sim.robot_physics" not in sys.modules:
         return
-    from simcore.robotpy.robot_physics import latest_physics
+    from simcore.robotcode.sim.robot_physics import latest_physics
 
     physics = latest_physics()
     late = 0.0 if physics is None else physics.times.lateness_ms

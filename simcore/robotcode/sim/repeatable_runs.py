@@ -22,7 +22,7 @@ from weakref import WeakKeyDictionary, ref
 import numpy as np
 
 from simcore import season
-from simcore.devices.recorder import after_call
+from simcore.robotcode.program.recorder import after_call
 
 Notifier = season.wpilib.Notifier
 Timer = season.wpilib.Timer

@@ -13,11 +13,18 @@ from simcore import season
 from simcore.errors import ConfigError
 from simcore.install_text import install_command
 from simcore.match.match import Match
-from simcore.photonvision.photon_program import FoundMount, lens_of, mounts, photon_program, pipeline_of
-from simcore.robotpy.table_watch import table_watch
+from simcore.robotcode.makers.photonvision.photon_program import (
+    FoundMount,
+    lens_of,
+    mounts,
+    photon_program,
+    pipeline_of,
+)
+from simcore.robotcode.networktables.network_clock import NetworkClock
+from simcore.robotcode.networktables.questnav_table import TABLE, QuestNavTable
+from simcore.robotcode.sim.table_watch import table_watch
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
-from simcore.vision.questnav_table import TABLE, QuestNavTable
 
 if TYPE_CHECKING:
     from simcore.vision.limelight import LimelightSim
@@ -47,6 +54,7 @@ class RobotCameras:
         number: Of the robot.
         cameras: Those of the file.
         headset: That of the file; None: it has none.
+        clock: From simulated time to NetworkTables' time.
         folder: Where robot.py is.
         file: Name of the file, for messages.
     """
@@ -58,12 +66,14 @@ class RobotCameras:
         cameras: tuple[CameraConfig, ...],
         headset: QuestConfig | None,
         *,
+        clock: NetworkClock,
         folder: Path,
         file: str,
     ) -> None:
         self._match = match
         self._number = number
         self._file = file
+        self._clock = clock
         self._described = {camera.name: camera for camera in cameras}
         self._program = photon_program()
         self._watch = table_watch()
@@ -190,13 +200,13 @@ class RobotCameras:
 
     def _feed(self, camera: LimelightSim) -> None:
         try:
-            from simcore.photonvision.photon_port import PhotonCameraPort
+            from simcore.robotcode.makers.photonvision.photon_port import PhotonCameraPort
         except ImportError as error:
             raise ConfigError(
                 f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy "
                 f"(from Python 3.11 on): {install_command('photonvision')}"
             ) from error
-        camera.ports.append(PhotonCameraPort(camera.config, self._match.cameras.clock))
+        camera.ports.append(PhotonCameraPort(camera.config, self._clock))
         self._program.fed.add(camera.config.name)
 
     # --- Limelight and QuestNav -----------------------------------------------------------------------------------
@@ -219,7 +229,7 @@ class RobotCameras:
 
     def _add_headset(self, config: QuestConfig) -> None:
         cameras = self._match.cameras
-        port = QuestNavTable(ntcore.NetworkTableInstance.get_default(), cameras.clock)
+        port = QuestNavTable(ntcore.NetworkTableInstance.get_default(), self._clock)
         cameras.add_headset(config, robot=self._number, ports=[port])
         if config.mount is not None:
             _log.info("QuestNav: %s, as %s says", _place(config.mount), self._file)

@@ -17,23 +17,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore import season
-from simcore.devices import program_odometry
-from simcore.devices.makers import require_distinct_devices
-from simcore.devices.motor_ports import MotorDevices
 from simcore.errors import ConfigError
-from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
-from simcore.robotpy.auto_start import AutoStart
-from simcore.robotpy.belief_watch import BeliefWatch
-from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
-from simcore.robotpy.repeatable_runs import fastest_period
-from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
-from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
+from simcore.robotcode.networktables.control_topics import ControlTopics
+from simcore.robotcode.networktables.limelight_table import CameraTables
+from simcore.robotcode.networktables.network_clock import NetworkClock
+from simcore.robotcode.program import program_odometry
+from simcore.robotcode.program.makers import require_distinct_devices
+from simcore.robotcode.program.motor_ports import MotorDevices
+from simcore.robotcode.sim.auto_start import AutoStart
+from simcore.robotcode.sim.belief_watch import BeliefWatch
+from simcore.robotcode.sim.connected_devices import ConnectedDevices, DrivetrainDevices
+from simcore.robotcode.sim.repeatable_runs import fastest_period
+from simcore.robotcode.sim.robot_inputs import DriverStationLink, FieldView
+from simcore.robotcode.sim.robot_power import PowerDistributionView, RoboRioPower
 from simcore.units import TICK
 
 if TYPE_CHECKING:
-    from simcore.robotpy.simulated_phoenix import PhoenixTime
+    from simcore.robotcode.sim.simulated_phoenix import PhoenixTime
 
 is_timing_paused = season.hal_simulation.is_timing_paused
 IterativeRobotBase = season.wpilib.IterativeRobotBase
@@ -154,6 +156,7 @@ class RobotPhysics:
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
         network = ntcore.NetworkTableInstance.get_default()
+        self._clock = match.network.clock if isinstance(match.network, CameraTables) else NetworkClock()
         # In tests, where the instance is local, nobody's clicks may change what a run does.
         if not season.is_local(network):
             ControlTopics(match, network, robot=number)
@@ -289,7 +292,7 @@ class RobotPhysics:
         self._part = 0
         assert self._start is not None
         # when it was due, not when the thread came to it
-        self.match.set_network_time(self._start + self._done * self._h)
+        self._clock.offset = self._start + self._done * self._h - (self.match.ticks + 1) * TICK
         self.robot_sim.estimated_pose = self._estimated_pose()
         self.robot_sim.setpoints = self._devices.setpoints()
         self.robot_sim.module_setpoints = self._devices.module_setpoints()
@@ -391,5 +394,5 @@ def _has_wpilib_loop(robot_class: type) -> bool:
 
 def _phoenix_time() -> PhoenixTime | None:
     """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
-    module = sys.modules.get("simcore.robotpy.simulated_phoenix")
+    module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

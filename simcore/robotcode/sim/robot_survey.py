@@ -1,6 +1,6 @@
 """What a robot program is made of, as a line of JSON, for `simcore init` and `simcore check`.
 
-`python -m simcore.robotpy.robot_survey robot.py` builds the program without running it. Run it in a process and a
+`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run it in a process and a
 folder of its own: programs and vendors' libraries write files where they are started. With `described` behind the path
 it looks for the drivetrain as simcore.toml says; with `started` it also puts the robot on its field, as a start does.
 Phoenix 6 is simcore's own, which answers at once and writes nothing;
@@ -22,12 +22,6 @@ from types import SimpleNamespace
 from typing import Any
 
 from simcore import season
-from simcore.devices.drivetrain_discovery import find_drivetrain
-from simcore.devices.found_drivetrain import drivetrain_lines, drivetrain_rows
-from simcore.devices.makers import Maker, makers
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup
-from simcore.devices.object_graph import ObjectGraph
-from simcore.devices.simulation_questions import answering_keys
 from simcore.errors import ConfigError, SimcoreError
 from simcore.quantities import DeviceKey
 from simcore.robot_file.mechanism_names import mechanism_name
@@ -35,11 +29,17 @@ from simcore.robot_file.mechanism_tables import usual_motor
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
-from simcore.robotpy.attach import watch_program
-from simcore.robotpy.attached_physics import AttachedPhysics, physics_or_none
-from simcore.robotpy.built_ports import built_ports
-from simcore.robotpy.robot_cameras import surveyed_cameras
-from simcore.robotpy.robot_program import load_robot_class
+from simcore.robotcode.program.drivetrain_discovery import find_drivetrain
+from simcore.robotcode.program.found_drivetrain import drivetrain_lines, drivetrain_rows
+from simcore.robotcode.program.makers import Maker, makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robotcode.program.object_graph import ObjectGraph
+from simcore.robotcode.program.simulation_questions import answering_keys
+from simcore.robotcode.sim.attach import watch_program
+from simcore.robotcode.sim.attached_physics import AttachedPhysics, physics_or_none
+from simcore.robotcode.sim.built_ports import built_ports
+from simcore.robotcode.sim.robot_cameras import surveyed_cameras
+from simcore.robotcode.sim.robot_program import load_robot_class
 
 __all__ = ["main"]
 
@@ -76,7 +76,7 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
     if find_spec("phoenix6") is not None:
         from phoenix6 import unmanaged
 
-        from simcore.robotpy.simulated_phoenix import phoenix_time
+        from simcore.robotcode.sim.simulated_phoenix import phoenix_time
 
         clock = phoenix_time()
         if clock is None:
@@ -182,7 +182,7 @@ def _view(device: BuiltDevice) -> dict[str, Any] | None:
     """
     if device.model not in ("TalonFX", "TalonFXS"):
         return None
-    from simcore.phoenix6.built_devices import feedback_of, talon_configuration
+    from simcore.robotcode.makers.phoenix6.built_devices import feedback_of, talon_configuration
 
     config = talon_configuration(device.hardware, device.model)
     feedback, soft, amps = feedback_of(config), config.software_limit_switch, config.current_limits

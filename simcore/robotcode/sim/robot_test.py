@@ -23,13 +23,13 @@ from simcore.match.scoring import Score
 from simcore.quantities import START, Quantity, require, require_row
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
-from simcore.robotpy.attach import PhysicsHook
-from simcore.robotpy.belief_watch import BeliefError
-from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
-from simcore.robotpy.hang_watch import NO_LINE, HangWatch, program_line
-from simcore.robotpy.repeatable_runs import note_threads, started_threads
-from simcore.robotpy.robot_physics import RobotPhysics
-from simcore.robotpy.run_variation import require_varied
+from simcore.robotcode.sim.attach import PhysicsHook
+from simcore.robotcode.sim.belief_watch import BeliefError
+from simcore.robotcode.sim.driver_controls import Joystick, XboxPad, active_choices, choose_auto
+from simcore.robotcode.sim.hang_watch import NO_LINE, HangWatch, program_line
+from simcore.robotcode.sim.repeatable_runs import note_threads, started_threads
+from simcore.robotcode.sim.robot_physics import RobotPhysics
+from simcore.robotcode.sim.run_variation import require_varied
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 

@@ -7,8 +7,9 @@ from typing import Any
 from phoenix6.phoenix_native import Native
 from phoenix6.wpiutils.auto_feed_enable import AutoFeedEnable
 
-from simcore import phoenix6_emulator, season
-from simcore.phoenix6_emulator import Emulator
+from simcore import season
+from simcore.robotcode import emulator
+from simcore.robotcode.emulator import Emulator
 
 RobotState = season.wpilib.RobotState
 Timer = season.wpilib.Timer
@@ -49,7 +50,7 @@ def install_simulated_phoenix() -> PhoenixTime:
     Raises:
         SeamError: The installed phoenix6 does not fit; the text names a version that does.
     """
-    world = phoenix6_emulator.install()
+    world = emulator.install()
     world.clock.reset(season.start_of_clock())
     native: Any = Native.instance()
     native.c_ctre_phoenix6_get_current_time_seconds = Timer.get_monotonic_timestamp
@@ -62,7 +63,7 @@ def install_simulated_phoenix() -> PhoenixTime:
 
 def phoenix_time() -> PhoenixTime | None:
     """The clock of the simulated devices; None while Phoenix 6 is CTRE's own, on the wall clock."""
-    world = phoenix6_emulator.installed()
+    world = emulator.installed()
     return None if world is None else PhoenixTime(world)
 
 

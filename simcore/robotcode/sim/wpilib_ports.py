@@ -11,14 +11,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.devices.makers import Maker, MotorFacts
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.devices.recorder import Answers, after_call
 from simcore.errors import ConfigError
 from simcore.quantities import GEARING, DeviceAddress, require
 from simcore.robot_file.drivetrain_table import ON_PORTS
-from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range
+from simcore.robotcode.program.makers import Maker, MotorFacts
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.robotcode.program.motor_ports import AnglePort, GyroPort, MotorPort
+from simcore.robotcode.program.recorder import Answers, after_call
+from simcore.robotcode.sim.built_ports import BuiltPort, built_ports, encoder_range
 from simcore.typing import FloatSupplier
 
 wpilib = season.wpilib
@@ -219,7 +219,7 @@ class WPILibGyroPort:
             _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.devices.motor_ports.GyroPort`; only yaw is measured."""
+        """See `simcore.robotcode.program.motor_ports.GyroPort`; only yaw is measured."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
@@ -259,7 +259,7 @@ class ADISGyroPort:
         _adis.attach(imu, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.devices.motor_ports.GyroPort`."""
+        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
         for place, angle, rate in zip(self._places, (roll, pitch, yaw), rates, strict=True):
             turned = math.degrees(angle)
             self.set_angle(place, self._shown[place] + turned - self._turned[place])
@@ -396,4 +396,4 @@ def _port_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) ->
 
 
 MAKER = _WPILib()
-"""See `simcore.devices.makers`."""
+"""See `simcore.robotcode.program.makers`."""

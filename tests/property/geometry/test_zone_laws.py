@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simcore.geometry.zones import BoxZone, CylinderZone
+from simcore.world.zones import BoxZone, CylinderZone
 
 SAMPLES = 1001
 coordinate = st.floats(-3.0, 3.0)

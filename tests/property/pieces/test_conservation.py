@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from simcore.errors import SimcoreError
 from simcore.match.motion import Motion
-from simcore.physics.shapes import Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.world.shapes import Sphere
+from simcore.world.world import PhysicsWorld
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)
 CAPACITY = 30

@@ -7,8 +7,8 @@ from hypothesis.extra.numpy import arrays
 
 from simcore.loop.contact import air_acceleration
 from simcore.pieces.aerodynamics import Aerodynamics, air_factors
-from simcore.pieces.intake import IntakeZone, field_to_robot
 from simcore.pieces.launch import Aim, LaunchParameters, launch_state, muzzle_offset
+from simcore.robot.intake import IntakeZone, field_to_robot
 
 ZONE = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
 near = arrays(np.float64, (6, 3), elements=st.floats(-1, 1))

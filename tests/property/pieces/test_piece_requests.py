@@ -8,9 +8,9 @@ import pytest
 from games.rebuilt.fuel import FUEL
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.match.motion import Motion
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.world.world import PhysicsWorld
 
 
 def test_requests_for_pieces_are_checked_before_the_first_change():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from simcore.devices.belief_probe import ModulePorts, probe_modules
+from simcore.robotcode.program.belief_probe import ModulePorts, probe_modules
 
 Rotation2d = pytest.importorskip("wpimath.geometry").Rotation2d
 SwerveModulePosition = pytest.importorskip("wpimath.kinematics").SwerveModulePosition

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from each_case import each
 
-from simcore.devices.drivetrain_measures import complete_measures, in_meters
-from simcore.devices.drivetrain_model import drivetrain_config
-from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure, guesses
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.project_settings import project_measures
 from simcore.quantities import DeviceAddress
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robotcode.program.drivetrain_measures import complete_measures, in_meters
+from simcore.robotcode.program.drivetrain_model import drivetrain_config
+from simcore.robotcode.program.found_drivetrain import FoundDrivetrain, FoundWheel, Measure, guesses
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.project_settings import project_measures
 
 PLACES = ((0.3, 0.3), (0.3, -0.3), (-0.3, 0.3), (-0.3, -0.3))
 SPARK = BuiltDevice("SPARK MAX", DeviceAddress(1), None)

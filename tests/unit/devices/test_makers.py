@@ -10,13 +10,13 @@ import pytest
 
 pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
-from simcore.devices.makers import MAKER_MODULES, installed_makers
-from simcore.devices.motor_controllers import BuiltDevice, group_by_leader
-from simcore.devices.recorder import BuiltDevices
-from simcore.devices.unserved import unknown_sim_devices
 from simcore.quantities import DeviceAddress
 from simcore.robot_file.drivetrain_table import NO_PHOENIX_5
 from simcore.robot_file.robot_settings import CONTROLLERS, PORT_CONTROLLERS
+from simcore.robotcode.program.makers import MAKER_MODULES, installed_makers
+from simcore.robotcode.program.motor_controllers import BuiltDevice, group_by_leader
+from simcore.robotcode.program.recorder import BuiltDevices
+from simcore.robotcode.program.unserved import unknown_sim_devices
 
 ROOT = Path(__file__).resolve().parents[3]
 needs_all = pytest.mark.skipif(
@@ -44,7 +44,7 @@ def test_devices_of_other_makers_are_named_once():
 
 
 def test_a_program_of_phoenix_5_is_refused_with_what_works():
-    code = "from simcore.devices.makers import watch_makers; watch_makers(); import phoenix5.sensors"
+    code = "from simcore.robotcode.program.makers import watch_makers; watch_makers(); import phoenix5.sensors"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     last = done.stderr.rstrip().splitlines()[-1]
     assert done.returncode == 1 and last == f"simcore.errors.VendorError: {NO_PHOENIX_5}"

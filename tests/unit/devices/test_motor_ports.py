@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from simcore.devices.motor_ports import ShaftPorts, SuppliedMotor, SwervePorts
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robotcode.program.motor_ports import ShaftPorts, SuppliedMotor, SwervePorts
 from simcore.testing.benches import hold
 
 

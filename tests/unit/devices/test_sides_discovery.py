@@ -2,11 +2,11 @@
 
 from each_case import each
 
-from simcore.devices import sides_discovery
-from simcore.devices.makers import Maker
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.sides_discovery import says_place
 from simcore.quantities import DeviceAddress
+from simcore.robotcode.program import sides_discovery
+from simcore.robotcode.program.makers import Maker
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.sides_discovery import says_place
 
 SIDES = ("left", "right")
 CORNERS = ("front left", "front right", "rear left", "rear right")

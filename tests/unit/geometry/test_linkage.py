@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
-from simcore.geometry.rotation import matrix
+from simcore.world.linkage import Joint, part_pose, part_state, require_mechanisms
+from simcore.world.rotation import matrix
 
 angle = st.floats(-3.0, 3.0)
 unit = st.tuples(angle, angle, angle).filter(lambda v: math.hypot(*v) > 0.1)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from wpimath.geometry import Rotation3d, Translation3d
 
-from simcore.geometry import rotation as q
+from simcore.world import rotation as q
 
 angle = st.floats(-math.pi, math.pi)
 pitch = st.floats(-math.pi / 2 + 0.01, math.pi / 2 - 0.01)

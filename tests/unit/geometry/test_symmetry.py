@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import FieldSymmetry, wrap_angle
+from simcore.world.symmetry import FieldSymmetry, wrap_angle
 
 SIZE = (16.541, 8.069)
 ROTATE, MIRROR = FieldSymmetry("rotate", SIZE), FieldSymmetry("mirror", SIZE)

@@ -7,7 +7,7 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
+from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone
 
 BOX = BoxZone((1.0, 2.0, 0.0), (2.0, 4.0, 1.0))
 TUBE = CylinderZone(center=(5.0, 5.0), radius=0.3, bottom=1.2, top=1.435)

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_rpy, matrix
 from simcore.loop import body as bodies
 from simcore.loop.robot_state import BODY, ROBOT, SPRING, SPRINGS, TOUCHES
+from simcore.world.rotation import from_rpy, matrix
 
 H = 1e-3
 

@@ -7,8 +7,8 @@ from simcore.errors import SimcoreError
 from simcore.match.field_control import ACTIONS
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.world.shapes import Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 UNREADABLE = [

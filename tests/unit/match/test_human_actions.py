@@ -8,8 +8,8 @@ import pytest
 from simcore.match.game import Game, PieceSupply, Rules, StagedPieces
 from simcore.match.human_actions import Feeder, HumanAction
 from simcore.match.match import Match
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.world.shapes import Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 

@@ -6,9 +6,9 @@ from unittest.mock import Mock
 import numpy as np
 from each_case import each
 
-from simcore.geometry.rotation import IDENTITY
 from simcore.match.piece_flow import PieceFlow
-from simcore.pieces.storage import Storage, StorageConfig
+from simcore.robot.storage import Storage, StorageConfig
+from simcore.world.rotation import IDENTITY
 
 
 def flow_and_robot(held=(), *, placers=()):

@@ -13,9 +13,9 @@ from games.rebuilt import REBUILT
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter, ScatterDraws, built_robot, piece_variation, start_error
-from simcore.pieces.shooter import ShotErrors
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import BuiltRobot, RobotConfig
+from simcore.robot.shooter import ShotErrors
 from simcore.vision.camera import CameraConfig, PiecePipeline
 
 ROBOT = REBUILT.robot()

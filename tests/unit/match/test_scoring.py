@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone
 from simcore.match.scoring import ScoringTracker, ScoringZone
+from simcore.world.zones import BoxZone
 
 BLUE = ScoringZone(name="BlueHub", alliance="blue", zone=BoxZone((0.0, 0.0, 1.0), (1.0, 1.0, 2.0)))
 RED = ScoringZone(name="RedHub", alliance="red", zone=BoxZone((5.0, 0.0, 1.0), (6.0, 1.0, 2.0)), points=3)

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.scripted import ScriptedRobot, ScriptSettings
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ShaftSim
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.world.symmetry import FieldSymmetry
 
 DT = 0.02
 SIZE = (16.0, 8.0)

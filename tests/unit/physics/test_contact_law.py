@@ -7,7 +7,7 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.physics.contact_law import CARPET, TerrainSurface, contact_spring
+from simcore.world.contact_law import CARPET, TerrainSurface, contact_spring
 
 H = 0.0005
 

@@ -1,9 +1,9 @@
 import pytest
 
 from simcore.errors import EngineError, UnknownNameError
-from simcore.physics import engine_choice
-from simcore.physics.engine_choice import ENGINES, VARIABLE, choose_engine
-from simcore.physics.world import PhysicsWorld
+from simcore.world import engine_choice
+from simcore.world.engine_choice import ENGINES, VARIABLE, choose_engine
+from simcore.world.world import PhysicsWorld
 
 
 @pytest.fixture(autouse=True)

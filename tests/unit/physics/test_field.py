@@ -9,11 +9,11 @@ import trimesh
 from each_case import each
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
-from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
-from simcore.physics.obj import ObjGroup, format_obj
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.world.contact_law import CARPET, POLYCARBONATE, RUBBER, WALL
+from simcore.world.field import FieldBoundary, FieldElement, FieldGeometry
+from simcore.world.obj import ObjGroup, format_obj
+from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.world.symmetry import FieldSymmetry
 
 
 def group(name, mesh, shift=(0.0, 0.0, 0.0)):

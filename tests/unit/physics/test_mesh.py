@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, FieldMeshError
-from simcore.physics.field import FieldGeometry
-from simcore.physics.mesh import Sheet, decompose
-from simcore.physics.obj import ObjGroup, format_obj, read_obj, triangulate
-from simcore.physics.shapes import Box, Hull, Mesh
+from simcore.world.field import FieldGeometry
+from simcore.world.mesh import Sheet, decompose
+from simcore.world.obj import ObjGroup, format_obj, read_obj, triangulate
+from simcore.world.shapes import Box, Hull, Mesh
 
 SQUARE = np.array([[0.0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])

@@ -7,11 +7,11 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.loop.robot_state import SHAFT, records
-from simcore.physics.robot_dynamics import RecordRows
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.robot_dynamics import RecordRows
+from simcore.world.world import PhysicsWorld
 
 CONFIG = RobotConfig(drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
 

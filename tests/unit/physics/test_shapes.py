@@ -7,8 +7,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import IDENTITY, from_rpy, matrix
-from simcore.physics.shapes import (
+from simcore.world.rotation import IDENTITY, from_rpy, matrix
+from simcore.world.shapes import (
     Box,
     Compound,
     Cylinder,

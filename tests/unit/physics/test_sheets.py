@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from games.rebuilt.game import REBUILT
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.field import FieldGeometry
-from simcore.physics.mesh import decompose
-from simcore.physics.obj import ObjGroup, format_obj
-from simcore.physics.shapes import Box
+from simcore.world.field import FieldGeometry
+from simcore.world.mesh import decompose
+from simcore.world.obj import ObjGroup, format_obj
+from simcore.world.shapes import Box
+from simcore.world.symmetry import FieldSymmetry
 
 LENGTH, WIDTH, T = 16.0, 8.0, 0.05
 ROTATE, MIRROR = (FieldSymmetry(kind, (LENGTH, WIDTH)) for kind in ("rotate", "mirror"))

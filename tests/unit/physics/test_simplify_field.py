@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from simcore.physics.field import FieldGeometry
-from simcore.physics.obj import ObjGroup, format_obj, read_obj
+from simcore.world.field import FieldGeometry
+from simcore.world.obj import ObjGroup, format_obj, read_obj
 
 SCRIPT = Path(__file__).resolve().parents[3] / "scripts" / "simplify_field.py"
 spec = importlib.util.spec_from_file_location("simplify_field", SCRIPT)

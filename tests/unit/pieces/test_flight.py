@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 
 from games.rebuilt.fuel import FUEL
 from simcore.loop.state import make_memory
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.contact_law import CARPET
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.flight import FLIGHT_STEP, cannot_rise, flying_balls
 from simcore.units import GRAVITY
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.contact_law import CARPET
 
 POS, VEL, SPIN = (np.array([row]) for row in ((1.0, 2.0, 0.5), (8.0, -2.0, 9.0), (0.0, -150.0, 20.0)))
 CURVED = replace(FUEL, aerodynamics=Aerodynamics(lift_slope=1.92))

@@ -7,8 +7,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.pieces.hopper import _SHARE, _STEPS, Hopper, HopperConfig, arch_holds
-from simcore.pieces.storage import Storage, StorageConfig
+from simcore.robot.hopper import _SHARE, _STEPS, Hopper, HopperConfig, arch_holds
+from simcore.robot.storage import Storage, StorageConfig
 from simcore.units import GRAVITY, TICK
 
 R = 0.075

@@ -8,8 +8,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import Intake, IntakeConfig, IntakeZone, field_to_robot
+from simcore.robot.intake import Intake, IntakeConfig, IntakeZone, field_to_robot
+from simcore.world.linkage import Joint
 
 REAR = dict(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
 ZONE = IntakeZone(**REAR)

@@ -7,8 +7,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere, centered, tube
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere, centered, tube
 
 
 def test_a_shape_gives_its_height_and_its_bounding_ball():

@@ -8,10 +8,10 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.linkage import PartState
-from simcore.geometry.rotation import from_yaw, rotate
 from simcore.pieces.launch import Aim, Launch, LaunchParameters
-from simcore.pieces.shooter import Shooter, ShooterConfig, ShotErrors
+from simcore.robot.shooter import Shooter, ShooterConfig, ShotErrors
+from simcore.world.linkage import PartState
+from simcore.world.rotation import from_yaw, rotate
 
 STILL = PartState((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RADIUS = 0.075

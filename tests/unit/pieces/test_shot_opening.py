@@ -8,15 +8,15 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CylinderZone
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.contact_law import CARPET, TerrainSurface
-from simcore.physics.field import box_element
-from simcore.physics.shapes import Sphere
 from simcore.pieces.flight import fly_shots, flying_balls
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.units import GRAVITY
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.contact_law import CARPET, TerrainSurface
+from simcore.world.field import box_element
+from simcore.world.shapes import Sphere
+from simcore.world.zones import BoxZone, CylinderZone
 
 RADIUS, HEIGHT, THICKNESS = 0.1, 2.0, 0.02
 SQUARE = ((4.5, -0.5, HEIGHT), (5.5, -0.5, HEIGHT), (5.5, 0.5, HEIGHT), (4.5, 0.5, HEIGHT))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import rebuilt_robot
 from simcore.errors import CapacityError, ConfigError
-from simcore.pieces.storage import Storage, StorageConfig
+from simcore.robot.storage import Storage, StorageConfig
 from simcore.units import inches
 
 LOW, HIGH = (-0.33, -0.30, 0.20), (0.20, 0.30, 0.50)

@@ -7,11 +7,11 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.players.driven_robot import DrivenRobot, DriverControls, DriverInput, HandedOver
+from simcore.match.players.driven_robot import DrivenRobot, DriverControls, DriverInput, HandedOver
+from simcore.world.symmetry import FieldSymmetry
 
 AHEAD = DriverInput(ahead=0.5)
 

@@ -10,7 +10,7 @@ from each_case import each
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Game, Role
 from simcore.match.match import Match
-from simcore.players.lineup import Seat, WhileEnabled, entries, lineup, match_seconds, read_player, take_seats
+from simcore.match.players.lineup import Seat, WhileEnabled, entries, lineup, match_seconds, read_player, take_seats
 from simcore.units import TICK
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from simcore.match.game import Game
-from simcore.physics.field import box_element
-from simcore.players.player import RouteMap
+from simcore.match.players.player import RouteMap
+from simcore.world.field import box_element
 
 WALL = box_element("wall", (7.9, 0.0, 0.0), (8.1, 5.0, 1.0))
 GATE = box_element("gate", (3.9, 0.0, 0.7), (4.1, 8.0, 1.2))

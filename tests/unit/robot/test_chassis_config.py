@@ -3,10 +3,10 @@
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.physics.shapes import Box
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.shapes import Box
 
 
 def test_the_chassis_of_a_swerve_stands_on_its_modules():

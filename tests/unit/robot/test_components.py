@@ -8,13 +8,13 @@ import numpy as np
 
 from games.rebuilt.robot import rebuilt_robot
 from games.reefscape.robot import reefscape_robot
-from simcore.geometry.linkage import part_pose
-from simcore.geometry.rotation import multiply, rotate
 from simcore.loop.robot_state import SHAFT, records
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.robot.components import Components, carried
 from simcore.typing import FloatArray
+from simcore.world.linkage import part_pose
+from simcore.world.rotation import multiply, rotate
 
 
 def row_of(pos: tuple[float, ...], quat: tuple[float, ...]) -> list[float]:

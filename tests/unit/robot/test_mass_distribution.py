@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
 from simcore.robot.chassis_config import MassDistribution, MovingMass, with_points
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.linkage import Joint
 
 BODY = MassDistribution(40.0, (0.1, -0.05, 0.2), (3.0, 4.0, 5.0))
 LIFT = ElevatorConfig(

@@ -6,17 +6,17 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import MovingMass
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot_config import RobotConfig, tipping_limit
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import GRAVITY
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Sphere
 
 LIFT = ElevatorConfig(
     gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0),

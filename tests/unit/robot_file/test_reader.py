@@ -9,16 +9,16 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import part_pose
-from simcore.pieces.hopper import HopperConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import moved_points
 from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.hopper import HopperConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig
 from simcore.robot.robot_config import build_mechanism
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
+from simcore.world.linkage import part_pose
 
 WHEELS = """
 [[mechanism]]

@@ -7,11 +7,10 @@ import pytest
 from each_case import each
 
 from games.rebuilt import REBUILT
-from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, place_text
 from simcore.robot_file.known_shot import elevations
 from simcore.robot_file.robot_findings import (
@@ -24,6 +23,7 @@ from simcore.robot_file.robot_findings import (
     speed_text,
     top_exit_speed,
 )
+from simcore.world.linkage import Joint
 
 ROBOT = REBUILT.robot()
 

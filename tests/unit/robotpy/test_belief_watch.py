@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from simcore.robotpy.belief_watch import BeliefWatch
+from simcore.robotcode.sim.belief_watch import BeliefWatch
 
 Pose = tuple[float, float, float]
 _TICK = 0.02

@@ -17,8 +17,8 @@ from rich.console import Console
 from simcore import season
 from simcore.errors import ConfigError
 from simcore.install_text import install_command
-from simcore.robotpy import doctor
-from simcore.robotpy.doctor import Finding
+from simcore.robotcode.sim import doctor
+from simcore.robotcode.sim.doctor import Finding
 
 
 @each(
@@ -153,7 +153,7 @@ def test_the_table_on_any_terminal(encoding):
 def test_nothing_of_a_vendor_is_loaded_by_looking():
     """It must work where half of it is missing."""
     code = (
-        "import sys, simcore.robotpy.doctor\n"
+        "import sys, simcore.robotcode.sim.doctor\n"
         "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet', 'mujoco'} & set(sys.modules)"
     )
     root = str(Path(__file__).resolve().parents[3])

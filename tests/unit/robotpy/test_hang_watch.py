@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("wpilib", reason="needs wpilib")
 
-from simcore.robotpy.hang_watch import HangWatch
+from simcore.robotcode.sim.hang_watch import HangWatch
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
-from simcore.pieces.storage import Storage, StorageConfig
+from simcore.robot.storage import Storage, StorageConfig
 from simcore.robot_file.sensor_tables import PieceView
-from simcore.robotpy.piece_sensors import PieceSensor
+from simcore.robotcode.sim.piece_sensors import PieceSensor
 from simcore.units import TICK
 
 

@@ -1,6 +1,6 @@
 """What a run says at its start fits on one screen, whatever the robot has."""
 
-from simcore.robotpy.startup_summary import StartupSummary
+from simcore.robotcode.sim.startup_summary import StartupSummary
 
 
 def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():

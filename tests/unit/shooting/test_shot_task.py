@@ -5,14 +5,14 @@ import pytest
 from real_shots import RealShots, low_shooter
 
 from games.rebuilt import REBUILT
-from simcore.geometry.rotation import from_yaw
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.physics.ball_dynamics import make_memory
 from simcore.pieces.flight import FLIGHT_STEP
 from simcore.pieces.launch import Aim, Launch
-from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
+from simcore.sweep.shot_task import ShotDraws, ShotTask, Stand
 from simcore.units import degrees
+from simcore.world.ball_dynamics import make_memory
+from simcore.world.rotation import from_yaw
 
 
 def test_shots_leave_as_those_of_the_robots_shooter() -> None:

@@ -15,9 +15,9 @@ from real_shots import RealShots
 from games.rebuilt import REBUILT
 from simcore.cli import main
 from simcore.match.scatter import Scatter
-from simcore.shooting.shot_files import table_csv, table_page, table_python
-from simcore.shooting.shot_table import _margin, _middle, make_table
-from simcore.shooting.shot_task import ShotDraws, ShotTask
+from simcore.sweep.shot_files import table_csv, table_page, table_python
+from simcore.sweep.shot_table import _margin, _middle, make_table
+from simcore.sweep.shot_task import ShotDraws, ShotTask
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 

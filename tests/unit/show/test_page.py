@@ -11,7 +11,6 @@ from made_up_run import HELD, PIECES, SCENE, places, pose, recorded
 from page_reader import PageReader, yaw_of
 
 from simcore.errors import OutputError
-from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.game import Game
 from simcore.match.runner import split_level
 from simcore.pieces.resting_places import RestingPlace
@@ -20,6 +19,7 @@ from simcore.show.page import page_html, write_page
 from simcore.show.scene import PieceLook, Scene, bare_scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
+from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone
 
 PLACES = (
     RestingPlace(name="Blue A Top", level="BlueTop", zone=CylinderZone((2.0, 1.0), 0.1, 1.0, 1.2), capacity=1),

@@ -9,10 +9,10 @@ from each_case import each
 
 from simcore.errors import SimcoreError
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import choose_engine
 from simcore.sweep.code_version import project_digest
 from simcore.sweep.experiment import Experiment, programs_outside
 from simcore.sweep.factors import parse_factor
+from simcore.world.engine_choice import choose_engine
 
 MASS, CHARGE = parse_factor("robot.mass=45,60"), parse_factor("robot.battery.initial_charge=0.3,0.6,1")
 DRAWN = parse_factor("robot.mass=normal(55,1)")

@@ -3,8 +3,8 @@
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_yaw
 from simcore.vision.heading import AngleHistory, PoseHistory
+from simcore.world.rotation import from_yaw
 
 
 def test_outside_of_what_it_knows_it_holds_the_ends():

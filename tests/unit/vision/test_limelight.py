@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from each_case import each
 
-from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.tag_layout import official_layout
+from simcore.world.rotation import from_yaw
 
 LAYOUT = official_layout("2026-welded")
 LL3, LL4 = limelight_type("LL3"), limelight_type("LL4")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from each_case import each
 
-from simcore.geometry.rotation import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
 from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings
 from simcore.vision.tag_layout import official_layout
+from simcore.world.rotation import rotate
 
 CONFIG = CameraConfig(
     mount=CameraMount(x=0.3, y=0.2, z=0.5, pitch_deg=-20.0, yaw_deg=30.0), pipelines=(TagPipeline(),) * 3

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_rpy, matrix
 from simcore.vision.camera import CameraMount, camera_pose, limelight_type, optical_rotation
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import official_layout
 from simcore.vision.tag_visibility import find_tags
+from simcore.world.rotation import from_rpy, matrix
 
 cv2 = pytest.importorskip("cv2", reason="needs OpenCV: pip install opencv-python-headless")
 

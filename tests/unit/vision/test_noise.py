@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from each_case import each
 
-from simcore.geometry.rotation import from_yaw, matrix
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, camera_pose, limelight_type, optical_rotation
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
@@ -14,6 +13,7 @@ from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import find_tags
+from simcore.world.rotation import from_yaw, matrix
 
 LENS = limelight_type("LL4")
 NOISE = LENS.corner_noise / math.sqrt(LENS.focal_length[0] * LENS.focal_length[1])

@@ -7,10 +7,10 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import from_rpy, from_yaw, multiply, rotate, rpy, yaw_of
 from simcore.vision.camera import CameraMount, camera_pose
 from simcore.vision.heading import PoseHistory
 from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestHeadset
+from simcore.world.rotation import from_rpy, from_yaw, multiply, rotate, rpy, yaw_of
 
 MOUNT = CameraMount(x=-0.2, y=0.15, z=0.6, pitch_deg=10.0, yaw_deg=170.0)
 QUIET = {"position_noise": 0.0, "angle_noise_deg": 0.0, "position_drift": 0.0, "yaw_drift_deg": 0.0}

@@ -6,8 +6,8 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError
+from simcore.robotcode.networktables.questnav_table import device_message, frame_message, read_command, response_message
 from simcore.vision.quest_headset import QuestFrame
-from simcore.vision.questnav_table import device_message, frame_message, read_command, response_message
 
 # Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py asks them anew.
 FRAME = (

@@ -7,9 +7,9 @@ import pytest
 from each_case import each
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official_layout
+from simcore.world.rotation import from_yaw
 
 
 def test_the_layouts_are_those_of_wpilib():

@@ -18,11 +18,11 @@ import navx
 from wpilib.simulation import SimDeviceSim
 from wpimath.geometry import Quaternion, Rotation2d, Rotation3d
 
-from simcore.devices.makers import Maker
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.motor_ports import GyroPort
-from simcore.devices.recorder import Answers, after_call
 from simcore.quantities import DeviceAddress
+from simcore.robotcode.program.makers import Maker
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.motor_ports import GyroPort
+from simcore.robotcode.program.recorder import Answers, after_call
 
 __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 
@@ -49,7 +49,7 @@ class NavxPort:
         _answers.attach(ahrs, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.devices.motor_ports.GyroPort`."""
+        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
         self._turned = -math.degrees(yaw)
         self.pitch, self.roll, self.rate = -math.degrees(pitch), -math.degrees(roll), -math.degrees(rates[2])
         self._attitude = Rotation3d(roll, pitch, yaw)
@@ -111,7 +111,7 @@ class Navx3Port:
         _navx3[number] = self
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.devices.motor_ports.GyroPort`."""
+        """See `simcore.robotcode.program.motor_ports.GyroPort`."""
         self._turned = turned = math.degrees(yaw)
         self._yaw.set(math.remainder(turned - self._zero, 360.0))
         for value, angle in zip(self._angles, (turned, math.degrees(pitch), math.degrees(roll)), strict=True):
@@ -191,4 +191,4 @@ class _Studica(Maker):
 
 
 MAKER = _Studica()
-"""See `simcore.devices.makers`."""
+"""See `simcore.robotcode.program.makers`."""

@@ -19,10 +19,10 @@ def require_phoenix6(found: str | None) -> None:
         VendorError: It is not of 2026, or not there.
     """
     if found is None:
-        raise VendorError('simcore.phoenix6 needs Phoenix 6, which is not installed: pip install "phoenix6>=26.1,<27"')
+        raise VendorError('simcore needs Phoenix 6, which is not installed: pip install "phoenix6>=26.1,<27"')
     if found.split(".")[0] != "26":
         raise VendorError(
-            f"simcore.phoenix6 needs Phoenix 6 of 2026 (26.x, tested with {TESTED_PHOENIX6}), got {found}: "
+            f"simcore needs Phoenix 6 of 2026 (26.x, tested with {TESTED_PHOENIX6}), got {found}: "
             'pip install "phoenix6>=26.1,<27"'
         )
 

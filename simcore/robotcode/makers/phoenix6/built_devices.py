@@ -14,10 +14,10 @@ from phoenix6 import configs, hardware
 from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
 from phoenix6.status_code import StatusCode
 
-from simcore.devices.motor_controllers import BuiltDevice
-from simcore.devices.recorder import BuiltDevices, after_call, guard
 from simcore.errors import ConfigError
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robotcode.program.motor_controllers import BuiltDevice
+from simcore.robotcode.program.recorder import BuiltDevices, after_call, guard
 
 __all__ = [
     "DEVICES",

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from phoenix6.hardware import CANdle
 
-from simcore.devices.recorder import after_call
-from simcore.phoenix6.built_devices import address_of
 from simcore.quantities import DeviceAddress
+from simcore.robotcode.makers.phoenix6.built_devices import address_of
+from simcore.robotcode.program.recorder import after_call
 from simcore.typing import IntArray
 
 __all__ = ["candle_lights"]

@@ -13,15 +13,14 @@ from phoenix6 import hardware
 from phoenix6.phoenix_native import Native
 from phoenix6.status_code import StatusCode
 
-import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
-from simcore.devices.drivetrain_measures import MODULE_MEASURES, complete_measures
-from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
-from simcore.devices.makers import LightsShown, Maker, MotorFacts, Mounting
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.devices.motor_ports import AnglePort, GyroPort, MotorPort
-from simcore.devices.program_odometry import watch_sets
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import (
+from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robot.dc_motor import motor
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
+from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
+from simcore.robotcode.makers.phoenix6 import swerve  # from here on drivetrains are noted; the robot is built later
+from simcore.robotcode.makers.phoenix6.built_devices import (
     DEVICES,
     MOTORS_OF_TALON_FXS,
     Feedback,
@@ -31,14 +30,15 @@ from simcore.phoenix6.built_devices import (
     talon_configuration,
     watch_simulations,
 )
-from simcore.phoenix6.candle_lights import candle_lights
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort
-from simcore.quantities import DeviceAddress, DeviceKey
-from simcore.robot.dc_motor import motor
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
-from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
+from simcore.robotcode.makers.phoenix6.candle_lights import candle_lights
+from simcore.robotcode.makers.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
+from simcore.robotcode.makers.phoenix6.talon_motor import MotorType, TalonFXMotorSim, TalonPort
+from simcore.robotcode.program.drivetrain_measures import MODULE_MEASURES, complete_measures
+from simcore.robotcode.program.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
+from simcore.robotcode.program.makers import LightsShown, Maker, MotorFacts, Mounting
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.robotcode.program.motor_ports import AnglePort, GyroPort, MotorPort
+from simcore.robotcode.program.program_odometry import watch_sets
 
 __all__ = ["MAKER", "CtreDrivetrain"]
 
@@ -312,4 +312,4 @@ def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
 
 
 MAKER = _Ctre(DEVICES)
-"""See `simcore.devices.makers`."""
+"""See `simcore.robotcode.program.makers`."""

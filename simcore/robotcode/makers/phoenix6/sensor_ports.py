@@ -20,12 +20,12 @@ from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import read_configuration
 from simcore.quantities import Quantity, require
+from simcore.robotcode.makers.phoenix6.built_devices import read_configuration
 
 if TYPE_CHECKING:
-    from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANcoder, EmulatedPigeon2
-    from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
+    from simcore.robotcode.emulator.emulated_peripherals import EmulatedCANcoder, EmulatedPigeon2
+    from simcore.robotcode.emulator.emulated_talon import EmulatedTalon
 
 __all__ = [
     "CANcoderSim",
@@ -40,7 +40,7 @@ __all__ = [
 
 
 def is_emulated() -> bool:
-    """Return whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
+    """Return whether Phoenix 6 runs in simulated time, on `simcore.robotcode.emulator`."""
     return _emulator() is not None
 
 

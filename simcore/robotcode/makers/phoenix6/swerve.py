@@ -20,18 +20,18 @@ from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
 from simcore import season
-from simcore.devices.motor_ports import AnglePort, SwervePorts
-from simcore.devices.program_odometry import PoseReset, PoseResets, watch_sets
-from simcore.devices.recorder import after_call, record_class
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
-from simcore.phoenix6.talon_motor import TalonPort
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_config import plate_inertia
+from simcore.robotcode.makers.phoenix6.built_devices import MOTORS_OF_TALON_FXS, key_of
+from simcore.robotcode.makers.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim, is_emulated
+from simcore.robotcode.makers.phoenix6.talon_motor import TalonPort
+from simcore.robotcode.program.motor_ports import AnglePort, SwervePorts
+from simcore.robotcode.program.program_odometry import PoseReset, PoseResets, watch_sets
+from simcore.robotcode.program.recorder import after_call, record_class
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -176,8 +176,8 @@ def module_constants(drivetrain: Any) -> list[Any]:
     """
     if drivetrain not in _seen:
         raise ConfigError(
-            f"the constants of {type(drivetrain).__name__} are not known: import simcore.phoenix6.swerve at the top of "
-            "physics.py, before the drivetrain is built, or pass modules=[TunerConstants.front_left, ...]"
+            f"the constants of {type(drivetrain).__name__} are not known: write `from simcore import swerve_config` at "
+            "the top of physics.py, before the drivetrain is built, or pass modules=[TunerConstants.front_left, ...]"
         )
     return _seen[drivetrain]
 

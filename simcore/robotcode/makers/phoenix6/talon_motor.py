@@ -12,12 +12,12 @@ from phoenix6.hardware import TalonFX, TalonFXS
 from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference, TalonFXSimState
 
-from simcore.devices.motor_ports import AnglePort, MotorPort, Setpoint
-from simcore.devices.motor_sim import MotorSim
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.phoenix6.built_devices import read_configuration
-from simcore.phoenix6.sensor_ports import own_writer, sim_state_of
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.makers.phoenix6.built_devices import read_configuration
+from simcore.robotcode.makers.phoenix6.sensor_ports import own_writer, sim_state_of
+from simcore.robotcode.program.motor_ports import AnglePort, MotorPort, Setpoint
+from simcore.robotcode.program.motor_sim import MotorSim
 
 __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_clockwise"]
 

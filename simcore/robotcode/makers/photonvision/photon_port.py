@@ -21,11 +21,11 @@ from photonlibpy.targeting import (
 )
 
 from simcore import season
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagPose, TagSighting
 from simcore.vision.limelight import CameraRequest
-from simcore.vision.network_clock import NetworkClock
 
 Pose3d = season.wpimath.Pose3d
 Rotation3d = season.wpimath.Rotation3d

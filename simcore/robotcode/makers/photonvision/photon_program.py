@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from simcore.devices.recorder import Arguments, Settings, after_call, record_class
+from simcore.robotcode.program.recorder import Arguments, Settings, after_call, record_class
 from simcore.vision.camera import PHOTON_LENS, CameraMount, LimelightType, PiecePipeline, Pipeline, TagPipeline
 
 __all__ = [

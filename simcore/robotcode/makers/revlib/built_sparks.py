@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 from simcore import season
-from simcore.devices.recorder import BuiltDevices, after_call, guard
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robotcode.program.recorder import BuiltDevices, after_call, guard
 
 rev = season.rev
 

@@ -7,18 +7,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simcore import season
-from simcore.devices.makers import Maker, MotorFacts, Mounting
-from simcore.devices.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
-from simcore.devices.motor_ports import AnglePort, MotorPort
 from simcore.quantities import DeviceAddress, DeviceKey
-from simcore.revlib.built_sparks import SPARKS, watch_simulations
-from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_loop import Feedback, SparkConfiguration
-from simcore.revlib.spark_motor import SparkMotorSim, WiredEncoder
-from simcore.revlib.spark_port import ANALOG_SPAN, SparkPort
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
+from simcore.robotcode.makers.revlib.built_sparks import SPARKS, watch_simulations
+from simcore.robotcode.makers.revlib.spark_configuration import read_spark_configuration
+from simcore.robotcode.makers.revlib.spark_loop import Feedback, SparkConfiguration
+from simcore.robotcode.makers.revlib.spark_motor import SparkMotorSim, WiredEncoder
+from simcore.robotcode.makers.revlib.spark_port import ANALOG_SPAN, SparkPort
+from simcore.robotcode.program.makers import Maker, MotorFacts, Mounting
+from simcore.robotcode.program.motor_controllers import BuiltDevice, FollowerGroup, group_by_leader
+from simcore.robotcode.program.motor_ports import AnglePort, MotorPort
 
 rev = season.rev
 
@@ -137,4 +137,4 @@ def _gearing(config: SparkConfiguration) -> float:
 
 
 MAKER = _Rev(SPARKS)
-"""See `simcore.devices.makers`."""
+"""See `simcore.robotcode.program.makers`."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from simcore import season
-from simcore.revlib.built_sparks import is_zero_centered, key_of
-from simcore.revlib.spark_loop import Feedback, MotionLimits, SlotGains, SparkConfiguration
+from simcore.robotcode.makers.revlib.built_sparks import is_zero_centered, key_of
+from simcore.robotcode.makers.revlib.spark_loop import Feedback, MotionLimits, SlotGains, SparkConfiguration
 
 __all__ = ["read_spark_configuration"]
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from simcore.devices.makers import known_device
-from simcore.devices.motor_sim import MotorSim
-from simcore.revlib.spark_port import SparkPort
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robotcode.makers.revlib.spark_port import SparkPort
+from simcore.robotcode.program.makers import known_device
+from simcore.robotcode.program.motor_sim import MotorSim
 
 __all__ = ["SparkMotorSim", "WiredEncoder"]
 

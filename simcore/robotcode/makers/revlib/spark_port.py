@@ -6,13 +6,20 @@ import math
 from typing import Any
 
 from simcore import season
-from simcore.devices.makers import known_device
-from simcore.devices.motor_ports import MotorPort, Setpoint
 from simcore.errors import NonFiniteError
 from simcore.quantities import DeviceKey
-from simcore.revlib.built_sparks import configuration_count, spark_of_controller
-from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_loop import LOOP, Command, ControlMode, Feedback, SparkConfiguration, SparkLoop
+from simcore.robotcode.makers.revlib.built_sparks import configuration_count, spark_of_controller
+from simcore.robotcode.makers.revlib.spark_configuration import read_spark_configuration
+from simcore.robotcode.makers.revlib.spark_loop import (
+    LOOP,
+    Command,
+    ControlMode,
+    Feedback,
+    SparkConfiguration,
+    SparkLoop,
+)
+from simcore.robotcode.program.makers import known_device
+from simcore.robotcode.program.motor_ports import MotorPort, Setpoint
 
 rev = season.rev
 RobotState = season.wpilib.RobotState

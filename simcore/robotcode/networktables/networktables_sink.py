@@ -13,7 +13,6 @@ import numpy as np
 
 from simcore import season
 from simcore.errors import ConfigError, OutputError
-from simcore.geometry.rotation import yaw_of
 from simcore.telemetry.columns import Changes
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
@@ -24,6 +23,7 @@ from simcore.telemetry.snapshot import (
     checked_integers,
     struct_array_bytes,
 )
+from simcore.world.rotation import yaw_of
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
 

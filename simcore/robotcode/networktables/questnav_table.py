@@ -16,9 +16,9 @@ from typing import Any
 
 from simcore import season
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector
-from simcore.vision.network_clock import NetworkClock
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.vision.quest_headset import PoseReset, QuestFrame
+from simcore.world.rotation import Quaternion, Vector
 
 __all__ = [
     "TABLE",

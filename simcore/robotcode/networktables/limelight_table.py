@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from simcore import season
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.limelight import CameraRequest
 from simcore.vision.limelight_settings import INPUTS
-from simcore.vision.network_clock import NetworkClock
 
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 
@@ -319,6 +319,23 @@ TOPICS = {name: _kind(name, value) for name, value in {**_of_nothing(), **consta
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
 """Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
+
+
+class CameraTables:
+    """The Limelights of a match on NetworkTables: `Match(..., network=CameraTables(instance))`.
+
+    Args:
+        instance: Where; stays the caller's. In a robot program the default one.
+    """
+
+    def __init__(self, instance: season.NetworkTables) -> None:
+        self._instance = instance
+        self.clock = NetworkClock()
+        """From simulated time to NetworkTables' time."""
+
+    def port(self, config: CameraConfig, field_size: tuple[float, float]) -> LimelightTable:
+        """Open the table of a Limelight."""
+        return LimelightTable(self._instance, config, field_size, self.clock)
 
 
 class LimelightTable:
