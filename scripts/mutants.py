@@ -30,20 +30,20 @@ class Mutant(NamedTuple):
 
 MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
 MANAGER, BALLS = "simcore/pieces/piece_manager.py", "simcore/loop/balls.py"
-MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
-SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
-PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
-PINS, HEAPS = "tests/physics/test_pins.py", "tests/physics/test_heaps.py"
-BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/physics/test_returned_pieces.py"
-MASSES = "tests/physics/test_moving_mass.py"
+MANIPULATORS, ROBOT = "tests/laws/test_manipulators.py", "tests/laws/test_robot.py"
+SHOOTER, SHOTS = "tests/robot/test_shooter.py", "tests/laws/test_shots.py"
+PATHS, ROLLING = "tests/laws/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
+PINS, HEAPS = "tests/laws/test_pins.py", "tests/laws/test_heaps.py"
+BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/laws/test_returned_pieces.py"
+MASSES = "tests/laws/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
-ROBOT_LAWS = "tests/unit/loop/test_robot_laws.py"
+ROBOT_LAWS = "tests/loop/test_robots.py"
 FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
-BATTERY, STAGE = "tests/unit/robot/test_battery.py", "simcore/robotcode/emulator/output_stage.py"
-BODY, BODIES = "simcore/loop/body.py", "tests/unit/loop/test_body.py"
+BATTERY, STAGE = "tests/robot/test_battery.py", "simcore/robotcode/emulator/output_stage.py"
+BODY, BODIES = "simcore/loop/body.py", "tests/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
 """Tests that need no compiler, which takes minutes where the loop has changed."""
-WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/unit/robotpy/test_belief_watch.py"
+WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/robotcode/sim/test_belief_watch.py"
 POLICY = (
     "tests/games/test_human_actions.py"
     "::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_that_wait_at_its_wall"
@@ -60,21 +60,21 @@ MUTANTS = (
            f"{MASSES}::test_an_engine_moves_the_center_of_mass_within_a_body"),
     Mutant("contacts on MuJoCo have no restitution", "simcore/world/contact_law.py",
            "np.interp(restitution, places", "np.interp(0.0, places",
-           "tests/unit/physics/test_contact_law.py::test_a_spring_with_its_damper_leaves_the_restitution"),
+           "tests/world/test_contact_law.py::test_a_spring_with_its_damper_leaves_the_restitution"),
     Mutant("foam does not get harder", "simcore/loop/contact.py", "+ cubic * depth * depth * depth", "",
-           "tests/unit/loop/test_contact.py::test_foam_between_two_plates_gives_the_makers_force"),
+           "tests/loop/test_contact.py::test_foam_between_two_plates_gives_the_makers_force"),
     Mutant("dense foam is soft", "simcore/loop/contact.py", "force += hard * over * over", "pass",
            f"{PINS}::test_a_ball_pinned_by_a_robot_stays_before_the_wall"),
     Mutant("friction forgets", BALLS, "if is_new:", "if True:",
-           "tests/physics/test_ball_laws.py::test_a_ball_squeezed_between_walls_hangs_by_its_friction"),
+           "tests/laws/test_ball_laws.py::test_a_ball_squeezed_between_walls_hangs_by_its_friction"),
     Mutant("balls roll on without loss", BALLS, "h * (rolling * turnability / size +", "h * (0.0 +",
-           "tests/physics/test_ball_laws.py::test_a_rolling_ball_slows_by_its_lever"),
+           "tests/laws/test_ball_laws.py::test_a_rolling_ball_slows_by_its_lever"),
     Mutant("edges within a floor are felt", BALLS, "if n > 1:", "if False:",
-           "tests/physics/test_ball_laws.py::test_a_ball_that_rolls_over_seams_keeps_its_course"),
+           "tests/laws/test_ball_laws.py::test_a_ball_that_rolls_over_seams_keeps_its_course"),
     Mutant("sleepers are not woken", BALLS, "    status[i] = AWAKE\n", "    pass\n",
-           "tests/physics/test_sleeping.py"),
+           "tests/laws/test_sleeping.py"),
     Mutant("pieces that moved are shown where they were", MANAGER, "        self._pool.changes += 1\n        moving",
-           "        moving", "tests/physics/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
+           "        moving", "tests/laws/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
     Mutant("launch ignores the time flown", FLOW, "self._pieces.fly(slot, TICK - launch.delay)", "pass",
            f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant"),
     Mutant("pieces come back in a pile", MANAGER,
@@ -91,7 +91,7 @@ MUTANTS = (
            f"{MATCHES}::test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading"),
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "(time - times[k - 1]) / (times[k] - times[k - 1]))", "0.0)",
-           "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
+           "tests/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("digest without status", "simcore/match/match.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",
            f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
@@ -106,14 +106,14 @@ MUTANTS = (
            f"{REPEATS}::test_a_second_auto_begins_at_zero"),
     Mutant("the start of a mode keeps the ticks", "simcore/match/clock.py",
            "        self._ticks = 0\n        self.time = self._start", "        self.time = self._start",
-           "tests/unit/match/test_clock.py::test_a_driver_station_starts_and_stops_the_time"),
+           "tests/match/test_clock.py::test_a_driver_station_starts_and_stops_the_time"),
     Mutant("a sum of ticks", "simcore/match/clock.py", "self.time = self._start + self._ticks * dt", "self.time += dt",
-           "tests/unit/match/test_clock.py::test_the_time_of_many_ticks_is_their_number_times_their_length"),
+           "tests/match/test_clock.py::test_the_time_of_many_ticks_is_their_number_times_their_length"),
     Mutant("a mirrored heading is turned", "simcore/world/symmetry.py", "else math.pi - yaw", "else yaw + math.pi",
-           "tests/unit/geometry/test_symmetry.py"),
+           "tests/world/test_symmetry.py"),
     Mutant("held pieces are shown unturned", "simcore/robot/components.py",
            "x, y, z = rotate((q[4], q[5], q[6], q[3]), p[0], p[1], p[2])", "x, y, z = p[0], p[1], p[2]",
-           "tests/unit/robot/test_components.py::test_what_is_carried_is_where_the_pose_of_its_robot_puts_it"),
+           "tests/robot/test_components.py::test_what_is_carried_is_where_the_pose_of_its_robot_puts_it"),
     Mutant("a disabled robot's mechanisms run on", ROBOTS, "if battery.is_off or not robot.request.is_enabled:",
            "if battery.is_off:",
            "tests/games/test_robot_power.py::test_a_disabled_robot_coasts_and_goes_on_when_enabled_again"),
@@ -121,20 +121,20 @@ MUTANTS = (
            "(ox + wy * lz - wz * ly + vx, oy + wz * lx - wx * lz + vy, oz", "(ox + vx, oy + vy, oz",
            f"{MANIPULATORS}::test_a_released_piece_has_velocity_and_attitude_of_the_grip"),
     Mutant("the last in leaves first", "simcore/robot/storage.py", '0 if self.config.order == "fifo" else -1', "-1",
-           "tests/unit/pieces/test_storage.py::test_pieces_leave_in_their_order"),
+           "tests/robot/test_storage.py::test_pieces_leave_in_their_order"),
     Mutant("topspin for backspin", "simcore/robot/shooter.py", "yaw - 0.5 * math.pi, 0.0",
            "yaw + 0.5 * math.pi, 0.0",
            f"{SHOOTER}::test_two_wheels_throw_with_their_mean_and_spin_by_their_difference"),
     Mutant("a full placer takes more", "simcore/robot/placer.py", "if self.piece is not None or (", "if (",
            f"{MANIPULATORS}::test_a_full_placer_takes_nothing_more"),
     Mutant("the rung does not load the climber", "simcore/robot/climber.py", "set_load(effort * joint.ratio)",
-           "set_load(0.0)", "tests/physics/test_climber.py::test_it_lifts_itself_and_the_forces_balance"),
+           "set_load(0.0)", "tests/laws/test_climber.py::test_it_lifts_itself_and_the_forces_balance"),
     # of paths, rolling balls, shots and meshes
     Mutant("long steps", "simcore/loop/robot_state.py", "STEP = 1e-3", "STEP = 5e-3",
            f"{PATHS}::test_a_path_hardly_depends_on_the_step"),
     Mutant("a held azimuth has no supply limit", "simcore/loop/shaft.py", "power = s.request.supply_limit * supply",
            "power = math.inf",
-           "tests/unit/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
+           "tests/robot/test_swerve_drive.py::test_an_azimuth_that_friction_holds_keeps_its_supply_limit"),
     Mutant("a shot leaves before the gate opens", "simcore/robot/shooter.py", "self._opening() * TICK", "0.0",
            f"{SHOOTER}::test_no_shot_leaves_before_the_gate_has_opened"),
     Mutant("all shots of a tick have the aim of its end", "simcore/robot/shooter.py", "if before is None:", "if True:",
@@ -144,15 +144,15 @@ MUTANTS = (
     Mutant("a wheel gives a ball no spin", "simcore/robot/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
            f"{SHOOTER}::test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel"),
     Mutant("the cloth of bumpers does not matter", BUMPERS, "part.friction * one.friction", "one.friction",
-           "tests/physics/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
+           "tests/laws/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
     Mutant("plates on the side of the fewer faces", "simcore/world/mesh.py",
-           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/unit/physics/test_sheets.py"),
+           "areas[turned].sum() > areas[~", "areas[turned].sum() < areas[~", "tests/laws/test_sheets.py"),
     Mutant("odometry goes along chords", "simcore/robot/robot.py",
            "s, c = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn", "s, c = 1.0, 0.0",
-           "tests/unit/robot/test_swerve_odometry.py::test_one_long_sample_of_a_circle_ends_where_the_circle_does"),
+           "tests/laws/test_swerve_odometry.py::test_one_long_sample_of_a_circle_ends_where_the_circle_does"),
     Mutant("last bits are an effect", "simcore/sweep/sweep_statistics.py",
            "np.isclose(a, b, rtol=5e-4, atol=1e-6)", "a != a",
-           "tests/unit/sweep/test_sweep_statistics.py::test_a_difference_below_what_figures_are_printed_with_is_none"),
+           "tests/sweep/test_sweep_statistics.py::test_a_difference_below_what_figures_are_printed_with_is_none"),
     Mutant("fuel over the guardrail is counted for all robots", "games/rebuilt/fouls.py",
            "before = self._thrown.get(robot, 0)", "before = sum(self._thrown.values())",
            "tests/games/test_rebuilt_fouls.py::test_g405_is_counted_by_robot_and_is_about_fuel_that_touched_nothing"),
@@ -161,12 +161,12 @@ MUTANTS = (
            "tests/games/test_rebuilt_fouls.py::test_g419_begins_anew_after_a_gap_and_is_not_about_robots_that_drive"),
     Mutant("a pin goes on where both have moved", "simcore/match/foul_book.py",
            "max(apart, moved) >=", "apart >=",
-           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
+           "tests/games/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
     Mutant("a recoil has no lever", "simcore/robot/robot.py",
            "px, py, pz = m * (px - mx), m * (py - my), m * (pz - mz)", "px, py, pz = 0.0, 0.0, 0.0",
            f"{MASSES}::test_a_shot_from_beside_the_center_turns_the_robot"),
     Mutant("any type is taken for a config", "simcore/quantities.py", "fits = isinstance(value, kind)", "fits = True",
-           "tests/unit/test_config_types.py"),
+           "tests/test_config_types.py"),
     Mutant("robots stand where others are in the next tick", "simcore/match/starts.py",
            "ox + TICK * vx", "ox",
            "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
@@ -183,10 +183,10 @@ MUTANTS = (
     Mutant("who holds fuel of a hub for a moment keeps it", "games/rebuilt/fouls.py", "match.time - since > _MOMENT",
            "match.time - since > 0.0", f"{FOULS}::test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it"),
     Mutant("fuel of the pause is none of auto", "games/rebuilt/scoring.py", '"pause": "auto"', '"pause": "transition"',
-           "tests/unit/rebuilt/test_scoring.py::test_fuel_counts_in_its_period"),
+           "tests/games/rebuilt/test_scoring.py::test_fuel_counts_in_its_period"),
     Mutant("both have to move on from a pin", "simcore/match/foul_book.py", "moved = max(math.dist",
            "moved = min(math.dist",
-           "tests/unit/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
+           "tests/games/rebuilt/test_scoring.py::test_g418_a_count_ends_three_seconds_after_either_has_moved_on"),
     Mutant("a coral that is knocked off fell by itself", "games/reefscape/fouls.py",
            "self._match.time - time < _KNOCKED", "False",
            "tests/games/test_reefscape_fouls.py::test_who_knocks_a_coral_off_the_other_reef_commits_g410_too"),
@@ -198,13 +198,13 @@ MUTANTS = (
            f"{REEF}::test_the_ranking_point_of_auto_asks_all_robots_to_leave_and_for_a_coral"),
     Mutant("rows are written once or never", "simcore/sweep/run_store.py",
            '            self._problem = ""\n            self', '            self._problem = ""\n        self',
-           "tests/unit/sweep/test_run_store.py::test_rows_that_could_not_be_written_are_tried_again"),
+           "tests/sweep/test_run_store.py::test_rows_that_could_not_be_written_are_tried_again"),
     Mutant("a late hit lands where it was after 2 s", "simcore/match/run_record.py",
            "shot.points.append(place)", "pass",
-           "tests/unit/sweep/test_run_metrics.py"),
+           "tests/sweep/test_run_metrics.py"),
     Mutant("the first in leaves a hopper first", "simcore/robot/hopper.py", "np.argsort(-ahead, kind",
            "np.argsort(0.0 * ahead, kind",
-           "tests/unit/pieces/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
+           "tests/robot/test_hopper.py::test_the_foremost_leaves_first_whatever_came_first"),
     Mutant("two wheels lose what foam takes twice", "simcore/robot/shooter.py",
            "self.config.compression_loss / len(self._wheels)", "self.config.compression_loss",
            f"{SHOOTER}::test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_wheel"),
@@ -213,30 +213,30 @@ MUTANTS = (
            "tests/games/test_placing.py::test_no_robot_is_put_where_another_one_is_in_the_next_tick"),
     Mutant("a driver's robot starts at the speed of before", "simcore/match/players/driven_robot.py",
            "time > self._last + 1.5 * TICK", "False",
-           "tests/unit/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
+           "tests/match/players/test_driven_robot.py::test_after_robots_were_disabled_it_starts_from_rest"),
     Mutant("pairs of a seed are its first", "simcore/sweep/results.py", "np.mean(pairs, axis=0)", "pairs[0]",
-           "tests/unit/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
+           "tests/sweep/test_results.py::test_pairs_of_one_seed_count_as_their_mean"),
     Mutant("robots stand where others turn to in the next tick", "simcore/match/starts.py",
            "from_yaw(TICK * other.chassis.rate[2])", "from_yaw(0.0)",
            "tests/games/test_placing.py::"
            "test_no_robot_is_put_where_the_corner_of_one_that_turns_is_in_the_next_tick"),
     Mutant("balls do not spin where they hit each other", BALLS, "vel[b, 0] - (wy * nz - wz * ny)", "vel[b, 0]",
-           "tests/physics/test_ball_laws.py::"
+           "tests/laws/test_ball_laws.py::"
            "test_balls_that_meet_head_on_and_spin_alike_go_aside_by_mu_times_the_impulse"),
     Mutant("balls do not spin where they hit the field", BALLS, "vx - lever * (sy * nz - sz * ny)", "vx",
-           "tests/physics/test_ball_laws.py::test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it"),
+           "tests/laws/test_ball_laws.py::test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it"),
     Mutant("what turns has no surface speed", BALLS, "moving[b, 0] + turning[b, 1] * az - turning[b, 2] * ay",
            "moving[b, 0]",
-           "tests/physics/test_ball_laws.py::test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface"),
+           "tests/laws/test_ball_laws.py::test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface"),
     Mutant("no air where a ball touches", BALLS,
            "vx, vy, vz, sx, sy, sz, air[i, 0], air[i, 1], air[i, 2])",
            "vx, vy, vz, sx, sy, sz, air[i, 0] if touched == 0 else 0.0, air[i, 1], air[i, 2])",
-           "tests/physics/test_ball_laws.py::test_air_slows_a_ball_that_rolls_as_one_that_flies"),
+           "tests/laws/test_ball_laws.py::test_air_slows_a_ball_that_rolls_as_one_that_flies"),
     Mutant("bounces gain energy", "simcore/loop/contact.py", "approach *= min(1.5,", "approach *= -min(1.5,",
-           "tests/physics/test_ball_laws.py::test_a_bounce_keeps_the_restitution_of_its_pair"),
+           "tests/laws/test_ball_laws.py::test_a_bounce_keeps_the_restitution_of_its_pair"),
     Mutant("a ball that is put into an element is thrown out", BALLS,
            "max(0.0, depth - max(0.0, closing) * h) if is_put else 0.0", "0.0",
-           "tests/physics/test_ball_laws.py::"
+           "tests/laws/test_ball_laws.py::"
            "test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_gave_it"),
     Mutant("what is put down remembers what it touched before", BALLS,
            "stamp[i, m] < now - 1 or is_put[i] == JUST_PUT", "stamp[i, m] < now - 1",

@@ -388,3 +388,17 @@ def test_every_public_name_exists():
                     f"{module_name(path)}.{name}" for name in ast.literal_eval(node.value) if name not in defined
                 ]
     assert missing == []
+
+
+def test_a_test_stands_where_its_module_does():
+    """`tests/x/test_y.py` is of `simcore/x/y`; one that is of several modules says in its first line what it holds."""
+    folders = {"adapters", "architecture", "docs", "games", "laws", "shared", "view"}
+    wrong = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        place = path.relative_to(ROOT / "tests")
+        if place.parts[0] in folders:
+            continue
+        module = ROOT / "simcore" / place.parent / place.stem.removeprefix("test_")
+        if not module.is_dir() and not module.with_suffix(".py").is_file() and ast.get_docstring(tree_of(path)) is None:
+            wrong.append(place.as_posix())
+    assert wrong == []
