@@ -15,6 +15,8 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.testing.benches import hold
 
+pytestmark = pytest.mark.engines("bullet")
+
 SQUARE = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
 
 

@@ -15,6 +15,8 @@ from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import find_tags
 from simcore.world.rotation import from_yaw, matrix
 
+pytestmark = pytest.mark.engines("bullet")
+
 LENS = limelight_type("LL4")
 NOISE = LENS.corner_noise / math.sqrt(LENS.focal_length[0] * LENS.focal_length[1])
 MOUNT = CameraMount(x=0.1, z=0.6, pitch_deg=-5.0)

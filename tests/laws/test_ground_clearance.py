@@ -6,6 +6,8 @@ import pytest
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.robot.chassis import ground_clearance
 
+pytestmark = pytest.mark.engines("bullet")
+
 WHEELS = np.array([[0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, 0.3, 0.0], [-0.3, -0.3, 0.0]])
 
 

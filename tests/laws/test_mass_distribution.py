@@ -13,6 +13,8 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.world.linkage import Joint
 
+pytestmark = pytest.mark.engines("bullet")
+
 BODY = MassDistribution(40.0, (0.1, -0.05, 0.2), (3.0, 4.0, 5.0))
 LIFT = ElevatorConfig(
     gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0),

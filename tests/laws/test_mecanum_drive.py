@@ -12,6 +12,8 @@ from simcore.robot.fixed_wheel_drive import MecanumDrive
 from simcore.testing.benches import DriveBench, hold
 from simcore.units import GRAVITY
 
+pytestmark = pytest.mark.engines("bullet")
+
 FREE = replace(MecanumConfig(), friction_volts=0.0, rolling_resistance=0.0, efficiency=1.0)
 """Without friction of its gears and wheels."""
 ARM = 0.56  # |x| + |y| of its wheels [m]

@@ -16,6 +16,8 @@ from simcore.world.obj import ObjGroup, format_obj
 from simcore.world.shapes import Box
 from simcore.world.symmetry import FieldSymmetry
 
+pytestmark = pytest.mark.engines("bullet")
+
 LENGTH, WIDTH, T = 16.0, 8.0, 0.05
 ROTATE, MIRROR = (FieldSymmetry(kind, (LENGTH, WIDTH)) for kind in ("rotate", "mirror"))
 CX, CY = 4.0, 4.0

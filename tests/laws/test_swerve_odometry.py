@@ -7,6 +7,8 @@ from each_case import each
 
 from simcore.robot.robot import SwerveOdometry
 
+pytestmark = pytest.mark.engines("bullet")
+
 SQUARE = ((0.3, 0.25), (0.3, -0.25), (-0.3, 0.25), (-0.3, -0.25))
 
 

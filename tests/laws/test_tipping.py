@@ -18,6 +18,8 @@ from simcore.units import GRAVITY
 from simcore.world.linkage import Joint
 from simcore.world.shapes import Sphere
 
+pytestmark = pytest.mark.engines("bullet")
+
 LIFT = ElevatorConfig(
     gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0),
     carriage_mass=10.0,
