@@ -104,7 +104,6 @@ def build_drivetrain(
 
 
 @cache
-@cache
 def telemetry_name(mechanism: str) -> str:
     """The name of a mechanism as telemetry keys spell it.
 
