@@ -1,5 +1,4 @@
-"""Experiment: a frozen description of the runs to play, which any process can read and which identifies their
-results."""
+"""Experiment: frozen description of the runs to play, readable by any process; it identifies their results."""
 
 from __future__ import annotations
 
