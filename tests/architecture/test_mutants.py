@@ -10,9 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def has_test(path: str) -> bool:
     file, _, name = path.partition("::")
-    return (ROOT / file).is_file() and bool(
-        re.search(rf"^def {name or 'test_'}", (ROOT / file).read_text("utf-8"), re.MULTILINE)
-    )
+    pattern = rf"^def {name}\(" if name else r"^def test_"
+    return (ROOT / file).is_file() and bool(re.search(pattern, (ROOT / file).read_text("utf-8"), re.MULTILINE))
 
 
 def test_every_mutant_has_its_source_text_and_its_test():
