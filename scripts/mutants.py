@@ -1,7 +1,7 @@
-"""Mutants: `python scripts/mutants.py [word ...]` breaks the code in one place at a time and runs the test that minds.
+"""Mutants: `python scripts/mutants.py [word ...]` breaks the code in one place at a time and runs the test for it.
 
-Each mutant is put into a temporary copy of the sources, never into these. One that its test does not catch survives:
-then the test, or the code that nothing tests, is missing something. The words choose mutants by their names.
+Each mutant is made in a temporary copy of the sources. A mutant that its test does not catch survives: then the test is
+too weak, or the code has no effect. The words choose mutants by their names.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 class Mutant(NamedTuple):
-    """One change, and the test that must fail with it."""
+    """Change of the code, with the test that must fail with it."""
 
     name: str
     file: str
@@ -32,17 +32,14 @@ MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
 MANAGER, BALLS = "simcore/pieces/piece_manager.py", "simcore/loop/balls.py"
 MANIPULATORS, ROBOT = "tests/laws/test_manipulators.py", "tests/laws/test_robot.py"
 SHOOTER, SHOTS = "tests/robot/test_shooter.py", "tests/laws/test_shots.py"
-PATHS, ROLLING = "tests/laws/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
-PINS, HEAPS = "tests/laws/test_pins.py", "tests/laws/test_heaps.py"
-BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/laws/test_returned_pieces.py"
-MASSES = "tests/laws/test_moving_mass.py"
+PATHS, PINS = "tests/laws/test_robot_paths.py", "tests/laws/test_pins.py"
+RETURNED, MASSES = "tests/laws/test_returned_pieces.py", "tests/laws/test_moving_mass.py"
 ROBOTS, BUMPERS = "simcore/loop/robots.py", "simcore/loop/bumpers.py"
-ROBOT_LAWS = "tests/loop/test_robots.py"
 FOULS, REEF = "tests/games/test_rebuilt_fouls.py", "tests/games/test_reefscape_match.py"
 BATTERY, STAGE = "tests/robot/test_battery.py", "simcore/robotcode/emulator/output_stage.py"
 BODY, BODIES = "simcore/loop/body.py", "tests/loop/test_body.py"
 PLAIN = (BATTERY, BODIES)
-"""Tests that need no compiler, which takes minutes where the loop has changed."""
+"""Tests that need no compiler, which takes minutes after a change of the loop."""
 WATCH, WATCHED = "simcore/robotcode/sim/belief_watch.py", "tests/robotcode/sim/test_belief_watch.py"
 POLICY = (
     "tests/games/test_human_actions.py::test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall"
@@ -169,7 +166,7 @@ MUTANTS = (
     Mutant("robots stand where others are in the next tick", "simcore/match/starts.py",
            "ox + TICK * vx", "ox",
            "tests/games/test_placing.py::test_no_robot_is_placed_where_another_will_be_in_the_next_tick"),
-    # of rules, sweeps and pieces that no test held
+    # of rules, sweeps and pieces without a test before
     Mutant("robots that drive close a passage", "games/rebuilt/fouls.py", "< _STANDS", "< 99.0",
            f"{FOULS}::test_g419_also_applies_to_bumps_with_robots_at_rest"),
     Mutant("bumps are no passages", "games/rebuilt/fouls.py", "for y in (dim.BUMP_LEFT_Y, dim.BUMP_RIGHT_Y)",
@@ -246,7 +243,7 @@ MUTANTS = (
     Mutant("coral is put into the reef", MANAGER, "self._is_ball[slot] else _DEEPEST):",
            "self._is_ball[slot] else 9.0):",
            "tests/games/test_random_games.py::test_laws_hold_in_a_random_game_and_a_repeat_is_identical"),
-    # of people, ranking points, batteries, pages and the watch on odometry
+    # of human players, ranking points, batteries, pages and the check of odometry
     Mutant("a battery charges above full", "simcore/loop/battery.py", "min(1.0, max(0.0, b.charge",
            "(max(0.0, b.charge", f"{BATTERY}::test_charge_counts_ampere_hours"),
     Mutant("a brown-out ends at its level", "simcore/loop/battery.py", " or (b.is_low and v == level)", "",
@@ -302,7 +299,7 @@ MUTANTS = (
 
 
 def survives(mutant: Mutant, folder: Path) -> bool:
-    """Whether its test passes all the same, in a copy of the sources."""
+    """Return whether its test passes in a copy of the sources with the change."""
     path = folder / mutant.file
     text = path.read_text()
     if text.count(mutant.old) == 0:
@@ -321,7 +318,7 @@ def survives(mutant: Mutant, folder: Path) -> bool:
 
 
 def main() -> int:
-    """Try all mutants, or those whose name holds one of the words; 1 if one survives."""
+    """Try all mutants, or those whose name contains one of the words, and return 1 if one survives."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("words", nargs="*", metavar="WORD", help="try mutants whose name holds one of these")
     words = parser.parse_args().words

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# With WPILib, Phoenix 6 and REVLib of 2027 on Python 3.14: robot programs of 2027, then the tests that need no vendor.
-# Their wheels want glibc 2.41 (Debian 13, Ubuntu 26.04): where it is older, this makes a Debian root of its own and runs
-# in there, for which it must be root and have debootstrap.
+# Run robot programs of 2027, then the tests without vendors, with WPILib, Phoenix 6 and REVLib of 2027 on Python 3.14.
+# Their wheels need glibc 2.41 (Debian 13, Ubuntu 26.04): where it is older, this makes a Debian root and runs inside it,
+# for which it must be root and have debootstrap.
 #
 #     scripts/season_2027.sh [folder]
 #
-# The environment is made in `folder` (default: a new one, deleted afterwards) and used again if it is there.
+# The environment is made in `folder` (default: a new one, deleted afterwards), or reused if it exists.
 set -euo pipefail
 case "${1:-}" in ""|/*) ;; *) set -- "$PWD/$1" ;; esac
 cd "$(dirname "$0")/.."
@@ -19,7 +19,7 @@ of_2027=("wpilib>=2027.0.0a7,<2028" "pyntcore>=2027.0.0a7,<2028" "robotpy-hal>=2
 skip() { echo "season 2027: not run, $*"; exit 0; }
 [ "$(uname -sm)" = "Linux x86_64" ] || skip "this is not Linux x86_64"
 
-# As root it mounts: in a namespace of its own, so that nothing stays mounted.
+# As root it mounts in its own namespace, so that nothing stays mounted.
 if [ "$(id -u)" = 0 ] && [ -z "${OWN_MOUNTS:-}" ] && unshare --mount true 2>/dev/null; then
   given="${1:-}"
   folder="${given:-$(mktemp -d)}"
@@ -44,7 +44,7 @@ else
   if [ ! -x "$folder/usr/bin/python3" ]; then
     scripts="/usr/share/debootstrap/scripts"
     script="$scripts/forky"
-    [ -e "$script" ] || script="$scripts/sid"  # an older debootstrap does not know the name; the steps are the same
+    [ -e "$script" ] || script="$scripts/sid"  # an older debootstrap lacks the name; the steps are equal
     debootstrap --variant=minbase --include=python3,python3-venv,python3-pip,ca-certificates \
       forky "$folder" "$mirror" "$script" >"$folder.log" 2>&1 || { tail -n 5 "$folder.log"; skip "debootstrap fails"; }
     rm -f "$folder.log"
@@ -71,7 +71,7 @@ run sh -c "cd '$here' && '$venv/bin/simcore' doctor --no-physics"
 
 failed=0
 tests() { run sh -c "cd '$here' && '$venv/bin/python' -m pytest -q -p no:cacheprovider -n 2 --dist=worksteal $1" || failed=1; }
-# Robot programs that are written for 2027: swerve by CTRE in op modes, tank and swerve on SPARKs.
+# Robot programs written for 2027: swerve by CTRE in op modes, tank and swerve on SPARKs.
 tests "tests/adapters/test_op_modes.py tests/adapters/test_rev_2027.py"
 tests "-m 'not slow and not realtime' --ignore=tests/adapters tests"
 exit "$failed"
