@@ -755,7 +755,7 @@ class EmulatedDrivetrain:
 
     def __init__(self, gyro: DeviceAddress, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
         if not modules:
-            raise ConfigError("SwerveDrivetrain: wants at least one module, got none")
+            raise ConfigError("SwerveDrivetrain: needs at least one module, got none")
         hz = hz or DEFAULT_HZ
         if not 1.0 <= hz <= 1000.0:
             raise ConfigError(f"SwerveDrivetrain: odometry_update_frequency must be 1..1000 Hz, got {hz}")

@@ -181,7 +181,7 @@ def python_function(callback: Any) -> Callable[..., Any]:
         for found in gc.get_referents(thunk):
             if callable(found) and not isinstance(found, type):
                 return found  # type: ignore[no-any-return]
-    raise TypeError(f"{callback!r} is not made of a Python function; the simulated drivetrain cannot call it")
+    raise TypeError(f"{callback!r} has no Python function inside; the simulated drivetrain cannot call it")
 
 
 _OK = StatusCode.OK.value

@@ -199,7 +199,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
         value = shift = 0
         while True:
             if at >= len(data) or shift > 63:
-                raise ConfigError(f"a QuestNav message breaks off or is none: {data[:40]!r}")
+                raise ConfigError(f"a QuestNav message is cut short or invalid: {data[:40]!r}")
             byte = data[at]
             at += 1
             value |= (byte & 0x7F) << shift
@@ -215,7 +215,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
             continue
         length = {_FIXED64: 8, _FIXED32: 4}.get(kind, -1) if kind != _BYTES else varint()
         if length < 0 or at + length > len(data):
-            raise ConfigError(f"a QuestNav message breaks off or is none: {data[:40]!r}")
+            raise ConfigError(f"a QuestNav message is cut short or invalid: {data[:40]!r}")
         part = data[at : at + length]
         at += length
         yield field, part if kind == _BYTES else struct.unpack("<d" if kind == _FIXED64 else "<f", part)[0]

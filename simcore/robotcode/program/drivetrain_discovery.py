@@ -119,7 +119,7 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
     """Return the drivetrain with signs, zeros and positions of simcore.toml."""
     n = len(found.wheels)
     _refuse(table.of_swerve if found.kind != "swerve" else (), f"belongs to a swerve drive, this is a {found.kind}")
-    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to wheels with places of their own")
+    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to a drive with x and y")
     for key, row in (("zeros_deg", table.zeros), ("x", table.places), ("wheel_distances", table.wheel_distances)):
         _refuse((key,) if row and len(row) != n else (), f"must have {n} entries, as the drive has wheels or sides")
     for key in ("reversed_drive", "reversed_steer", "reversed_encoders"):
@@ -154,16 +154,17 @@ def _require_around(found: FoundDrivetrain) -> None:
         same = [str(j) for j in range(k, len(places)) if math.dist(places[j], place) < 0.01]
         if len(same) > 1:
             raise ConfigError(
-                f"{part} {', '.join(same[:-1])} and {same[-1]} stand at one place in your kinematics, {place[0]:.3g} m "
-                f"forward and {place[1]:.3g} m left of the center (counted from 0): each has a Translation2d of its own"
+                f"{part} {', '.join(same[:-1])} and {same[-1]} are at one position in your kinematics, "
+                f"{place[0]:.3g} m forward and {place[1]:.3g} m left of the center (counted from 0): "
+                "each needs its own Translation2d"
             )
     angles = sorted(math.atan2(y, x) for x, y in places)
     gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + math.tau], strict=True)]
     if len(places) > 2 and max(gaps) >= math.pi:
         given = ", ".join(f"({x:.3g}, {y:.3g})" for x, y in places)
         raise ConfigError(
-            f"all {part} in your kinematics are on one side of the robot's center: {given}; a Translation2d is from the "
-            "center, x forward and y to the left [m]"
+            f"all {part} in your kinematics are on one side of the robot's center: {given}; a Translation2d is from "
+            "the center, x forward and y to the left [m]"
         )
 
 

@@ -75,7 +75,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         for name, measure in source.items():
             low, high = _SANE.get(name, (-math.inf, math.inf))
             if name in _SANE and not low <= measure.value <= high:
-                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): it is not taken")
+                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): ignored")
                 continue
             before = known.get(name)
             if before is None or (before.is_guess and not measure.is_guess):
@@ -98,7 +98,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
     _judge_speed(known, differences)
     if found.kind != "swerve":
-        says = "which way its motors drive it stands in no program"
+        says = "no program says which way its motors drive it"
         turned = known.setdefault("reversed", Measure(False, says, is_guess=True))
         if turned.value:
             wheels = tuple(replace(wheel, drive_sign=-wheel.drive_sign) for wheel in found.wheels)
@@ -208,7 +208,7 @@ def _fill_wheel(
         else:
             differences.append(f"{said}: odometry will be off by that much")
             return
-        differences.append(f"{said}: the program's own is taken")
+        differences.append(f"{said}: simcore uses the program's own")
     if gearing is not None:
         known["wheel_radius"] = Measure(way.value * gearing.value / math.tau, f"{way.source} and the gearing")
         return

@@ -219,7 +219,7 @@ class _Way:
         least, most = sorted(abs((shown - self._begin[2]) / reported_turns) for shown in (shown_before, sensor.shown))
         factor = 1.0 if 0.99 * least < 1.0 < 1.01 * most else 0.5 * (least + most)
         if abs(factor / self.factor - 1.0) > 0.01 and 1.0 / _MOST < factor < _MOST:
-            _log.info("drivetrain: the program's odometry takes %.3g m for a meter that is guessed", 1.0 / factor)
+            _log.info("drivetrain: the program's odometry counts %.3g m per guessed meter", 1.0 / factor)
             self.factor = factor
 
 

@@ -164,7 +164,7 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
         rows.append(("wheel_encoders", _numbers(w.wheel_encoder for w in wheels), "DIO"))
         if all(w.meters_per_encoder_turn for w in wheels):
             ways = [_rounded(w.meters_per_encoder_turn) for w in wheels]
-            rows.append(("wheel_distances", ways, "m that 2048 pulses are to the code"))
+            rows.append(("wheel_distances", ways, "m per 2048 pulses in robot code"))
     if found.gyro is not None:
         rows += [("gyro", str(found.gyro), ""), ("gyro_upside_down", False, "guess: it is mounted upright")]
     return rows + measures

@@ -353,7 +353,7 @@ def known_device(made: Any) -> BuiltDevice:
     device = made if isinstance(made, BuiltDevice) else device_of(made)
     if device is None:
         raise ConfigError(
-            f"{type(made).__name__}: built before simcore was there; a physics.py calls "
+            f"{type(made).__name__}: built before simcore was loaded; a physics.py calls "
             "simcore.robotcode.program.makers.watch_makers() at its top"
         )
     return device

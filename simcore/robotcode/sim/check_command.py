@@ -176,7 +176,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         why_not = answer.get("error", answer.get("not_modelled", ""))
     if why_not:
         answer = {}
-    about = "as the program builds it and " if answer else f"robot program not looked at ({why_not}); as "
+    about = "as the program builds it and " if answer else f"robot program not read ({why_not}); as "
     about += f"{FILE_NAME} says" if (folder / FILE_NAME).is_file() else f"without a {FILE_NAME}"
     problems: list[RobotFinding] = []
     drivetrain: SwerveConfig | TankConfig | MecanumConfig = _assumed_drivetrain(settings)
@@ -189,7 +189,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         why = f" ({found['problem'] if found else why_not})" if is_wrong else ""
         problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=is_wrong))
     if (folder / "physics.py").is_file():
-        problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
+        problems.append(RobotFinding("physics.py is not read: its models may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer:
         motors = [_with_addresses(m) for m in answer["motors"]]
@@ -281,7 +281,7 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
             key = (m.controller, number)
             if key not in opposed:
                 there = ", ".join(str(at) for model, at in sorted(opposed) if model == m.controller)
-                none = f"beside its drivetrain the program builds no {m.controller} {number}"
+                none = f"besides its drivetrain the program builds no {m.controller} {number}"
                 yield RobotFinding(f"{m.name}: {none}; it builds [{there}]")
             elif number != m.leader and opposed[key] != (number in m.opposed):
                 said = f"{'opposes' if opposed[key] else 'is aligned with'} its leader in the program"
@@ -345,7 +345,7 @@ def _motion(run: MechanismRun, subject: _Subject) -> str:
             f"{word}: at its stop, {place_text(mechanism, run.position)}" if run.stop is not None else "does not move"
         )
     if run.sign * run.travel < 0.0:
-        return f"asked {word}, and falls: too weak for its weight"
+        return f"told to move {word}, but falls: too weak for its weight"
     text = f"{word}, {speed_text(mechanism, run.speed)}"
     if isinstance(mechanism, FlywheelSim | RollerSim):
         when = " and rising" if run.is_rising else f" after {run.spin_up:.2f} s"

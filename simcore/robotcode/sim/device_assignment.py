@@ -162,7 +162,7 @@ class DeviceAssignment:
         self._guessed.remove((guessed, motor))
         self._physics.remove_motor(motor)
         self._robot.remove_estimated_mechanism(guessed.guess.mechanism)
-        _log.info("%s is written by the project's own physics: simcore lets go of it", guessed.group)
+        _log.info("%s is written by the project's own physics: simcore stops writing it", guessed.group)
 
 
 def _all_devices() -> list[BuiltDevice]:
@@ -206,7 +206,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
     devices = [find_device(where, m.controller, address) for address in m.devices]
     apart = next((d for d in devices if d.address.bus != devices[0].address.bus), None)
     if apart is not None:
-        raise ConfigError(f"{where}: {apart} cannot follow {devices[0]}: it hears nothing of another CAN bus")
+        raise ConfigError(f"{where}: {apart} cannot follow {devices[0]}: it is on another CAN bus")
     group = FollowerGroup(
         devices[0], tuple(devices[1:]), tuple(k for k, address in enumerate(m.followers) if address in m.opposed)
     )

@@ -98,8 +98,8 @@ class HangWatch:
         if _unwaited:
             place = next(iter(_unwaited.values())) or "a library"
             return (
-                f"the clock stands still, because of a notifier that nobody waits on: initializeNotifier at {place}; "
-                "wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
+                f"the clock stands still, because of a notifier on which no thread waits: initializeNotifier at {place}"
+                "; wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
             )
         return (
             f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "

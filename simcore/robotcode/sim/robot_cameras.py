@@ -219,7 +219,7 @@ class RobotCameras:
             self._unplaced.update(new)
             near = [n for n, c in self._described.items() if c.maker == "limelight"]
             _log.warning(
-                "robot code asks for %s %s, which nobody publishes%s; write into %s%s:\n%s",
+                "robot code asks for %s %s, which nothing publishes%s; write into %s%s:\n%s",
                 *("Limelights" if len(new) > 1 else "a Limelight", ", ".join(map(repr, new))),
                 *(f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
                 *(", once for each" if len(new) > 1 else "", _what_to_write("limelight", new[0])),
@@ -247,7 +247,7 @@ class RobotCameras:
             self._headset_reported = True
             _log.warning(
                 "QuestNav: robot code's pose reset is more than a meter off, so it does not tell where the headset "
-                "sits; until one does it is taken for at the robot's center, turned as told; or write into %s:\n%s",
+                "sits; until one does, it is assumed at the robot's center; or write into %s:\n%s",
                 *(self._file, _what_to_write("questnav", "")),
             )
 

@@ -47,8 +47,8 @@ _FIRST_LOOP = 1.0  # wall time for a loop of the program's own to run before tim
 _ENDS = 2.0  # wall time for a failed program to end [s]
 _SPAN = Quantity("s", 0.0, 1e6)
 _SETTLE = 0.5  # [s]; disabled before the first mode, for the alliance and the dashboard to arrive
-_NOT_STARTED = "the robot program has not come through robotInit"
-_NOT_LOOPED = "no robot loop has come to its end"
+_NOT_STARTED = "the robot program has not finished robotInit"
+_NOT_LOOPED = "no robot loop has finished"
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.BLUE_1,
     ("blue", 2): hal.AllianceStationID.BLUE_2,
@@ -519,7 +519,7 @@ class RobotTest:
         if new:
             self.own_threads += new
             _log.warning(
-                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                "%s has its own threads (%s): simulated time does not step them, so two runs may differ",
                 *(self._robot_name, ", ".join(new)),
             )
 

@@ -62,7 +62,7 @@ class CtreDrivetrain:
         self._drivetrain = drivetrain
         constants = swerve.module_constants(drivetrain)
         if len(constants) < 3:
-            raise ConfigError(f"a swerve drivetrain stands on 3 modules or more (most have 4), got {len(constants)}")
+            raise ConfigError(f"a swerve drivetrain has 3 modules or more (most have 4), got {len(constants)}")
         wheels = tuple(_wheel(k, m, c) for k, (m, c) in enumerate(zip(drivetrain.modules, constants, strict=True)))
         found = FoundDrivetrain(
             kind="swerve",

@@ -108,7 +108,7 @@ class PhotonCameraPort:
                 self._lights.set(value)
             elif value and not self._has_warned:
                 self._has_warned = True
-                _log.warning("%s: there is no picture to save", self._config.name)
+                _log.warning("%s: simcore has no picture to save", self._config.name)
         return requests
 
     def publish(self, frame: Frame) -> None:
