@@ -293,8 +293,7 @@ MUTANTS = (
     Mutant("a meter that is a tenth long is told", WATCH, "max(_APART, _SHARE * self._way)", "_APART",
            f"{WATCHED}::test_no_warning_while_odometry_is_right"),
     Mutant("who pushes a disabled robot is told", WATCH, "or not is_driving or", "or",
-           f"{WATCHED}::test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what_cameras_mended_"
-           "may_break"),
+           f"{WATCHED}::test_errors_while_disabled_after_a_reset_or_mended_by_cameras_are_no_fault"),
 )  # fmt: skip
 
 
