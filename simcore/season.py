@@ -225,7 +225,7 @@ def loop_classes() -> tuple[Any, ...]:
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its own loop."""
+    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its loop."""
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return

@@ -58,7 +58,7 @@ class RunReport:
         name: Name of the auto, or `match` for a whole one.
         players: Player of each robot of a whole match, with its alliance.
         startup_seconds: Wall time from the start to the first tick, without imports [s].
-        ticks: For each tick: wall time [s], engine steps, awake pieces.
+        ticks: Wall time [s], engine steps and awake pieces of each tick.
         wall_seconds: Wall time of all ticks [s].
     """
 

@@ -75,7 +75,7 @@ class FoulEvent:
     points: int
     """Points that the other alliance gets."""
     text: str
-    """What the robot did, for people."""
+    """Description of the violation, for people."""
 
     @property
     def gains(self) -> Alliance:

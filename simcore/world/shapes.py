@@ -235,7 +235,7 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the thickness of the thinnest part, between parallel planes of which one is along a face [m]."""
+    """Compute the thickness of the thinnest part, between a plane along a face and a parallel one [m]."""
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):
