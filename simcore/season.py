@@ -161,8 +161,8 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`, with a dot from the
-module."""
+"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`; if it has a dot, it is
+looked up in the module."""
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -44,7 +44,7 @@ _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
 class ControlledMatch(PlayedMatch, Protocol):
-    """Match as field control needs it."""
+    """Parts of a match that field control uses."""
 
     entries: tuple[RobotEntry, ...]
 

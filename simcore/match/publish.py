@@ -30,7 +30,7 @@ _DECIMALS = 6  # of poses: a robot at rest moves by some 1e-9 m, and a log would
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Match as telemetry needs it."""
+    """Parts of a match that telemetry shows."""
 
     cameras: CameraRig
     ticks: int

@@ -34,7 +34,7 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Texts of a match state that mean nothing; the score API uses the second."""
+"""Texts of a match state for an empty value; the score API uses the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

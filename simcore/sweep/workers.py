@@ -129,7 +129,7 @@ class Crew:
         raise AssertionError
 
     def close(self) -> None:
-        """End all processes, also those that play."""
+        """End all processes, including busy ones."""
         self._is_closed = True
         for process in list(self._outputs):
             self._end(process)

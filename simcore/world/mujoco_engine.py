@@ -38,10 +38,8 @@ from simcore.world.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_prope
 
 __all__ = ["MuJoCoEngine"]
 
-_SMOOTH, _LONGEST = (
-    0.02,
-    0.0005,
-)  # [s], steps at most: of what meets only statics without friction and bounce, and others
+# [s], longest steps: for bodies that meet only statics without friction and bounce, and for others
+_SMOOTH, _LONGEST = 0.02, 0.0005
 _FIXED = 1e6  # factor on the mass of a body while it is fixed
 _AWAKE = -11  # MuJoCo's value for a body that is fully awake
 

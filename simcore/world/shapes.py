@@ -84,7 +84,7 @@ class Cylinder:
     radius: float
     """Radius [m]."""
     height: float
-    """Whole height [m]."""
+    """Full height [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=_LENGTH, height=_LENGTH)
@@ -95,7 +95,7 @@ class Box:
     """A box centered at the origin."""
 
     size: tuple[float, float, float]
-    """Whole edge lengths along x, y and z [m]."""
+    """Full edge lengths along x, y and z [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(_LENGTH,) * 3)

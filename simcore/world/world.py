@@ -107,7 +107,7 @@ class PhysicsWorld:
         self.has_engine = False
         """Whether the engine has started: there are bodies that are neither balls nor robots."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
-        self._hanging: dict[int, FloatArray] = {}  # half extents along the field axes at rest [m]
+        self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
@@ -295,7 +295,7 @@ class PhysicsWorld:
     ) -> int:
         """Add a body that swings about a point of the field, or turns about a hinge there; return its row.
 
-        Lines of sight pass it.
+        It does not block lines of sight.
 
         Args:
             name: Name, for messages.
