@@ -35,7 +35,7 @@ class ModelFinding:
     place: str
     """Folder and file."""
     text: str
-    """What is wrong, and what would work."""
+    """Description of the mistake, and of what would work."""
     is_error: bool = True
     """Whether it is an error; otherwise it works, but needs a look."""
 

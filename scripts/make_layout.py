@@ -2,7 +2,7 @@
 
     python scripts/make_layout.py
 
-They are those of `simcore layout rebuilt`. Each shows only what a run with as many robots publishes.
+They are those of `simcore layout rebuilt`. Each shows only the channels of a run with that many robots.
 """
 
 from __future__ import annotations

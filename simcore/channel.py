@@ -27,7 +27,7 @@ class Channel:
     """
 
     key: str
-    """Key, after the prefix of a robot for a robot's channel; `<...>` stands for a name that its source gives."""
+    """Key, without the prefix of the robot for a robot's channel; the source gives a name for `<...>`."""
     kind: str
     """Type of the values, one of `FIELD_OF`."""
     of: Callable[[Any], Any]

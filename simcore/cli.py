@@ -30,18 +30,25 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "doctor": Command("simcore.robotcode.sim.doctor", "look at this computer and this folder, and say what to do"),
+    "doctor": Command("simcore.robotcode.sim.doctor", "check this computer and this folder, and say what to do"),
     "play": Command("simcore.show.play_command", "play an auto of a game: score, page and log"),
-    "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
-    "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
-    "shots": Command("simcore.sweep.shots_command", "the table of a shooter: speed and elevation by distance"),
-    "view": Command("simcore.show.view_command", "the page of a log, opened in the browser"),
-    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
+    "sweep": Command(
+        "simcore.sweep.sweep_command", "play an auto many times: share of successes, and effects of changes"
+    ),
+    "compare": Command(
+        "simcore.sweep.compare_command", "compare two versions of robot code, or two autos, on common seeds"
+    ),
+    "shots": Command(
+        "simcore.sweep.shots_command", "make the shot table of a shooter: speed and elevation by distance"
+    ),
+    "view": Command("simcore.show.view_command", "open the page of a log in the browser"),
+    "layout": Command("simcore.show.scope_layout", "make a layout for AdvantageScope or Elastic, for a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
-        "simcore.robotcode.sim.check_command", "run each mechanism of the described robot, and say what cannot be right"
+        "simcore.robotcode.sim.check_command",
+        "run each mechanism of the described robot, and report implausible results",
     ),
-    "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
+    "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
 """Subcommands by name; a module may need extras, and is imported only for its command."""
 

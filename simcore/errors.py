@@ -120,7 +120,7 @@ def print_error(program: str, sentence: str) -> None:
 
     Args:
         program: Name of the program, as it was called.
-        sentence: What was wrong, what was got and what would work.
+        sentence: Message: what was wrong, what was got and what would work.
     """
     sys.stdout.flush()
     print(f"\n{program}: {sentence}", file=sys.stderr, flush=True)

@@ -341,7 +341,7 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
         if wrong is not None:
             where, value, wanted = wrong
             raise ConfigError(f"{owner}: {where} must be {_type_text(wanted)}, got {_got(value)}")
-        if get_origin(kind) is tuple and isinstance(value, list):  # a list is no key
+        if get_origin(kind) is tuple and isinstance(value, list):  # a list is not hashable
             object.__setattr__(config, name, tuple(value))
     for name, quantity in fields.items():
         value = getattr(config, name)

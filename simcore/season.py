@@ -161,8 +161,8 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`, with a dot from the
-module."""
+"""Names of 2027 by module and class. A name of 2026 that is not its camel case follows a `=`; if it has a dot, it is
+looked up in the module."""
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -225,7 +225,7 @@ def loop_classes() -> tuple[Any, ...]:
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its own loop."""
+    """Call a function once per period [s] of a robot of `loop_classes`, never at the time of its loop."""
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return

@@ -44,7 +44,7 @@ _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
 class ControlledMatch(PlayedMatch, Protocol):
-    """Match as field control needs it."""
+    """Parts of a match that field control uses."""
 
     entries: tuple[RobotEntry, ...]
 
@@ -82,7 +82,7 @@ class CommandResult:
     is_done: bool
     """Whether it was done; if not, nothing has changed."""
     text: str
-    """What was done, or why it was refused and what would work."""
+    """Description of what was done, or the reason for refusing it and what would work."""
 
     def __str__(self) -> str:
         """Return one line: `3 done: ...` or `4 refused: ...`."""
@@ -112,7 +112,7 @@ class FieldControl:
         self._match = match
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
-        self._given = 0
+        self._last_number = 0
         self.results: deque[CommandResult] = deque(maxlen=_KEPT)
         """Results of the last commands, the newest last."""
         self.count = 0
@@ -224,7 +224,7 @@ class FieldControl:
             try:
                 result = CommandResult(number, command, True, act())
             except Exception as error:  # its author is gone: it must not end the match
-                result = CommandResult(number, command, False, _why(error))
+                result = CommandResult(number, command, False, _reason(error))
             self.results.append(result)
             self.count += 1
             if result.is_done:
@@ -342,9 +342,9 @@ class FieldControl:
 
     def _enqueue(self, command: str, act: Callable[[], str]) -> int:
         with self._lock:
-            self._given += 1
-            self._queue.append((self._given, command, act))
-            return self._given
+            self._last_number += 1
+            self._queue.append((self._last_number, command, act))
+            return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
         """Return a controller that stops itself, and not the match, if the robot cannot do what it asks."""
@@ -354,7 +354,7 @@ class FieldControl:
                 controller(body, time)
             except Exception as error:  # as with a command: its author is gone
                 self._match.set_controller(robot, None)
-                self.refuse(f"go on with auto {name!r}", _why(error))
+                self.refuse(f"go on with auto {name!r}", _reason(error))
 
         return play
 
@@ -363,7 +363,7 @@ class FieldControl:
             listener(robot, goal)
 
 
-def _why(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}"
 
 

@@ -65,7 +65,7 @@ class FoulBook:
             rule: Number of the rule in the manual.
             robot: Number of the robot.
             points: Points for the other alliance.
-            text: What the robot does, for people.
+            text: Description of the violation, for people.
             about: Further keys that make it a separate foul from others that the robot commits at the same time, e.g.
                 the robot that it touches.
             every: Duration after which a continued violation is another foul [s].

@@ -122,7 +122,7 @@ class FieldDefinition:
             materials = {p: s for p, s in materials.items() if any(fnmatchcase(name, p) for name in names)}
         try:
             written = path.stat().st_mtime_ns
-        except OSError:  # the reader reports what is wrong with it
+        except OSError:  # the reader reports the mistake
             written = 0
         return _read_field(path, written, tuple(materials.items()), self.symmetry)
 

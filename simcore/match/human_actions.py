@@ -31,7 +31,7 @@ _STAGED = int(PieceStatus.STAGED)
 
 
 class FedMatch(Protocol):
-    """Match as human players need it."""
+    """Parts of a match that human players use."""
 
     pieces: GamePieceManager
     record: RunRecord

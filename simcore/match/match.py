@@ -233,7 +233,7 @@ class Match:
         """Digest of the state of every tick so far."""
         self._started: Mode | None = None
         """Mode that a driver station enabled last; None: none yet."""
-        self._has_told = False
+        self._has_concluded = False
         self._unchecked: set[int] = set()  # robots that have changed alliance since the last tick
         self.alliances: list[Alliance] = [entry.alliance for entry in self.entries]
         """Present alliance of each robot."""
@@ -398,9 +398,9 @@ class Match:
         """Log the robots' totals of a run, once; cameras and sinks are closed with the stack."""
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
-        if self._has_told:
+        if self._has_concluded:
             return
-        self._has_told = True
+        self._has_concluded = True
         for robot in self.robots:
             robot.brownouts.log_total()
         if self.ticks and self.record.conclude():

@@ -19,7 +19,7 @@ from simcore.world.world import PhysicsWorld
 
 __all__ = ["STEP", "Motion", "RobotContacts"]
 
-_AHEAD = 0.2  # [m]; margin within which the engine is asked about contacts
+_AHEAD = 0.2  # [m]; margin within which contacts are read from the engine
 
 
 class RobotContacts:

@@ -30,7 +30,7 @@ _DECIMALS = 6  # of poses: a robot at rest moves by some 1e-9 m, and a log would
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Match as telemetry needs it."""
+    """Parts of a match that telemetry shows."""
 
     cameras: CameraRig
     ticks: int
@@ -83,12 +83,12 @@ class Publisher:
         """Last names and their columns, by field and open key."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
-                self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_asked, [channel], kind))
+                self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_values_of, [channel], kind))
         by_type: dict[tuple[str, bool], list[Channel]] = {}
         for channel in MATCH:
             by_type.setdefault((channel.kind, "<" in channel.key), []).append(channel)
         for some in by_type.values():
-            self._add(some[0], [channel.key for channel in some], partial(_asked, some, match))
+            self._add(some[0], [channel.key for channel in some], partial(_values_of, some, match))
         things: dict[Channel, list[tuple[str, Any]]] = {}
         for robot in match.robots:
             for channel, key, thing in _lines(robot):
@@ -106,7 +106,9 @@ class Publisher:
         """Add the channels that robot programs have declared since."""
         for robot, known in zip(self._match.robots, self._programs, strict=True):
             for channel in robot.channels[known:]:
-                self._add(channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_asked, [channel], robot))
+                self._add(
+                    channel, [f"{robot_prefix(robot.number)}/{channel.key}"], partial(_values_of, [channel], robot)
+                )
         self._programs = [len(robot.channels) for robot in self._match.robots]
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
@@ -139,8 +141,8 @@ class Publisher:
         match = self._match
         if self._programs != [len(robot.channels) for robot in match.robots]:
             self._add_programs()
-        self._robots.look()
-        self._pieces.look(self._robots.places, self._robots.slots)
+        self._robots.read()
+        self._pieces.read(self._robots.places, self._robots.slots)
         found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
@@ -187,14 +189,14 @@ def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
-def _asked(channels: Sequence[Channel], thing: Any) -> list[Any]:
+def _values_of(channels: Sequence[Channel], thing: Any) -> list[Any]:
     """Return values of one type, of the match or a kind of piece; a gap for a missing number."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
 
 def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
-    return _asked([channel], match.rules)  # a reset of the field makes new rules
+    return _values_of([channel], match.rules)  # a reset of the field makes new rules
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
@@ -261,7 +263,7 @@ class _Robots:
             return partial(channel.of, _Mechanisms(self, things))
         return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
 
-    def look(self) -> None:
+    def read(self) -> None:
         """Read the present state of the robots."""
         fleet = self.match.world.robots.fleet
         self.shafts, self.wheels = fleet.shafts, fleet.wheels
@@ -362,7 +364,7 @@ class _Pieces:
         """Slots, robots, and poses in them, of all held pieces; None: something has changed."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
-    def look(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
+    def read(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
         """Read the present state of pieces, with robots at poses of shape (n, 7) and their held slots."""
         pieces, flying = self._match.pieces, self._match.record.flying
         held, rows = self._carried(places, slots)

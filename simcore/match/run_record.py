@@ -127,7 +127,7 @@ class PieceCount:
 
 @dataclass(slots=True)
 class ShotRecord:
-    """One shot piece, from the muzzle until it scores, is taken in again or lies on the carpet."""
+    """Record of one shot, from the muzzle until the piece scores, is taken in again or lies on the carpet."""
 
     time: float
     """End of the tick in which it left [s]."""

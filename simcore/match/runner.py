@@ -34,7 +34,7 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Texts of a match state that mean nothing; the score API uses the second."""
+"""Texts of a match state for an empty value; the score API uses the second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ class RunReport:
         name: Name of the auto, or `match` for a whole one.
         players: Player of each robot of a whole match, with its alliance.
         startup_seconds: Wall time from the start to the first tick, without imports [s].
-        ticks: For each tick: wall time [s], engine steps, awake pieces.
+        ticks: Wall time [s], engine steps and awake pieces of each tick.
         wall_seconds: Wall time of all ticks [s].
     """
 

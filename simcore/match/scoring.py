@@ -37,7 +37,7 @@ class ScoringZone:
     points: int = 1
     """Points of one piece while the zone is active."""
     downward: bool = True
-    """Whether only pieces on their way down count."""
+    """Whether only falling pieces count."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that score in it; empty: all."""
     opening: ShotOpening | None = None
@@ -75,7 +75,7 @@ class FoulEvent:
     points: int
     """Points that the other alliance gets."""
     text: str
-    """What the robot did, for people."""
+    """Description of the violation, for people."""
 
     @property
     def gains(self) -> Alliance:

@@ -12,10 +12,10 @@ from simcore.robot.shooter import Shooter
 
 __all__ = ["Shortfalls"]
 
-_ASKED = 0.02  # volts or share of the battery; smaller requests count as none
+_REQUEST = 0.02  # volts or share of the battery; smaller requests count as none
 _PERIOD = 5  # ticks from check to check
-_WANTED = 8  # checks with requests in one direction; a part with fewer may not have had the time
-_STAYED = 0.05  # of the travel between the stops
+_ENOUGH = 8  # checks with requests in one direction; a part with fewer may not have had the time
+_UNMOVED = 0.05  # of the travel between the stops
 _ELSEWHERE = 0.5  # [m] between pose estimate and true pose
 
 
@@ -31,7 +31,7 @@ class Shortfalls:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._ranges: dict[str, tuple[float, float]] = {}  # of positions, or of speeds for rollers and wheels
-        self._asked: dict[str, int] = {}  # checks with positive requests minus those with negative ones
+        self._requested: dict[str, int] = {}  # checks with positive requests minus those with negative ones
         self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
         self._silent = list(enumerate(robot.shooters, 1))  # whose gate has not been open yet
         self._empty_at: dict[int, float] = {}  # time of the first opening without pieces [s], by number
@@ -49,10 +49,10 @@ class Shortfalls:
                 self._idle.remove((number, intake))
             for name in (config.deploy, config.roller):
                 if name is not None:
-                    self._look(name, is_position=name == config.deploy)
+                    self._record_range(name, is_position=name == config.deploy)
         for number, shooter in list(self._silent):
             for name in (*shooter.config.wheels, *shooter.config.gate):
-                self._look(name, is_position=False)
+                self._record_range(name, is_position=False)
             if shooter.gate_open:
                 self._silent.remove((number, shooter))
                 if not self._shots and not self._robot.storage_of(shooter.config).pieces:
@@ -96,17 +96,17 @@ class Shortfalls:
     def _mechanism(self, name: str) -> ShaftSim:
         return self._robot.mechanisms[name]
 
-    def _look(self, name: str, *, is_position: bool) -> None:
+    def _record_range(self, name: str, *, is_position: bool) -> None:
         record = self._mechanism(name).record
         value, request = float(record["position" if is_position else "speed"][0]), float(record["request"]["value"][0])
         low, high = self._ranges.get(name, (value, value))
         self._ranges[name] = min(low, value), max(high, value)
-        if abs(request) > _ASKED:
-            self._asked[name] = self._asked.get(name, 0) + (1 if request > 0.0 else -1)
+        if abs(request) > _REQUEST:
+            self._requested[name] = self._requested.get(name, 0) + (1 if request > 0.0 else -1)
 
     def _of_intake(self, whose: str, intake: Intake) -> Iterator[str]:
         config = intake.config
-        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # never commanded
+        if abs(self._requested.get(config.roller or config.deploy or "", 0)) < _ENOUGH:  # never commanded
             return
         if config.deploy is not None:
             low, high = self._ranges[config.deploy]
@@ -116,10 +116,10 @@ class Shortfalls:
             if not is_deployed(nearest, mechanism.stops, config.deployed_at):
                 start, stop = (lower, "lower") if config.deployed_at == "upper" else (upper, "upper")
                 text = f"{whose} was never out: {config.deploy!r} came to {place_text(mechanism, nearest)}"
-                if abs(nearest - start) < _STAYED * (upper - lower):
+                if abs(nearest - start) < _UNMOVED * (upper - lower):
                     place = place_text(mechanism, start)
                     text = f"{whose} was never out: {config.deploy!r} stayed at its {stop} stop, {place}"
-                    asked = self._asked.get(config.deploy, 0)
+                    asked = self._requested.get(config.deploy, 0)
                     if not asked:
                         text += ", and was not asked to move"
                     elif (asked > 0) == (stop == "upper"):
@@ -133,7 +133,7 @@ class Shortfalls:
 
     def _of_shooter(self, whose: str, shooter: Shooter) -> Iterator[str]:
         config = shooter.config
-        if all(abs(self._asked.get(name, 0)) < _WANTED for name in (*config.wheels, *config.gate)):
+        if all(abs(self._requested.get(name, 0)) < _ENOUGH for name in (*config.wheels, *config.gate)):
             return
         best = sum(self._ranges[name][1] for name in config.wheels) / len(config.wheels)
         other = -sum(self._ranges[name][0] for name in config.wheels) / len(config.wheels)

@@ -95,8 +95,8 @@ class StartError(ConfigError):
 
     Args:
         number: Number of the robot.
-        problem: What is wrong, to follow "robot 0" in the message.
-        hint: What would work; empty: another start.
+        problem: Description of the mistake, to follow "robot 0" in the message.
+        hint: Description of what would work; empty: another start.
     """
 
     def __init__(self, number: int, problem: str, hint: str = "") -> None:

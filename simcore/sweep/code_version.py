@@ -23,7 +23,7 @@ _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build"
 
 @cache
 def code_version() -> str:
-    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal where runs come out equal.
+    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal for equal runs.
 
     The digest distinguishes a changed checkout from the release that it started from.
     """

@@ -37,16 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.allow_abbrev = False
     parser.add_argument("old", help="a folder with a robot.py, or an auto of the game")
-    parser.add_argument("new", nargs="?", help="what is compared with it: another folder or auto")
-    parser.add_argument("--game", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: what the chooser has)")
-    parser.add_argument("--metric", default="score", metavar="NAME", help="what is compared (default: score)")
+    parser.add_argument("new", nargs="?", help="another folder or auto to compare with it")
+    parser.add_argument("--game", metavar="GAME", help="game (default: the newest installed one)")
+    parser.add_argument("--auto", metavar="NAME", help="auto (default: the chooser's)")
+    parser.add_argument("--metric", default="score", metavar="NAME", help="metric to compare (default: score)")
     parser.add_argument(
         "--seeds",
         type=number_flag(Quantity("", 2, 1_000_000, is_whole=True)),
         default=20,
         metavar="N",
-        help="so many seeds of each (default: 20)",
+        help="number of seeds of each (default: 20)",
     )
     scatter_option(parser)
     add_played_options(parser)

@@ -53,14 +53,14 @@ _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.allow_abbrev = False  # `--seed 7`, as in a single run, would be `--seeds 7`
-    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
-    parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
+    parser.add_argument("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
+    parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
+    parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
     parser.add_argument(
-        "--robot", metavar="FILE.toml", help=f"another robot than the game's own: a {ROBOT_FILE}, or module:function"
+        "--robot", metavar="FILE.toml", help=f"robot in place of the game's: a {ROBOT_FILE}, or module:function"
     )
     parser.add_argument(
-        "--seeds", type=_seeds, default=range(10), metavar="N", help="so many seeds, or 5:20, or 1,7,9 (default: 10)"
+        "--seeds", type=_seeds, default=range(10), metavar="N", help="number of seeds, or 5:20, or 1,7,9 (default: 10)"
     )
     parser.add_argument(
         "--set",
@@ -69,31 +69,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=text_flag(parse_factor),
         metavar="FACTOR=VALUES",
-        help="vary something: robot.mass=45:60:5, robot.battery.initial_charge=0.3,1, auto=left,right, "
+        help="vary a factor: robot.mass=45:60:5, robot.battery.initial_charge=0.3,1, auto=left,right, "
         "robot.mass=normal(55,1); may be given again",
     )
     parser.add_argument(
         "--samples", type=_COUNT, metavar="N", help="draw N combinations of the factors (default: all of a grid)"
     )
     scatter_option(parser)
-    parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
+    parser.add_argument("--success", default="", metavar="CONDITION", help="condition of a success: 'score >= 30'")
     parser.add_argument(
         "--metric",
         dest="metrics",
         action="append",
         default=[],
         metavar="NAME",
-        help="measure this only, or a function of your own, module:function; may be given again",
+        help="measure only this metric, or your own function, module:function; may be given again",
     )
     add_played_options(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="play on a Dask cluster, e.g. tcp://10.0.0.5:8786")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows and page (default: out/AUTO)")
-    parser.add_argument("--csv", action="store_true", help=f"write the table {TABLE_NAME}, too, e.g. for pandas")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder for rows and page (default: out/AUTO)")
+    parser.add_argument("--csv", action="store_true", help=f"also write the table {TABLE_NAME}, e.g. for pandas")
     parser.add_argument(
         "--repeat",
         type=_RUN,
         metavar="RUN",
-        help="play one run of --out again, with all that it says, and leave its log and page there",
+        help="play one run of --out again, with all its output, and write its log and page there",
     )
 
 
@@ -102,12 +102,14 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
-    players = "who plays a whole match, ROLE[:LEVEL] with commas between; 'me' plays --auto"
-    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
     parser.add_argument(
-        "--option", dest="options", action="append", default=[], metavar="NAME", help="an option of the game that is on"
+        "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
+    )
+    players = "players of a whole match, ROLE[:LEVEL] separated by commas; 'me' plays --auto"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="likewise")
+    parser.add_argument(
+        "--option", dest="options", action="append", default=[], metavar="NAME", help="option of the game to switch on"
     )
     add_engine_option(parser)
     parser.add_argument(
@@ -130,8 +132,8 @@ def scatter_option(parser: argparse.ArgumentParser) -> None:
         "--scatter",
         type=text_flag(Scatter.parse),
         metavar="SPREADS",
-        help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
-        "1,exit_speed=0.03 with one of them otherwise",
+        help="scatter of robot, pieces and shots from seed to seed: 1 for the default spreads, 0 for none, "
+        "1,exit_speed=0.03 to change one of them",
     )
 
 

@@ -97,7 +97,7 @@ class Crew:
     def __init__(self, *, is_quiet: bool = True) -> None:
         self._is_quiet = is_quiet
         self._lock = threading.Lock()
-        self._said: dict[ProcessPoolExecutor, str] = {}  # file with the output of each process
+        self._outputs: dict[ProcessPoolExecutor, str] = {}  # file with the output of each process
         self._idle: list[ProcessPoolExecutor] = []
         self._is_closed = False
 
@@ -129,9 +129,9 @@ class Crew:
         raise AssertionError
 
     def close(self) -> None:
-        """End all processes, also those that play."""
+        """End all processes, including busy ones."""
         self._is_closed = True
-        for process in list(self._said):
+        for process in list(self._outputs):
             self._end(process)
 
     def _take(self) -> ProcessPoolExecutor:
@@ -140,29 +140,29 @@ class Crew:
                 raise SimcoreError("the sweep is over")
             if self._idle:
                 return self._idle.pop()
-            said = ""
+            output = ""
             if self._is_quiet:
-                descriptor, said = tempfile.mkstemp(prefix="simcore-run-")
+                descriptor, output = tempfile.mkstemp(prefix="simcore-run-")
                 os.close(descriptor)
             # loky starts the process with the first task
             process = ProcessPoolExecutor(
-                1, timeout=_IDLE, initializer=_begin, initargs=(os.getpid(), said), env=_FROM_START
+                1, timeout=_IDLE, initializer=_begin, initargs=(os.getpid(), output), env=_FROM_START
             )
-            self._said[process] = said
+            self._outputs[process] = output
             return process
 
     def _end(self, process: ProcessPoolExecutor) -> None:
         process.shutdown(wait=True, kill_workers=True)
-        if said := self._said.pop(process, ""):
+        if output := self._outputs.pop(process, ""):
             with suppress(OSError):
-                os.unlink(said)
+                os.unlink(output)
 
     def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
         """Describe how a process died, with its last output."""
         found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
         text = ""
         with suppress(OSError, KeyError):
-            text = Path(self._said[process]).read_text("utf-8", "replace")
+            text = Path(self._outputs[process]).read_text("utf-8", "replace")
         at = text.rfind("Current thread ")  # of faulthandler's last dump, which begins with the place
         words = " ".join((text[-_LAST_WORDS:] if at < 0 else text[at:][:_LAST_WORDS]).split())
         return f"its process died{f' ({found[1]})' if found else ''}" + (f"; its last words: {words}" if words else "")
@@ -171,7 +171,7 @@ class Crew:
 # --- inside the process of a run ------------------------------------------------------------------------------------
 
 
-def _begin(parent: int, said: str) -> None:
+def _begin(parent: int, output: str) -> None:
     """Ignore Ctrl-C, end soon after the parent (not on Windows), and write all output to a file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     never = threading.Event()
@@ -183,8 +183,8 @@ def _begin(parent: int, said: str) -> None:
 
     if os.name == "posix":
         threading.Thread(target=watch, name="end with parent", daemon=True).start()
-    if said:
-        words, nothing = os.open(said, os.O_WRONLY | os.O_APPEND), os.open(os.devnull, os.O_RDONLY)
+    if output:
+        words, nothing = os.open(output, os.O_WRONLY | os.O_APPEND), os.open(os.devnull, os.O_RDONLY)
         for descriptor, target in ((0, nothing), (1, words), (2, words)):
             os.dup2(target, descriptor)
     faulthandler.enable()
@@ -233,7 +233,7 @@ def _dask(address: str) -> Iterator[tuple[Submit, int]]:
         distributed = import_module("distributed")
     except ImportError as error:
         raise VendorError(f"a cluster needs Dask: {install_command('cluster')}") from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is reported below
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # losses are reported below
     try:
         client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:  # TimeoutError is an OSError

@@ -38,13 +38,13 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
     """Check that pieces are conserved: after every tick all of them are somewhere."""
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         count = match.count
         assert count.is_conserved, f"{game.name}, tick {match.ticks}: {count}"
         held = len([slot for robot in match.robots for slot in robot.held])
         assert held == count.held, f"{game.name}, tick {match.ticks}: robots hold {held} pieces, {count.held} are held"
 
-    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> None:
@@ -107,7 +107,7 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
     """Check that no piece is under the carpet or outside the field, at any tick."""
     length, width = game.field.size
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         for number, supply in enumerate(game.pieces):
             slots = match.pieces.on_field(supply.kind.name)
             pos = match.pieces.state.pos[slots]
@@ -119,7 +119,7 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             high = pos[:, 2] > 1.0  # a piece shot over the wall comes back by hand
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
-    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
@@ -148,7 +148,7 @@ def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None
         rules.placed, rules.removed = note_placed, note_removed  # type: ignore[method-assign]
         return rules
 
-    def look(match: Match) -> None:
+    def check(match: Match) -> None:
         for place in game.places:
             where = f"{game.name}, tick {match.ticks}, {place.name}"
             slots = match.pieces.places.slots(place.name)
@@ -158,4 +158,4 @@ def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None
             )
             assert len(slots) == events[place.name], f"{where}: {len(slots)} pieces, by events {events[place.name]}"
 
-    play_auto(dataclasses.replace(game, rules=counted), auto, seconds=seconds, on_tick=look).match.close()
+    play_auto(dataclasses.replace(game, rules=counted), auto, seconds=seconds, on_tick=check).match.close()

@@ -1,1 +1,1 @@
-"""Cameras: what a Limelight or PhotonVision camera sees from the robot's true pose, and what it publishes."""
+"""Cameras: the view of a Limelight or PhotonVision camera from the robot's true pose, and its published results."""

@@ -85,7 +85,7 @@ class _Exposure:
 
 
 @dataclass(slots=True)
-class _Complaints:
+class _RequestLog:
     """Log of bad requests; each kind is logged once."""
 
     camera: str
@@ -154,7 +154,7 @@ class LimelightSim:
         self._number = 0
         self._megatag1_at: float | None = None
         self._working: deque[_Exposure] = deque()
-        self._complaints = _Complaints(config.name)
+        self._request_log = _RequestLog(config.name)
         self._believed = Mounting.of(*self.settings.believed_mount)
         self._wanted: frozenset[int] | None = None
         self._settings_seen = -1
@@ -174,7 +174,7 @@ class LimelightSim:
     @property
     def bad_requests(self) -> int:
         """Number of refused requests so far."""
-        return self._complaints.count
+        return self._request_log.count
 
     # --- requests -----------------------------------------------------------------------------------------------
 
@@ -188,20 +188,20 @@ class LimelightSim:
         """Apply one request at a time [s]; an invalid one changes nothing."""
         topic, values = request.topic, request.values
         if topic not in INPUTS and topic != _ORIENTATION:
-            self._complaints.note(topic)
+            self._request_log.note(topic)
         elif values is None:
-            self._complaints.add(topic, "needs numbers", time)
+            self._request_log.add(topic, "needs numbers", time)
         elif topic == _ORIENTATION:
             if len(values) != 6:
-                self._complaints.add(topic, f"needs 6 numbers, got {len(values)}", time)
+                self._request_log.add(topic, f"needs 6 numbers, got {len(values)}", time)
             elif not all(map(math.isfinite, values)):
-                self._complaints.add(topic, f"needs finite numbers, got {list(values)}", time)
+                self._request_log.add(topic, f"needs finite numbers, got {list(values)}", time)
             else:
                 self.heading.tell(time if request.time is None else request.time, values)
         else:
             problem = self.settings.apply(topic, values)
             if problem is not None:
-                self._complaints.add(topic, problem, time)
+                self._request_log.add(topic, problem, time)
 
     # --- frames -------------------------------------------------------------------------------------------------
 

@@ -242,7 +242,7 @@ class BulletEngine(Engine):
         )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        self._loosen(row)  # a moved static would lose its inertia
+        self._unfix(row)  # a moved static would lose its inertia
         d = self._definitions[row]
         center, turned = frame_pose(pos, quat, d.center_of_mass, d.inertia_axes)
         self._p.resetBasePositionAndOrientation(self._ids[row], center, turned, self._open())
@@ -298,14 +298,14 @@ class BulletEngine(Engine):
     def wake(self, row: int) -> None:
         p = self._p
         if row in self._fixed:
-            self._loosen(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
+            self._unfix(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
             return
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._open())
 
     def sleep(self, row: int) -> None:
         p, client = self._p, self._open()
         if row in self._fixed:  # it is at rest
-            self._loosen(row, activationState=p.ACTIVATION_STATE_SLEEP)
+            self._unfix(row, activationState=p.ACTIVATION_STATE_SLEEP)
             return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
@@ -322,7 +322,7 @@ class BulletEngine(Engine):
             p.changeDynamics(body, -1, mass=0.0, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
             self._fixed.add(row)
 
-    def _loosen(self, row: int, **extra: Any) -> None:
+    def _unfix(self, row: int, **extra: Any) -> None:
         """Restore the mass of a fixed body."""
         if row in self._fixed:
             self._fixed.remove(row)

@@ -96,7 +96,7 @@ class FoamStiffness:
         require_fields(self, "FoamStiffness", linear=STIFFNESS, cubic=Quantity("N/m^3", 0.0, 1e12))
 
 
-# Estimates, +-30 %: nobody has published measurements of FRC field materials against foam balls. Against a foam ball
+# Estimates, +-30 %: no measurements of FRC field materials against foam balls are published. Against a foam ball
 # (friction 0.8, restitution 0.55) they give mu / e: carpet 0.8 / 0.28, wall 0.4 / 0.44, bumper 0.96 / 0.25,
 # polycarbonate 0.24 / 0.5; a ball rolling on carpet slows by 0.45 m/s^2.
 CARPET = TerrainSurface(name="CARPET", friction=1.0, restitution=0.5, rolling=0.006)

@@ -108,7 +108,7 @@ class HangingBody:
         """Angular velocity, field frame [rad/s]."""
         self._engine.sleep(self.row)
 
-    # --- what a climber asks --------------------------------------------------------------------------------------
+    # --- interface for climbers -----------------------------------------------------------------------------------
 
     def to_rest(self, place: Vector) -> Vector:
         """Return where a point of the field, moved with the body, is when the body is at rest [m]."""

@@ -38,10 +38,8 @@ from simcore.world.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_prope
 
 __all__ = ["MuJoCoEngine"]
 
-_SMOOTH, _LONGEST = (
-    0.02,
-    0.0005,
-)  # [s], steps at most: of what meets only statics without friction and bounce, and others
+# [s], longest steps: for bodies that meet only statics without friction and bounce, and for others
+_SMOOTH, _LONGEST = 0.02, 0.0005
 _FIXED = 1e6  # factor on the mass of a body while it is fixed
 _AWAKE = -11  # MuJoCo's value for a body that is fully awake
 
@@ -177,29 +175,29 @@ class MuJoCoEngine(Engine):
         self._require_open()
         if (body := self._body[row]) >= 0 and self._asleep[body]:
             self._asleep[body] = self._is_listed = False
-            self._loosen(row)
+            self._unfix(row)
 
     def sleep(self, row: int) -> None:
         self._require_open()
         if (body := self._body[row]) >= 0:
             self._qvel[body] = 0.0
             self._asleep[body], self._is_listed = True, False
-            self._loosen(row)
+            self._unfix(row)
 
     def fix(self, row: int) -> None:
         self._require_open()
         if (body := self._body[row]) >= 0 and not self._fixed[body]:
             self._qvel[body] = 0.0
             self._asleep[body], self._fixed[body], self._is_listed = True, True, False
-            self._weigh(row, _FIXED)
+            self._scale_mass(row, _FIXED)
 
-    def _loosen(self, row: int) -> None:
+    def _unfix(self, row: int) -> None:
         """Restore the mass of a fixed body."""
         if self._fixed[self._body[row]]:
             self._fixed[self._body[row]] = False
-            self._weigh(row, 1.0)
+            self._scale_mass(row, 1.0)
 
-    def _weigh(self, row: int, factor: float) -> None:
+    def _scale_mass(self, row: int, factor: float) -> None:
         body = self._body[row]
         if self._is_built:
             mass, *inertia = (factor * self._own_mass[body]).tolist()
@@ -281,7 +279,7 @@ class MuJoCoEngine(Engine):
         m.opt.timestep = 0.0  # set in the first step
         self._is_built, self._is_stale, self._is_listed, self._is_masked = True, True, False, False
         for row in model.row_of_body[self._fixed].tolist():
-            self._weigh(row, _FIXED)
+            self._scale_mass(row, _FIXED)
         self._moved[:] = True
         self._kinematics()  # for the statics as well
 
@@ -349,7 +347,7 @@ _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so e
 _SMALLEST_AREA = 1e-10  # [m^2]
 _ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
 _IMPEDANCE = 0.99  # share of a load that a contact takes at once; its spring takes the rest: 55 kg sink by 0.01 mm
-_CREEP = 10.0  # factor by which friction is stiffer than the normal contact: a body on a slope creeps by so much less
+_CREEP = 10.0  # factor by which friction is stiffer than the normal contact: a body on a slope creeps less by it
 _TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
 _TIE_TIME = 0.004  # [s], in which a hanging body returns to its pivot,
 _TIE_STRICTNESS = 0.9999  # and share of a load that its pivot takes at once

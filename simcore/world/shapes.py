@@ -84,7 +84,7 @@ class Cylinder:
     radius: float
     """Radius [m]."""
     height: float
-    """Whole height [m]."""
+    """Full height [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=_LENGTH, height=_LENGTH)
@@ -95,7 +95,7 @@ class Box:
     """A box centered at the origin."""
 
     size: tuple[float, float, float]
-    """Whole edge lengths along x, y and z [m]."""
+    """Full edge lengths along x, y and z [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(_LENGTH,) * 3)
@@ -235,7 +235,7 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Compute the thickness of the thinnest part, between parallel planes of which one is along a face [m]."""
+    """Compute the thickness of the thinnest part, between a plane along a face and a parallel one [m]."""
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):

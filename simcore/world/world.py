@@ -107,7 +107,7 @@ class PhysicsWorld:
         self.has_engine = False
         """Whether the engine has started: there are bodies that are neither balls nor robots."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
-        self._hanging: dict[int, FloatArray] = {}  # half extents along the field axes at rest [m]
+        self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
@@ -125,7 +125,7 @@ class PhysicsWorld:
 
     @property
     def engine(self) -> Engine:
-        """Engine of the world, started when first asked for.
+        """Engine of the world, started on first use.
 
         Raises:
             EngineError: If it is not installed.
@@ -295,7 +295,7 @@ class PhysicsWorld:
     ) -> int:
         """Add a body that swings about a point of the field, or turns about a hinge there; return its row.
 
-        Lines of sight pass it.
+        It does not block lines of sight.
 
         Args:
             name: Name, for messages.
@@ -386,7 +386,7 @@ class PhysicsWorld:
             bottom: Lowest height [m].
             top: Highest height [m].
         """
-        is_solid, is_ramp = self._met(x, y, yaw, half_length, half_width, bottom, top)
+        is_solid, is_ramp = self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)
         if is_solid:
             return True, is_ramp
         reach = math.hypot(half_length, half_width)
@@ -409,7 +409,7 @@ class PhysicsWorld:
         middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
         return middle - half, middle + half
 
-    def _met(
+    def _overlaps_static(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
         """Return whether the static field overlaps an upright box: its solid parts, and its drivable parts."""
@@ -435,7 +435,7 @@ class PhysicsWorld:
             dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
             if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
                 return True
-        return self._met(x, y, yaw, half_length, half_width, bottom, top)[0]
+        return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Return whether robots drive on nothing but the floor within reach of a place of the field [m].

@@ -1,7 +1,7 @@
 """Scripted robots that play a match with others: they see the field at intervals, find routes, collect and aim.
 
-A player knows what a driver sees: where robots and pieces were at its last look, the clock, the game data, and the
-pieces in its own robot. Routes are on a grid of the carpet; defense keeps to the pinning rule.
+A player knows as much as a driver: the positions of robots and pieces at its last look, the clock, the game data, and
+the pieces in its own robot. Routes are on a grid of the carpet; defense keeps to the pinning rule.
 """
 
 from __future__ import annotations
@@ -306,14 +306,14 @@ class Player(ScriptedRobot):
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick: look at the field if it is time to, and go on."""
+        """Run one tick, with a look at the field if one is due."""
         self._has_looked = time >= self._looks_at
         if self._has_looked:
             self._looks_at = time + self.skill.reaction - 0.5 * TICK
-            self._look(robot)
+            self._see_field(robot)
         super().__call__(robot, time)
 
-    def _look(self, robot: Robot) -> None:
+    def _see_field(self, robot: Robot) -> None:
         match = self.match
         self.others = [
             SeenRobot(other.number, side != self.alliance, self.as_blue(other.chassis.pose))
