@@ -29,9 +29,9 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "of the game, by its name; neither this nor player nor script: it stands still"),
+    Key("auto", str, None, "an auto of the game, by name; without auto, player and script it stands still"),
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
-    Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
+    Key("script", str, None, '"module:function" next to this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip

@@ -98,27 +98,27 @@ _KINDS = (
 )
 _MECHANISM = Key("mechanism", Named("mechanism", "[[mechanism]]"), example="hood")
 _TURNING = (
-    Key("gearing", GEARING, 1.0, "its turns per turn of the mechanism"),
+    Key("gearing", GEARING, 1.0, "encoder turns per turn of the mechanism"),
     Key("reversed", bool, False, "whether it counts down while the mechanism goes up"),
 )
-_ZERO = Key("zero", RATIO, 0.0, "what your code reads with the mechanism at 0")
+_ZERO = Key("zero", RATIO, 0.0, "reading in your code with the mechanism at 0")
 
-SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing were there", (
+SENSOR = KeyTable("[[sensor]]", "a sensor without a table reads as if there were nothing to sense", (
     Key("name", str, example="hood encoder"),
     Key("kind", _KINDS),
 ))  # fmt: skip
-_INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
+_INPUT = KeyTable("wiring of a switch or a beam break", "one of the two", (
     Key("dio", _DIO, None, "channel", 2),
     Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2", needs=("pin", "<1 or 2>")),
     Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi", needs=("candi", "<CAN id>")),
     Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
 ))  # fmt: skip
-_VIEW = KeyTable("what a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
-    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; of intake and shooter: that pass",
+_VIEW = KeyTable("pieces that a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
+    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; intake and shooter: that pass",
         field="place"),
-    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "of storage: seen from so many on, from its exit"),
-    Key("delay", DELAY, 0.0, "of storage: seconds that a piece takes from the intake to the sensor"),
-    Key("passing_time", DURATION, 0.1, "of intake and shooter: seconds for which a piece is seen"),
+    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "storage: number of pieces from its exit up to the sensor"),
+    Key("delay", DELAY, 0.0, "storage: seconds that a piece takes from the intake to the sensor"),
+    Key("passing_time", DURATION, 0.1, "intake and shooter: seconds for which a piece is seen"),
     Key("kinds", Several(str), (), "kinds of pieces that it sees; left out: all", ["Name"]),
 ))  # fmt: skip
 SENSORS = {table.head: table for table in (
@@ -130,7 +130,7 @@ SENSORS = {table.head: table for table in (
     )),
     KeyTable("duty cycle encoder", "absolute", (_MECHANISM, Key("dio", _DIO, example=4), *_TURNING, _ZERO)),
     KeyTable("analog encoder", "absolute", (_MECHANISM, Key("analog", _ANALOG, example=0), *_TURNING, _ZERO)),
-    KeyTable("potentiometer", "linear between the mechanism's stops; an AnalogInput, too", (
+    KeyTable("potentiometer", "linear between the mechanism's stops; also for an AnalogInput", (
         _MECHANISM,
         Key("analog", _ANALOG, example=1),
         Key("lower_volts", _VOLTS, about="at the mechanism's lower stop", example=0.5),
@@ -142,15 +142,15 @@ SENSORS = {table.head: table for table in (
         Key("at_deg", DEGREES, None, "of an arm, turret or servo"),
         Key("at_height", ROBOT_PLACE, None, "of an elevator"),
         Key("at_extension", ROBOT_PLACE, None, "of a rack or piston"),
-        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: a hundredth of the way [m or deg]"),
+        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: 1 % of the travel [m or deg]"),
         *_INPUT.keys,
     )),
     KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
-    KeyTable("canrange", "sees pieces by the same keys; or a mechanism that slides", (
+    KeyTable("canrange", "sees pieces, with the same keys, or a sliding mechanism", (
         Key("id", DeviceAddress, example=12),
         replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
-        Key("distance", ROBOT_HEIGHT, None, "to a piece (left out: 0.05), or to the mechanism at its lower stop", 0.05),
-        Key("empty", ROBOT_HEIGHT, 0.5, "where there is no piece"),
+        Key("distance", ROBOT_HEIGHT, None, "to a piece or a mechanism at its lower stop; left out: 0.05, piece", 0.05),
+        Key("empty", ROBOT_HEIGHT, 0.5, "distance without a piece"),
         *_VIEW.keys,
     )),
 )}  # fmt: skip
