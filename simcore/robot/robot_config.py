@@ -193,7 +193,7 @@ class RobotConfig:
                 require_mechanisms(owner, part.mechanism_names, self.mechanisms)
         storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
         if len(set(storages)) < len(storages) or "" in storages[1:]:
-            raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
+            raise ConfigError(f"RobotConfig: storages need unique names, got {storages}")
         for room in (self.storage, *self.more_storages):
             if room.hopper is not None:
                 require_mechanisms("a hopper", (room.hopper.belt,), self.mechanisms)

@@ -118,7 +118,7 @@ def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
         down = vertical_fov_deg(across, width, height)
     horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:
-        raise t.error("diagonal_fov_deg", "says the same as horizontal_fov_deg; write one of them")
+        raise t.error("diagonal_fov_deg", "means the same as horizontal_fov_deg; write one of them")
     if diagonal is not None:
         half = math.tan(math.radians(diagonal) / 2.0) * width / math.hypot(width, height)
         horizontal = math.degrees(2.0 * math.atan(half))

@@ -174,7 +174,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     if not (left or right or drive):
         for name in _OF_DEVICES:
             if name in t:
-                raise t.error(name, "needs the motors beside it, drive, or left and right; else they are looked for")
+                raise t.error(name, "needs the motors as well: drive, or left and right")
     if bool(left) != bool(right):
         raise t.error("left", "and right must both name motors")
     if len(xs) != len(ys):

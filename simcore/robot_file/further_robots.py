@@ -132,7 +132,7 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
     t.finish()
     given = [key for key in ("script", "player", "auto") if v[key] is not None]
     if len(given) > 1:
-        raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
+        raise t.error(given[0], f"and {given[1]} exclude each other: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):
         raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
     return FurtherRobot(**v, role=role, where=t.where, folder=folder)

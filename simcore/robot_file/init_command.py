@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
-            f"the robot program does not load ({found['error']}), so nothing is written; mend that first, or write the "
+            f"the robot program does not load ({found['error']}), so nothing is written; fix that first, or write the "
             "file without looking at it: simcore init --no-look"
         )
     for line in _looked(found, is_asked=not args.no_look):

@@ -292,7 +292,7 @@ that is -0.61 m
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _form_text(form))
         if self.needs and self.name in t and not t.has(self.needs[0]):
-            raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
+            raise t.error(self.name, f"needs {' = '.join(self.needs)} as well")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:

@@ -199,7 +199,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
         if name not in feeders:
             raise t.error("feeder_backward", f"must name feeders, which are {list(feeders)}; got {name!r}")
     if (beside := v.pop("side_by_side")) and len(wheels) == 1:
-        raise t.error("side_by_side", 'needs two wheels beside it: wheels = ["left", "right"]')
+        raise t.error("side_by_side", 'needs two wheels: wheels = ["left", "right"]')
     radii = v.pop("wheel_radius")
     if len(radii) > len(wheels):
         raise t.error("wheel_radius", f"must be one number, or one for each of {list(wheels)}; got {list(radii)}")

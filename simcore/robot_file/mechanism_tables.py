@@ -214,7 +214,7 @@ def read_mechanism(t: Table) -> MechanismSettings:
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
     """Return the friction in the file, in either unit, else the default of its kind and motor [N m]."""
     if torque is not None and volts is not None:
-        raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
+        raise t.error("friction_volts", "means the same as friction_torque; keep one of them")
     if volts is not None:
         return friction_from_volts(gearbox, volts)
     return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else torque
@@ -231,11 +231,11 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
     controller = v["controller"]
     has_encoder = controller in _WITH_ENCODER
     if has_encoder and v["cancoder"] is not None:
-        raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
+        raise t.error("cancoder", f"is for a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
     if "encoder_gearing" in t and not has_encoder:
-        raise t.error("encoder_gearing", f"is of a {', '.join(_WITH_ENCODER)}; the controller is a {controller}")
+        raise t.error("encoder_gearing", f"is for a {' or '.join(_WITH_ENCODER)}; the controller is a {controller}")
     if "coasts" in t and controller not in ("PWM", "Relay"):
-        raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
+        raise t.error("coasts", f"is for a PWM or relay port; a {controller} has a configured neutral mode")
 
 
 def _require_stops(t: Table, v: Mapping[str, Any]) -> None:

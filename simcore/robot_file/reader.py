@@ -100,7 +100,7 @@ def read_settings(path: Path) -> RobotSettings:
     file.require_known([*(key.name for key in TOP.keys), *_TABLES])
     top = TOP.read(file)
     if top["field_size"] is not None and top["game"] != NO_GAME:
-        raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
+        raise file.error("field_size", f'is for the empty field: it needs game = "{NO_GAME}" as well')
     robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
     body, stand = ROBOT.read(robot), START.read(start)
     mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))

@@ -339,7 +339,7 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
     mean = 0.5 * (wheels[0] + wheels[-1])
     if mean < shooter.min_wheel_speed:
         yield RobotFinding(
-            f"{name} never throws: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
+            f"{name} never shoots: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return

@@ -279,12 +279,12 @@ class RobotSettings:
                 field, said = "wheel_radius", 0.5 * value
             has = getattr(drivetrain if key == "yaw_inertia" else own, field, None)
             if has is None:
-                raise ConfigError(f"{where} is not of a {kind} drive")
+                raise ConfigError(f"{where} does not apply to a {kind} drive")
             if said != (has.name if isinstance(has, MotorModel) else has):
-                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+                raise ConfigError(f"{where} = {value} has no effect: the program's constants set it; change them")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
-            raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
+            raise ConfigError(f"{FILE_NAME} [robot]: {key} does not apply to a {kind} drive")
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None

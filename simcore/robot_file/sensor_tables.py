@@ -227,7 +227,7 @@ def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
     """Return the wiring of a switch or a beam break, by the fields of its settings."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
-        raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
+        raise t.error("dio", "and candi exclude each other: a switch is wired to one of them")
     if v["candi"] is None and v["dio"] is None:
         raise t.error("dio", "is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead")
     if v["candi"] is None:
@@ -253,7 +253,7 @@ def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> di
         raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {v['mechanism']!r}")
     for key in ("empty", *(key.name for key in _VIEW.keys)):
         if key in t:
-            raise t.error(key, "is of a CANrange that looks at pieces; this one looks at a mechanism")
+            raise t.error(key, "is for a CANrange that detects pieces; this one measures a mechanism")
     if v["distance"] is None:
         raise t.error("distance", f"is missing; it must be {ROBOT_HEIGHT}")
     return {"distance": v["distance"]}
@@ -277,10 +277,10 @@ def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> t
         key, per_unit, unit = "at_extension", 1.0 / getattr(config, "pinion_radius", 1.0), "m"
     for other in ("at_deg", "at_height", "at_extension"):
         if other in t and other != key:
-            raise t.error(other, f"is not of this mechanism: it must be {key}, or at = 'lower' or 'upper'")
+            raise t.error(other, f"does not fit this mechanism: it must be {key}, or at = 'lower' or 'upper'")
     within = 0.01 * (high - low) if v["within"] is None else v["within"] * per_unit
     if key in t and "at" in t:
-        raise t.error("at", f"and {key} cannot both be: a switch has one place")
+        raise t.error("at", f"and {key} exclude each other: a switch has one place")
     if key in t:
         place = v[key] * per_unit
         if low <= place <= high:

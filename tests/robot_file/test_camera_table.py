@@ -62,7 +62,7 @@ def test_modes_are_pipelines(read):
         (PHOTON + "resolution = [0, 480]", "resolution[0] must be a whole number from 1 to 10000"),
         (PHOTON + "diagonal_fov_deg = 180", "diagonal_fov_deg must be a number from 1 to 179 deg, got 180"),
         (PHOTON + "horizontal_fov_deg = 0", "horizontal_fov_deg must be a number from 1 to 179 deg, got 0"),
-        (PHOTON + "horizontal_fov_deg = 60\ndiagonal_fov_deg = 70", "says the same as horizontal_fov_deg; write one"),
+        (PHOTON + "horizontal_fov_deg = 60\ndiagonal_fov_deg = 70", "means the same as horizontal_fov_deg; write one"),
         (PHOTON + "fps = 1e300", "fps must be a number above 0 and up to 500 1/s, got 1e+300"),
         (PHOTON + "fps = 0", "fps must be a number above 0 and up to 500 1/s, got 0"),
         (PHOTON + "latency_ms = -1", "latency_ms must be a number from 0 to 10000 ms, got -1"),

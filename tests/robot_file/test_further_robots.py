@@ -99,7 +99,7 @@ def test_a_robot_without_a_controller_stands_still(play):
 @each(
     ("text", "said"),
     [
-        ("field_size = [9, 9]", 'field_size is of the empty field: it needs game = "none" beside it'),
+        ("field_size = [9, 9]", 'field_size is for the empty field: it needs game = "none" as well'),
         (EMPTY + OPPONENT + "speed = 1", "[[opponent]] 'other': no key 'speed'"),
         (
             EMPTY + OPPONENT.replace("2.0, 4.5, 90.0", "2.0, 1.2, 0.0").replace("opponent", "partner"),
@@ -114,7 +114,7 @@ def test_a_robot_without_a_controller_stands_still(play):
         (EMPTY + OPPONENT + 'script = "field_scripts:NUMBER"', "script must name a function, got 3"),
         (
             EMPTY + OPPONENT + 'auto = "a"\nscript = "b:c"',
-            "script and auto cannot both be: one of them drives the robot",
+            "script and auto exclude each other: one of them drives the robot",
         ),
         (EMPTY + "[[opponent]]\nauto = 'a'", "[[opponent]] 1: name is missing"),
         (EMPTY + OPPONENT + OPPONENT, "[[opponent]] 'other': name is used twice"),

@@ -201,7 +201,7 @@ def test_keys_for_described_motors_are_refused_with_a_found_drivetrain(read, key
         assert said.corrections and not said.has_devices
         return
     whole = {"left": "left and right must both", "right": "left and right must both", "drive": "kind and controller"}
-    with pytest.raises(ConfigError, match=whole.get(key.name, f"{key.name} needs the motors beside it")):
+    with pytest.raises(ConfigError, match=whole.get(key.name, f"{key.name} needs the motors as well")):
         read(f"[drivetrain]\n{key.name} = {toml(value)}")
 
 
@@ -216,7 +216,7 @@ def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")
     for config in (SWERVE, *(() if key.name == "reversed" else (TankConfig(), MecanumConfig()))):
         with pytest.raises(
-            ConfigError, match=rf"\[drivetrain\]: {key.name} (is not of a \w+ drive|= .* has no effect)"
+            ConfigError, match=rf"\[drivetrain\]: {key.name} (does not apply to a \w+ drive|= .* has no effect)"
         ):
             settings.require_effect(config)
 
@@ -228,7 +228,7 @@ def test_dimensions_that_the_model_has_take_effect(read):
     tank = TankConfig(gearing=5.0, wheel_radius=0.05, motor=motor("NEO"), yaw_inertia=4.0)
     read(text).require_effect(tank)
     for key in ("steer_motor = 'NEO'", "steer_friction_volts = 0.2"):
-        with pytest.raises(ConfigError, match=rf"\[robot\]: {key.split()[0]} is not of a tank drive"):
+        with pytest.raises(ConfigError, match=rf"\[robot\]: {key.split()[0]} does not apply to a tank drive"):
             read(f"[robot]\n{key}").require_effect(tank)
     with pytest.raises(ConfigError, match=r"\[robot\]: drive_motor is in \[drivetrain\] too"):
         read(text + "[robot]\ndrive_motor = 'NEO'")

@@ -67,7 +67,7 @@ def test_the_games_own_robot_has_no_findings():
         (with_shooter(forward=0.55), "shooter 1: its muzzle is 150 mm outside of the robot, at (0.55, 0.08) m"),
         (with_shooter(forward=0.45, heading=math.pi), "at (-0.45, -0.08) m"),
         (with_shooter(wheel_radius=0.005), "from 2 m or more: at 12 V pieces leave at 2.3 m/s, and need "),
-        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never throws: its wheels turn 150.8 times a second at 12 V"),
+        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never shoots: its wheels turn 150.8 times a second at 12 V"),
         (with_climber(0.5, gearing=5.0), "climber 1 cannot lift the robot: lift pulls with"),
     ],
 )
