@@ -135,8 +135,8 @@ class StoppedMotion(MechanismMotion, Protocol):
 def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
     """Return whether a mechanism is near the hard stop at which it is deployed [rad]."""
     low, high = stops
-    way = (position - low) / (high - low)
-    return way > _DEPLOYED if deployed_at == "upper" else way < 1.0 - _DEPLOYED
+    fraction = (position - low) / (high - low)
+    return fraction > _DEPLOYED if deployed_at == "upper" else fraction < 1.0 - _DEPLOYED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

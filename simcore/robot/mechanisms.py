@@ -244,7 +244,7 @@ class ShaftSim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmConfig:
-    """An arm, its drive and its range. Angles are from the horizontal, up positive."""
+    """Arm with its drive and range. Angles are from the horizontal, up positive."""
 
     gearbox: GearboxConfig
     inertia: float
@@ -319,7 +319,7 @@ class ArmSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElevatorConfig:
-    """A carriage, its drive and its range."""
+    """Elevator carriage with its drive and range."""
 
     gearbox: GearboxConfig
     carriage_mass: float
@@ -408,7 +408,7 @@ class ElevatorSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlywheelConfig:
-    """A flywheel and its drive."""
+    """Flywheel with its drive."""
 
     gearbox: GearboxConfig
     inertia: float
@@ -429,7 +429,7 @@ class FlywheelSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RackConfig:
-    """A slide on a rack, its drive and its range. Lengths are along the slide."""
+    """Slide on a rack with its drive and range. Lengths are along the slide."""
 
     gearbox: GearboxConfig
     mass: float
@@ -489,7 +489,7 @@ class RackSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerConfig:
-    """A roller and its drive."""
+    """Roller with its drive."""
 
     gearbox: GearboxConfig
     inertia: float

@@ -146,14 +146,14 @@ class DrivetrainSettings:
     def corrections(self) -> tuple[str, ...]:
         """Keys in the table that correct what the program search found about the wheels."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
-        return self._said(*own)
+        return self._present_keys(*own)
 
     @property
     def of_swerve(self) -> tuple[str, ...]:
         """Keys in the table that only a swerve drive can have."""
-        return self._said("reversed_steer", "reversed_encoders", "zeros")
+        return self._present_keys("reversed_steer", "reversed_encoders", "zeros")
 
-    def _said(self, *names: str) -> tuple[str, ...]:
+    def _present_keys(self, *names: str) -> tuple[str, ...]:
         keys = {"zeros": "zeros_deg", "places": "x"}
         return tuple(keys.get(name, name) for name in names if getattr(self, name))
 

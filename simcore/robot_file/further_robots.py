@@ -24,8 +24,8 @@ from simcore.world.symmetry import Pose
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
 ROLES = ("partner", "opponent")
-FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot beside yours, whichever alliance yours "
-    "is of; it plays while yours is enabled", (
+FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the game's own, in the other alliance or in "
+    "yours; it plays while yours is enabled", (
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),

@@ -77,12 +77,12 @@ def run(args: argparse.Namespace) -> int:
             f"the robot program does not load ({found['error']}), so nothing is written; fix that first, or write the "
             "file without looking at it: simcore init --no-look"
         )
-    for line in _looked(found, is_asked=not args.no_look):
+    for line in _survey_report(found, is_asked=not args.no_look):
         print(line)
     if found and _simulates_itself(robot_file.parent):
         for m in found.get("motors", ()):
             m["turns_freely"] = False
-            m["remark"] = m["remark"] or "your program has a simulation of its own, which may move it"
+            m["remark"] = m["remark"] or "your program has its own simulation, which may move it"
     game = next(iter(installed_games()), "")
     try:
         problem = _write_table(path, found, robot_file, game=game, every=args.all, starts=not args.no_look)
@@ -128,7 +128,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         print(found["drivetrain"]["problem"])
 
 
-def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
+def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
     """Describe what the survey of the program has found, or why it has found nothing."""
     if not is_asked:
         return ["not looked at the robot program: fill in the mechanisms by hand"]
@@ -259,11 +259,11 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
 def _packages(project: Path) -> list[str]:
     """Return the packages that RobotPy installs for a project, from its pyproject.toml."""
     file = project / "pyproject.toml"
-    told: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
-    extras = ",".join(told.get("components", ()))
+    settings: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
+    extras = ",".join(settings.get("components", ()))
     robotpy = f"robotpy[{extras}]" if extras else "robotpy"
-    robotpy += f"=={told['robotpy_version']}" if "robotpy_version" in told else ""
-    return [robotpy, *told.get("requires", ())]
+    robotpy += f"=={settings['robotpy_version']}" if "robotpy_version" in settings else ""
+    return [robotpy, *settings.get("requires", ())]
 
 
 # --- the survey of the program ----------------------------------------------------------------------------------------
@@ -283,11 +283,11 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
         if find_spec(module) is None:
             return {"error": f"{module} is not installed"}
     robot_file = robot_file.resolve()  # the survey runs in another folder
-    answer = _ask(robot_file, options)
-    return _ask(robot_file, (*options, "real")) if "not_modelled" in answer else answer
+    answer = _run_survey(robot_file, options)
+    return _run_survey(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 
 
-def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
+def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
     """Run the survey and return its line of JSON."""
     project = _project_of(robot_file)
     path = [

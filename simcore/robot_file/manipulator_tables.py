@@ -198,7 +198,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
     for name in v["gate_reversed"]:
         if name not in feeders:
             raise t.error("feeder_backward", f"must name feeders, which are {list(feeders)}; got {name!r}")
-    if (beside := v.pop("side_by_side")) and len(wheels) == 1:
+    if (side_by_side := v.pop("side_by_side")) and len(wheels) == 1:
         raise t.error("side_by_side", 'needs two wheels: wheels = ["left", "right"]')
     radii = v.pop("wheel_radius")
     if len(radii) > len(wheels):
@@ -209,7 +209,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
     place = {key: v.pop(key) for key in ("height", "forward", "heading", "barrels")}
     efficiency = v.pop("exit_efficiency") or (0.49 if len(wheels) == 1 else 0.98)
     return ShooterConfig(
-        wheel_places="left and right" if beside else "lower and upper",
+        wheel_places="left and right" if side_by_side else "lower and upper",
         wheel_radius=radii[0],
         second_wheel_radius=radii[1] if len(radii) > 1 else None,
         exit_efficiency=efficiency,

@@ -121,18 +121,18 @@ class MechanismSettings:
             gearing: Rotor turns per turn of the mechanism [-].
             inertia: Inertia of all turning parts, at the mechanism [kg m^2].
         """
-        told = {"gearing": gearing, "inertia": inertia}
-        told = {key: value for key, value in told.items() if key in self.guessed}
-        if not told or isinstance(self.config, (PistonConfig, ServoConfig)):
+        from_program = {"gearing": gearing, "inertia": inertia}
+        from_program = {key: value for key, value in from_program.items() if key in self.guessed}
+        if not from_program or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         config, gearbox = self.config, self.config.gearbox
-        if "gearing" in told:
+        if "gearing" in from_program:
             gearbox = replace(gearbox, gearing=gearing)
             if not self.friction_is_given:
                 friction = default_friction(gearbox, has_gears=not isinstance(config, FlywheelConfig))
                 gearbox = replace(gearbox, friction_torque=friction)
-        own: dict[str, Any] = {"inertia": inertia} if "inertia" in told else {}
-        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **told})
+        own: dict[str, Any] = {"inertia": inertia} if "inertia" in from_program else {}
+        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
         """Return a copy with the friction of a kS [V], unless the file has its friction."""

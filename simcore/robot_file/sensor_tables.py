@@ -177,7 +177,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
         key = telemetry_name(sensor.name)
         if not key or key in names:
             other = f"; {names[key]!r} has that already" if key else ""
-            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
+            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs its own key{other}")
         names[key] = sensor.name
         for key_of_port in sensor.keys:
             port = (key_of_port, sensor.pin)

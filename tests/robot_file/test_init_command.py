@@ -128,7 +128,7 @@ def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, 
     assert main(["init"]) == 0
     assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
     text = (project / "simcore.toml").read_text()
-    assert ("stays a guess: your program has a simulation of its own" in text) is is_own
+    assert ("stays a guess: your program has its own simulation" in text) is is_own
     said = capsys.readouterr().out
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
