@@ -118,7 +118,7 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
     """
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
-        raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
+        raise ConfigError(f"field_to_robot: need a unit quaternion xyzw, got {robot_rotation}")
     result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
     return result
 

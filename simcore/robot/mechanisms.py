@@ -86,7 +86,7 @@ class ShaftSim:
         require(type(self).__name__, "position", position, ANGLE)
         if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
             raise ConfigError(
-                f"{type(self).__name__}: want lower stop <= start <= upper stop,"
+                f"{type(self).__name__}: need lower stop <= start <= upper stop,"
                 f" got {lower_stop}, {position}, {upper_stop}"
             )
         self.gearbox = gearbox

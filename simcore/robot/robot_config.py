@@ -185,7 +185,7 @@ class RobotConfig:
             require_mechanisms("a shooter", shooter.mechanism_names, self.mechanisms)
             for wheel in shooter.wheels:
                 if not isinstance(self.mechanisms[wheel], FlywheelConfig):
-                    raise ConfigError(f"RobotConfig: the wheels of a shooter must be flywheels, but {wheel!r} is none")
+                    raise ConfigError(f"RobotConfig: wheels of a shooter must be flywheels, but {wheel!r} is not one")
         for owner, parts in (
             ("an intake", self.intakes), ("a placer", self.placers), ("a climber", self.climbers)
         ):  # fmt: skip

@@ -87,7 +87,7 @@ def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | N
         elif headset is None:
             headset = QuestConfig(mount=mount, frame_rate=v["frame_rate"])
         else:
-            raise table.error("maker", "questnav comes twice; robot code talks to one headset")
+            raise table.error("maker", "questnav is used twice; robot code talks to one headset")
     return tuple(cameras), headset
 
 

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     path = robot_file.parent / FILE_NAME
     if path.exists() and not args.force:
-        raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
         prepare()  # the first time on a computer this takes longer than a program may take to start
     found = {} if args.no_look else survey(robot_file)
@@ -131,9 +131,9 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
 def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
     """Describe what the survey of the program has found, or why it has found nothing."""
     if not is_asked:
-        return ["not looked at the robot program: fill in the mechanisms by hand"]
+        return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
-        return [f"could not look at the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
+        return [f"could not survey the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
     motors, ports, cameras = (found.get(what, ()) for what in ("motors", "ports", "cameras"))
     drivetrain = found.get("drivetrain", {})
     said = list(drivetrain.get("lines", ()))
@@ -244,7 +244,7 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
         )
     path = root / ".github" / "workflows" / _WORKFLOW.name
     if path.exists() and not force:
-        raise ConfigError(f"{path} is there already; simcore init --ci --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --ci --force overwrites it")
     packages = shlex.join([simcore, *_packages(project)])
     packages += " -r requirements.txt" if (project / "requirements.txt").is_file() else ""
     text = _WORKFLOW.read_text(encoding="utf-8").replace("PACKAGES", packages)

@@ -359,7 +359,7 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
                 known = f"those of the file are {', '.join(carriers)}" if carriers else "there is none in the file"
                 raise table.error("on", f"must name an arm, a turret, an elevator or a rack, got {on!r}; {known}")
             if on in seen:
-                raise table.error("on", f"goes round in a circle: {' on '.join([*seen, on])}")
+                raise table.error("on", f"forms a loop: {' on '.join([*seen, on])}")
             seen.append(on)
             on = mechanisms[on].on
     return carriers

@@ -71,7 +71,7 @@ def test_modes_are_pipelines(read):
         (PHOTON + "mode = ['tags', 'note']", "mode[1] must be one of tags, pieces, got 'note'"),
         (PHOTON + PHOTON, "[[camera]] 'front': name is used twice"),
         (QUEST + "name = 'quest'", "no key 'name'"),
-        (QUEST + QUEST, "maker questnav comes twice; robot code talks to one headset"),
+        (QUEST + QUEST, "maker questnav is used twice; robot code talks to one headset"),
         ("[[camera]]\nmaker = 'questnav'\nx = 0\ny = 0", "z is missing; it must be a number from 0 to 3 m"),
     ],
 )

@@ -178,7 +178,7 @@ def test_a_robot_from_the_file_is_an_ordinary_robot(read):
             ARM + 'on = "lift"',
             "'pivot': on must name an arm, a turret, an elevator or a rack, got 'lift'; those of the",
         ),
-        (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
+        (ARM + 'on = "pivot"', "'pivot': on forms a loop: pivot on pivot"),
         (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
         (
             ROLLER + '[[claw]]\nroller = "roller"',
