@@ -1,4 +1,4 @@
-"""What a camera on the field of REBUILT can see: cases worked out by hand from the manual's and the tags' numbers."""
+"""Visibility from cameras on the field of REBUILT: cases worked out from numbers of the manual and the tags."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 
 
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
-    """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
+    """Return a camera over the robot's center, so that robot and lens have the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
     return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
-    """Tags that the camera's first frames show, the robot standing at a place of the field."""
+    """Return the tags in the camera's first frames, with the robot at a place of the field."""
     robots = [RobotEntry(start=(x, y, math.radians(yaw_deg)), preload=0, config=with_cameras(camera))]
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)

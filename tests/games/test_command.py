@@ -1,4 +1,4 @@
-"""`python -m games.rebuilt` with good and bad input."""
+"""Command `python -m games.rebuilt` with valid and invalid input."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def main(words: list[str]) -> int:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """An empty folder to run in: default outputs go to `out/`."""
+    """Run in an empty folder: default outputs go to `out/`."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -54,7 +54,7 @@ def environment() -> dict[str, str]:
 
 
 def refused(capsys, *arguments: str) -> str:
-    """What is said on stderr to wrong input; stdout stays empty, and there is no traceback."""
+    """Return the message on stderr for invalid input; check that stdout is empty and there is no traceback."""
     try:
         status = main([*arguments, "--json"])
     except SystemExit as stop:  # argparse

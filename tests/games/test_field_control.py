@@ -1,4 +1,4 @@
-"""People act on the field: by Python and by NetworkTables, in order, before a tick, and no piece is lost."""
+"""Actions of people on the field, by Python and NetworkTables: in order, before a tick, without losing pieces."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_a_dashboard_controls_the_field_over_networktables():
         count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
-            """Play until so many commands are done and the dashboard knows of it."""
+            """Play until so many commands are done and the dashboard has received the results."""
             board.until(match, lambda: count.get() == number)
             assert match.control.count == number
             return str(status.get())

@@ -1,4 +1,4 @@
-"""Robots that simcore.toml describes, on the field of REBUILT: one with a claw on an arm, one that climbs."""
+"""Robots described in simcore.toml on the field of REBUILT: one with a claw on an arm, one that climbs."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ on = "climb"
 
 @pytest.fixture
 def played(tmp_path):
-    """A match of a robot of a file's text; it is closed afterwards."""
+    """Return a match with the robot of a file's text; close it afterwards."""
     matches = []
 
     def play(text: str) -> Match:

@@ -1,4 +1,4 @@
-"""Scripted autos of every game: what no robot and no piece may do, and red does what blue does."""
+"""Laws of scripted autos of every game: conserved pieces, limits of robots, and red equal to blue."""
 
 from __future__ import annotations
 

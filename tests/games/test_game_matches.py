@@ -1,4 +1,4 @@
-"""Matches of every game: pieces stay, nothing passes a wall, a tick in parts is that tick, several robots play."""
+"""Matches of every game: conserved pieces, no tunnelling, ticks in parts, several robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simcore.world.shapes import outline_points
 
 
 def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, normals and offsets of the faces of every element of the field: inside is normals @ p + offsets < 0."""
+    """Return name, normals and offsets of the faces of all elements: inside is normals @ p + offsets < 0."""
     for element in match.field.elements:
         planes = ConvexHull(outline_points(element.shape) + element.position).equations
         yield element.name, planes[:, :3], planes[:, 3]

@@ -1,4 +1,4 @@
-"""A sample of every game on MuJoCo: an auto keeps the laws of a match there, and is repeated to the last bit."""
+"""Every game on MuJoCo: an auto keeps the laws of a match, and repeats to the last bit."""
 
 from __future__ import annotations
 

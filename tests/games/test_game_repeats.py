@@ -1,4 +1,4 @@
-"""The same seed is the same match: in another process, after other matches, after a reset; a second auto is at zero."""
+"""Repeatability for a seed: in another process, after other matches, after a reset; a second auto starts at zero."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
 SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
-"""Until something that chance decides has been met."""
+"""Times until random numbers have had an effect [s]."""
 
 CODE = """
 import sys
@@ -84,7 +84,7 @@ def with_auto(game: Game, **settings) -> Match:
 
 
 def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
-    """Play and reset so often; the digests, and how many more objects there are at the end than after a fifth."""
+    """Play and reset this often; return the digests, and the growth in objects after the first fifth."""
     digests, start = set(), 0
     for number in range(times):
         match.reset()

@@ -1,4 +1,4 @@
-"""Telemetry of every game: what a log holds is what the match had."""
+"""Telemetry of every game: the log holds the values of the match."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A person plays human players, by Python and by NetworkTables, in both games, by the rules of the policy."""
+"""Human players played by a person, by Python and NetworkTables, in both games, within the rules of the policy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def outposts(**settings) -> Match:
 
 
 def said(match: Match, *commands: tuple[str, str]) -> list[str]:
-    """What became of commands, given in one tick."""
+    """Return the results of commands given in one tick."""
     for alliance, name in commands:
         match.control.human_action(alliance, name)
     match.tick()

@@ -1,4 +1,4 @@
-"""A run of which only the log is left looks the same."""
+"""Page of a run from its log alone: equal to that of the run."""
 
 from __future__ import annotations
 

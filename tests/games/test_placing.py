@@ -1,4 +1,4 @@
-"""Robots are put down where they can stand, and a piece has one owner, whatever is asked for in whatever order."""
+"""Placement of robots where they can stand, and ownership of pieces, for requests in any order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DEEPEST = 0.020  # [m]
 
 
 def ways_to_place(match):
-    """Everything that puts the first robot somewhere exactly; only `reset` lets its gyro begin anew."""
+    """Return all calls that place the first robot exactly; only `reset` restarts its gyro."""
     robot = match.robots[0]
 
     def by_command(pose):
@@ -36,7 +36,7 @@ def ways_to_place(match):
 
 
 def require_clear(match, pose):
-    """The robot that was put there is in nothing, and nothing is in it."""
+    """Check that the placed robot overlaps nothing."""
     engine, robot = match.world.engine, match.robots[0]
     assert engine.depth(robot.chassis.row) < _DEEPEST, pose
     footprint = Footprint(*robot.chassis.footprint)

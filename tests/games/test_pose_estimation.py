@@ -1,5 +1,4 @@
-"""Robot code's half: WPILib's pose estimator on a scripted robot, fed by cameras over NetworkTables, in simulated
-time."""
+"""WPILib's pose estimator on a scripted robot, fed by cameras over NetworkTables, in simulated time."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ CAMERAS = (
 
 
 class LocalizingRobot:
-    """Robot code: drives by a script, sends its heading, and believes what encoders, gyro and MegaTag 2 say."""
+    """Robot code that drives by a script, sends its heading, and believes encoders, gyro and MegaTag 2."""
 
     def __init__(self, script, instance, *, sends_heading: bool) -> None:
         self._script = script
@@ -61,7 +60,7 @@ class LocalizingRobot:
         self.first_tag: float | None = None
 
     def close(self) -> None:
-        """Before the instance goes: collected later, a subscriber would close one of the next instance, by number."""
+        """Close the subscribers before the instance; collected later, they would close those of the next."""
         for topic in (*self._poses, *self._headings, *self._trust, *self._orientation):
             topic.close()
 

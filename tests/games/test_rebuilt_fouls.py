@@ -1,4 +1,4 @@
-"""Fouls and the tower in matches of REBUILT: each where it is one, and beside it where it is none."""
+"""Fouls and the tower in matches of REBUILT: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ AT_TOWER = (dim.TOWER_UPRIGHT_X + 0.5 * dim.TOWER_UPRIGHT_DEPTH + HALF + 0.01, d
 
 @pytest.fixture(scope="module")
 def play():
-    """Robots 0 and 2 are blue, 1 is red."""
+    """Return `play`; robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REBUILT, far=((2.5, 1.5, 0.0), (14.0, 6.5, 0.0), (2.5, 6.5, 0.0)))
 
 
 def free_fuel(match):
-    """Slots of fuel that nobody holds."""
+    """Return slots of fuel in no robot."""
     return match.pieces.on_field()
 
 
 def shoot(match, number, *, into="blue"):
-    """Let a robot have launched a fuel, which falls into a hub."""
+    """Let a robot launch a fuel that falls into a hub."""
     slot = int(free_fuel(match)[-1])
     match.pieces.hold(np.array([slot]), number)
     match.robots[number].storage.add([slot])
@@ -245,7 +245,7 @@ def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
 
 
 def drop(match, alliance, time):
-    """Let a fuel fall into a hub, so that it passes the throat at about a time of the match [s]; its points."""
+    """Let a fuel pass the throat of a hub at about a time of the match [s]; return its points."""
     begin(match, time)
     match.rules.hubs.count("blue", 5.0)
     match.rules.hubs.count("blue", 5.0)

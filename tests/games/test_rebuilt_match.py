@@ -1,4 +1,4 @@
-"""A match of REBUILT: its fuel, its human players, and what comes out of the hubs."""
+"""Match of REBUILT: fuel, human players, and fuel out of the hubs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fouls of the 2025 game that geometry decides: each where it is one, and beside it where it is none."""
+"""Geometric fouls of the 2025 game: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HALF = 0.4
 
 @pytest.fixture(scope="module")
 def play():
-    """Robots 0 and 2 are blue, 1 is red."""
+    """Return `play`; robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
 
 

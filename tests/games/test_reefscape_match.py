@@ -1,4 +1,4 @@
-"""Rules of the 2025 game: points by level and period, what is judged when, human players, ranking points."""
+"""Rules of the 2025 game: points by level and period, times of judging, human players, ranking points."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", 
 
 
 def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
-    """Slots of pieces that are off the field; of algae, which all are on it, some of red's half."""
+    """Return slots of pieces off the field; for algae, which are all on it, some of red's half."""
     number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
     state = match.pieces.state
     if kind == "Algae":
@@ -33,7 +33,7 @@ def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
 
 
 def put_on(match: Match, number: int, level: int) -> int:
-    """Put a coral on one of blue's branches, to slide on and come to rest; returns its slot."""
+    """Put a coral on one of blue's branches, to slide on and come to rest; return its slot."""
     start, tip = (np.array(end) for end in branch_ends(number, level))
     way = (tip - start) / np.linalg.norm(tip - start)
     tilt = math.acos(way[2])

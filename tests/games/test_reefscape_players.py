@@ -1,4 +1,4 @@
-"""Whole matches of REEFSCAPE with scripted players: coral is scored, nothing is lost, each role does what it says."""
+"""Whole matches of REEFSCAPE with scripted players: coral scores, nothing is lost, each role does its task."""
 
 from __future__ import annotations
 

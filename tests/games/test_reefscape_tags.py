@@ -1,4 +1,4 @@
-"""Both AprilTag layouts of 2025 on the field: tags face outward where its dimensions say, and cameras see those."""
+"""Both AprilTag layouts of 2025 on the field: tags face outward where the dimensions say, and cameras see them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore.world.symmetry import FieldSymmetry
 
 BLUE_REEF = dict(zip((18, 19, 20, 21, 22, 17), dim.REEF_FACE_YAWS_DEG, strict=True))
 RED = {1: 13, 2: 12, 3: 16, 4: 15, 5: 14, 6: 19, 7: 18, 8: 17, 9: 22, 10: 21, 11: 20}
-"""By a red tag the blue one that it is flipped."""
+"""Blue tag that each red tag corresponds to."""
 
 
 def direction(yaw: float) -> tuple[float, float, float]:

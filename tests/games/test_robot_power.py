@@ -1,4 +1,4 @@
-"""Brown-out and disabling stop everything that a roboRIO stops; a field of one's own works."""
+"""Brown-outs and disabling stop everything that a roboRIO stops; custom fields work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matches with scatter: exact without, repeatable with, nothing lost, and red does what blue does."""
+"""Matches with scatter: exact without, repeatable with, nothing lost, and red equal to blue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plain models for AdvantageScope, of games that bring none."""
+"""Plain AdvantageScope models of games without their own."""
 
 from __future__ import annotations
 

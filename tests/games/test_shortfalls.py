@@ -1,4 +1,4 @@
-"""A run in which nothing was taken in or thrown says why, where it can be known; one that went well says nothing."""
+"""Explanations of runs without intake or shots where the reason is known; none for successful runs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ CASES = {
         r"the program believes to be at \(5\.80, 3\.00\) m, and the robot is at \(5\.80, 1\.00\) m",
     ),
 }
-"""Volts of mechanisms, what else differs, and the sentence."""
+"""Volts of mechanisms, other differences, and the message."""
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -1,4 +1,4 @@
-"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does what it says."""
+"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does its task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flights in the loop: the equation of motion, the parabola, and that each flies alone."""
+"""Flights in the loop: equation of motion, parabola, and independence."""
 
 import math
 from dataclasses import replace

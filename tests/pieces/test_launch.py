@@ -1,4 +1,4 @@
-"""Where and how fast a piece leaves."""
+"""Position and velocity of a piece at launch."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Shots at an opening among what stands on a field: the equation of motion, and what rim and boards do."""
+"""Shots at an opening among field elements: equation of motion, and effects of rim and boards."""
 
 import math
 from dataclasses import replace
@@ -54,7 +54,7 @@ def fly(balls, *more, **how):
 
 
 def through(x, rise):
-    """Velocity without drag that comes down through the plane of the opening at x, after having risen so far [m]."""
+    """Return the velocity without drag that comes down through the opening's plane at x, after a rise [m]."""
     up = math.sqrt(2.0 * GRAVITY * rise)
     time = up / GRAVITY + math.sqrt(2.0 * (rise - (HEIGHT - 0.5)) / GRAVITY)
     return (x / time, 0.0, up)

@@ -1,4 +1,4 @@
-"""Solved shots: the known ones and the impossible ones."""
+"""Solved shots: known and impossible ones."""
 
 import math
 from dataclasses import astuple

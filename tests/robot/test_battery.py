@@ -9,7 +9,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
-    """Draw a current for h [s], worked out at a voltage, as the loop of robots does; returns the voltage [V]."""
+    """Draw a current for h [s], computed at a voltage, as the loop of robots does; return the voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
     battery.report()
     return battery.voltage
@@ -50,7 +50,7 @@ def made(**changes) -> Battery:
 
 
 def sag(battery: Battery, volts: float, h: float) -> bool:
-    """One step at this terminal voltage; whether motors are off afterwards."""
+    """Make one step at this terminal voltage; return whether motors are off afterwards."""
     draw(battery, h, (12.9 - volts) / 0.02)
     return battery.browned_out
 

@@ -1,4 +1,4 @@
-"""The chassis that a drivetrain gets."""
+"""Chassis of a drivetrain."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Controllers that close the loop round the mechanisms."""
+"""Controllers that close the loop around mechanisms."""
 
 import math
 

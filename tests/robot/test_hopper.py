@@ -1,4 +1,4 @@
-"""Balls in a hopper: feed rate, fill, what acceleration does to them, jams and what loosens them, bad input."""
+"""Balls in a hopper: feed rate, fill, effects of acceleration, jams and their clearing, invalid input."""
 
 import math
 
@@ -18,7 +18,7 @@ BELT = 0.6  # [m/s]
 
 
 def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config) -> Hopper:
-    """With balls at rest at places on its floor [m]."""
+    """Return a hopper with balls at rest at places on its floor [m]."""
     made = Hopper(HopperConfig(**{"outlet_width": 0.4, "outlet_height": 0.16, **config}), low, high)
     made.follow(list(range(len(places))), [R] * len(places), [(0.0, 0.0, R)])
     slope = config.get("slope", 0.0)
@@ -28,7 +28,7 @@ def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config
 
 
 def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
-    """Places in which balls of one layer do not touch."""
+    """Return places at which balls of one layer do not touch."""
     rng, places = np.random.default_rng(seed), []
     while len(places) < count:
         x, y = rng.uniform(-0.6 + R, 0.3 - R), rng.uniform(-half + R, half - R)
@@ -38,7 +38,7 @@ def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
 
 
 def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, gate: bool = True) -> list[int]:
-    """Ticks in which balls left."""
+    """Return the ticks in which balls left."""
     left = []
     for tick in range(ticks):
         made.advance(pull, spin, NONE, belt)
@@ -50,7 +50,7 @@ def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, ga
 
 
 def filled(radius: float, **room) -> Storage:
-    """As full as intakes make it: four at once at most, until nothing has come in for two seconds."""
+    """Return a storage filled by intakes: four at once at most, until nothing has entered for two seconds."""
     storage = Storage(StorageConfig(capacity=500, hopper=HopperConfig(outlet_width=0.01), **room))
     idle = 0
     while idle < 100:
@@ -153,7 +153,7 @@ def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
 
 
 def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Two balls that touch each other and the edges of an opening of 1.5 diameters, one of them at an angle to it."""
+    """Return two balls that touch each other and the edges of an opening of 1.5 diameters, one at an angle to it."""
     (ex, ey), (fx, fy) = (0.0, 1.5 * R), (0.0, -1.5 * R)
     x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
     dx, dy = fx - x, fy - y

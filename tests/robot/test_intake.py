@@ -1,4 +1,4 @@
-"""Which pieces the intake takes."""
+"""Pieces that an intake takes."""
 
 import math
 from types import SimpleNamespace

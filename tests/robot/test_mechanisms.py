@@ -1,4 +1,4 @@
-"""Flywheel, roller, arm, elevator and rack: what each adds to the shaft."""
+"""Flywheel, roller, arm, elevator and rack: their additions to the shaft."""
 
 import itertools
 import math
@@ -227,7 +227,7 @@ STROKE, TIME = 0.3, 0.5
 
 
 def settling(time: float, tau: float) -> float:
-    """The way from rest over the final speed, with a time constant [s]."""
+    """Return the travel from rest over the final speed, with a time constant [s]."""
     return time - tau * (1.0 - math.exp(-time / tau))
 
 

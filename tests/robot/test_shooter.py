@@ -1,4 +1,4 @@
-"""Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
+"""Speed, spin and direction of shots, from the wheels, the hood and the turret."""
 
 import math
 from types import SimpleNamespace
@@ -137,7 +137,7 @@ def test_the_hood_tilts_and_the_gate_holds_back():
 
 
 def angular_impulses(made, parts, names, mass, speed):
-    """What each wheel loses [N m s]."""
+    """Return the angular impulse that each wheel loses [N m s]."""
     before = {name: parts[name].velocity for name in names}
     made.after_shot(mass, speed)
     return [(before[name] - parts[name].velocity) * parts[name].inertia for name in names]
@@ -282,7 +282,7 @@ OPEN, CLOSED = 10.0, 0.0  # speed of the feeder [rad/s]
 
 
 def firing_shooter(launch=SINGLE, rate=8.0):
-    """A shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
+    """Return a shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
     parts = {name: SimpleNamespace(velocity=OPEN, position=0.0, inertia=0.01) for name in ("wheel", "feeder", "hood")}
     parts["wheel"].velocity = 360.0
     config = ShooterConfig(

@@ -1,4 +1,4 @@
-"""Pieces in a robot: places inside of the room and apart, the order in which they leave, and no more than fit."""
+"""Pieces in a storage: places, order of leaving, and capacity."""
 
 import math
 

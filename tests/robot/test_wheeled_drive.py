@@ -1,4 +1,4 @@
-"""How much of the robot each wheel carries."""
+"""Loads of the wheels."""
 
 import math
 from dataclasses import replace
@@ -116,7 +116,7 @@ GRAINED = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
 
 
 def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
-    """Locked wheels that slide forward at 3 m/s, turned by an angle [rad]; load stays where it is."""
+    """Return a drive with locked wheels that slides forward at 3 m/s, turned by an angle [rad]; loads stay constant."""
     drive = SwerveDrive(SwerveConfig.square(0.527, module, height=0.0))
     drive.reset(angles=[angle] * 4)
     drive.state.wheel_speed[:] = [0.0] * 4

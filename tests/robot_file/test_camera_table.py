@@ -1,4 +1,4 @@
-"""`[[camera]]` of any maker: what it says arrives, and what cannot be is named."""
+"""Table `[[camera]]` of any maker: values arrive, and mistakes are named."""
 
 import math
 

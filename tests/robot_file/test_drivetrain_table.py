@@ -1,4 +1,4 @@
-"""The table [drivetrain]: what it means, and what it says to a mistake."""
+"""Table `[drivetrain]`: its meaning, and messages about mistakes."""
 
 import pytest
 from each_case import each

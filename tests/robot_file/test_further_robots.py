@@ -1,4 +1,4 @@
-"""[[partner]], [[opponent]] and the empty field of simcore.toml: who plays, where, and what is said of mistakes."""
+"""Tables `[[partner]]`, `[[opponent]]` and the empty field: robots, places, and messages about mistakes."""
 
 import math
 
@@ -30,7 +30,7 @@ NUMBER = 3
 
 @pytest.fixture
 def play(read, tmp_path):
-    """A match of a file on its game, where no driver station is in control."""
+    """Return a match of a file on its game, without a driver station."""
     matches = []
 
     def play(text, seconds=0.0):

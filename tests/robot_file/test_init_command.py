@@ -1,4 +1,4 @@
-"""`simcore init`: the file it writes can be read, and it says what stands in its way."""
+"""Command `simcore init`: the written file is readable, and obstacles are reported."""
 
 import importlib.util
 import os
@@ -17,7 +17,7 @@ from simcore.robot_file.template import template
 
 
 def motor_row(controller, leader, name="", **more):
-    """A row of the survey."""
+    """Return a row of the survey."""
     row = {"controller": controller, "leader": leader, "name": name, "followers": [], "opposed": [], "motor": ""}
     row |= {"gearing": 1.0, "inertia": 0.0, "friction_volts": 0.0, "turns_freely": True, "remark": ""}
     return {**row, **more}
@@ -237,7 +237,7 @@ def test_an_unknown_subcommand_is_a_usage_error(capsys):
 
 @pytest.fixture
 def repository(project):
-    """A robot in a folder of a git repository, with what RobotPy installs for it."""
+    """Return a robot in a folder of a git repository, with its RobotPy packages."""
     (project / ".git").mkdir()
     robot = project / "2026 robot"
     robot.mkdir()

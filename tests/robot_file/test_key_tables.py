@@ -1,4 +1,4 @@
-"""No key of simcore.toml is dropped in silence: each changes what is read, or a sentence that names it refuses it."""
+"""Keys of simcore.toml: each changes what is read, or a message that names it refuses it."""
 
 import re
 from dataclasses import fields, replace
@@ -70,11 +70,11 @@ FILE = {
     "scatter": {},
     "autos": {"left": {"start": [1.0, 1.0, 0.0]}},
 }  # fmt: skip
-"""A file with every table, and what keys need beside them."""
+"""File with every table, and with the keys that others need."""
 
 
 def text(file) -> str:
-    """A file as TOML."""
+    """Return a file as TOML."""
     lines = [f"{key} = {toml(value)}" for key, value in file.items() if not _is_table(value)]
     for key, value in file.items():
         if key == "autos":
@@ -95,7 +95,7 @@ def _rows(table) -> list[str]:
 
 
 def cases():
-    """Place of a table in FILE, and each of its keys."""
+    """Return the place of a table in FILE, and each of its keys."""
     for place, table in {
         (): TOP, ("robot",): ROBOT, ("start",): START, ("scatter",): SCATTER, ("drivetrain",): DRIVETRAIN,
         ("autos", "left"): AUTOS, ("storage", 0): STORAGE, ("intake", 0): INTAKE, ("shooter", 0): SHOOTER,
@@ -112,7 +112,7 @@ def cases():
 
 
 def values(form, now):
-    """Values of a form that are not the one that is there."""
+    """Return values of a form that differ from the present one."""
     if isinstance(form, Quantity):
         found = [v for v in (0, 1, 2, 3, 9, 21, 60, 0.02, 0.4, 0.5, 0.7, 1.1, 0.03) if form.problem(v) is None]
     elif isinstance(form, Several):
@@ -143,7 +143,7 @@ def test_every_key_changes_what_is_read_or_is_refused_by_its_name(read):
 
 
 def _objection(read, whole, place, key: Key) -> str:
-    """Return why no other value of a key is seen or refused by its name; empty where one is."""
+    """Return why no other value of a key has an effect or is refused by its name; empty if one does."""
     here = FILE
     for step in place:
         here = here[step]
@@ -166,7 +166,7 @@ def _objection(read, whole, place, key: Key) -> str:
 
 
 def changed(tree, place, name, value):
-    """A file with another value at one place."""
+    """Return a file with another value at one place."""
     if not place:
         return {**tree, name: value}
     first, *rest = place
@@ -185,7 +185,7 @@ def test_every_setting_is_used_by_some_code(kind):
 
 
 CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "reversed_encoders", "wheel_distances")
-"""Correct what is found of the wheels."""
+"""Keys that correct what the program search found about the wheels."""
 
 
 @each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])

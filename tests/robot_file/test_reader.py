@@ -1,4 +1,4 @@
-"""simcore.toml: what it may say, and what it says to a mistake."""
+"""Reading of simcore.toml, and messages about mistakes."""
 
 import math
 import re

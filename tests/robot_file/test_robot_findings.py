@@ -1,4 +1,4 @@
-"""What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
+"""Findings of `simcore check`: REBUILT's robot with one mistake each, and test runs in closed form."""
 
 import math
 from dataclasses import replace

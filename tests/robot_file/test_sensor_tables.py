@@ -1,4 +1,4 @@
-"""Sensors, servos, pistons and controllers on ports in simcore.toml, and what is said of mistakes."""
+"""Sensors, servos, pistons and controllers on ports in simcore.toml, and messages about mistakes."""
 
 import math
 import re
