@@ -164,7 +164,7 @@ def test_robots_are_the_same_everywhere(told):
 
 
 def test_the_page_of_the_log_is_the_page_of_the_run(told):
-    """Word for word, but for how long computing took."""
+    """Equal word for word, except for computing times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
     for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):

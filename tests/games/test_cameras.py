@@ -139,7 +139,7 @@ def piece_frame(fuel, camera=None, others=(), is_off=False):
 
 
 def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
-    """At (1.5, -0.4) from an eye 0.5 m high that looks 20 degrees down."""
+    """A fuel at (1.5, -0.4) and an eye 0.5 m high that looks 20 degrees down."""
     frame, _ = piece_frame([(8.5, 1.6, 0.075)])
     (piece,) = frame.pieces
     c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
@@ -154,8 +154,8 @@ def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
 
 
 def test_the_nearest_piece_is_first_and_hides_those_behind_it():
-    """The eye is higher than the fuel, so it sees one above the other. One beyond the far plane and one behind the
-    robot are not seen."""
+    """The eye is higher than the fuel, so it sees one above the other. It sees neither one beyond the far plane nor one
+    behind the robot."""
     frame, _ = piece_frame(
         [(9.0, 2.0, 0.075), (8.2, 2.0, 0.075), (8.2, 1.9, 0.075), (10.6, 2.0, 0.075), (6.0, 2.0, 0.075)]
     )
@@ -232,7 +232,7 @@ def test_invalid_cameras_and_layouts_are_refused_at_construction(cameras, tags, 
 
 
 def test_cameras_work_on_a_field_without_tags():
-    """They see pieces, and no tag."""
+    """They see pieces, but no tag."""
     from games.rebuilt import REBUILT
     from simcore import Match
     from simcore.vision.camera import PiecePipeline, TagPipeline

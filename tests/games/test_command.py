@@ -212,7 +212,7 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 
 @pytest.mark.realtime
 def test_live_runs_at_wall_clock_pace_and_responds_to_a_dashboard(here, capsys):
-    """A client that never asked us anything sees the match time go by; its button resets the field."""
+    """A client that has only subscribed sees the match time advance; its button resets the field."""
     from dashboard import free_port, start_client
 
     ntcore = season.ntcore

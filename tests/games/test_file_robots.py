@@ -120,7 +120,7 @@ def test_a_claw_on_an_arm_on_an_elevator_takes_lifts_and_releases_a_piece(played
 
 
 def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
-    """Between the uprights, its hook in its middle 0.054 m above the low rung (0.6858 m): it rises by the rest."""
+    """Between the uprights, with the middle of its hook 0.054 m above the low rung (0.6858 m): it rises by the rest."""
     match = played(CLIMBER)
     robot = match.robots[0]
     (climber,) = robot.climbers

@@ -103,7 +103,7 @@ def test_a_refused_call_leaves_the_match_unchanged(game):
 
 
 def test_a_red_robots_start_is_checked_where_it_stands(game):
-    """Its entry has the start as blue, so the text says both places."""
+    """Its entry has the start as blue, so the message has both poses."""
     x, y, _ = INSIDE[game.name]
     with pytest.raises(ConfigError) as caught:
         Match(game, robots=(RobotEntry(alliance="red", start=INSIDE[game.name]),))

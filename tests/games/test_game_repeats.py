@@ -58,12 +58,12 @@ def test_sinks_do_not_change_the_match(game, tmp_path):
 
 
 def test_queries_of_the_rules_change_nothing(game):
-    """A watched match is that match: pictures ask what a piece is worth now, the game's message and its counts."""
+    """Displays query the worth of pieces, the game message and counts; the match stays the same."""
     check_questions(game, next(iter(game.autos)), seconds=1.0)
 
 
 def test_a_change_of_only_a_pieces_status_changes_the_digest(game):
-    """Status is part of the state: a piece in the robot is not one with the human player."""
+    """Status is part of the state: a piece in the robot differs from one with the human player."""
     digests = []
     for kept in (False, True):
         with Match(game, seed=1) as match:
@@ -135,7 +135,7 @@ def test_resets_leak_no_memory(game, whole):
 
 
 def test_a_second_auto_begins_at_zero(game):
-    """As in `robotpy sim`, where a driver enables auto again; what lies on the field stays where it is."""
+    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay where they are."""
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)

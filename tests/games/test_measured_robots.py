@@ -90,7 +90,7 @@ ROBOTS = {"A": ROBOT_A, "C": ROBOT_C}
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_row_of_a_measured_table_scores_with_one_exit_efficiency(name: str):
-    """Cleanly, without rim or net, from 1.2 m to 5.6 m."""
+    """Without contact with rim or net, from 1.2 m to 5.6 m."""
     robot = ROBOTS[name]
     task = robot.task()
     for distance in robot.distances:

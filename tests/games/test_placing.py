@@ -79,7 +79,7 @@ def test_a_placed_robot_overlaps_nothing_and_knows_its_pose(name, whole):
 
 @pytest.mark.parametrize("name", GAMES)
 def test_pieces_return_to_the_place_of_a_robot_carried_away(name):
-    """Within a tick, too: where it stands last alone is taken."""
+    """Also within a tick: only its last place is occupied."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:
         for x in (3.0, 6.0):
@@ -191,7 +191,7 @@ def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
 
 
 def test_a_suggested_free_place_is_never_on_a_ramp():
-    """Of a robot in REBUILT's hub, near the bump beside it, where nothing solid is in its way."""
+    """For a robot in REBUILT's hub, near the bump next to it, where no obstacle is."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
         pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)

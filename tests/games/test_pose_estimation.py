@@ -144,8 +144,8 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto,
 
 
 def test_with_an_integral_heading_controller_odometry_errs_only_by_drift_and_slip():
-    """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true way, each
-    piece of it turned by what the gyro is off, but for what the wheels slide.
+    """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true path, with
+    each part rotated by the gyro's error, except for wheel slip.
     """
     controller = PIDController(4.0, 2.0, 0.1)
     missed, slid, way, ahead = [], [], [0j], [8.0 + 2.0j]

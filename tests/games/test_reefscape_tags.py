@@ -52,7 +52,7 @@ def test_tags_face_outward_on_the_reef_the_stations_and_the_processor(name, off)
 
 
 def test_a_match_follows_the_welded_layout_and_takes_the_other_by_name():
-    """Before the blue reef's face to the alliance wall; through the reef nothing is seen."""
+    """In front of the blue reef's face to the alliance wall; the reef blocks the view."""
     assert REEFSCAPE.field.tags == "2025-welded"
     eye = CameraConfig(name="eye", type=limelight_type("LL4"), mount=CameraMount(x=0.2, z=0.4))
     entry = RobotEntry(start=(2.2, 4.0, 0.0), config=replace(reefscape_robot(), cameras=(eye,)), preload=0)

@@ -26,7 +26,7 @@ def test_one_of_each_maker(read):
 
 
 def test_a_lens_by_its_diagonal(read):
-    """f = hypot(w, h) / 2 / tan(d / 2), in pixels, the same across and down."""
+    """f = hypot(w, h) / 2 / tan(d / 2) in pixels, equal across and down."""
     text = PHOTON + "resolution = [640, 480]\ndiagonal_fov_deg = 75.0\nfps = 20\nlatency_ms = 45\nnoise_px = 0.5\n"
     (camera,) = read(text).cameras
     focal_length = math.hypot(640, 480) / 2.0 / math.tan(math.radians(37.5))
@@ -37,7 +37,7 @@ def test_a_lens_by_its_diagonal(read):
 
 
 def test_a_limelight_with_another_resolution_and_rate(read):
-    """Both of its latencies change by one factor; its lens keeps its field of view across."""
+    """Both of its latencies change by one factor; its lens keeps its horizontal field of view."""
     (camera,) = read(LIMELIGHT + "resolution = [640, 400]\nfps = 90\nlatency_ms = 13.5\njson = true\n").cameras
     own = limelight_type("LL3G")
     assert camera.type.horizontal_fov_deg == own.horizontal_fov_deg and camera.rate == 90.0

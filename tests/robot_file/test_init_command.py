@@ -65,7 +65,7 @@ def test_found_cameras_and_ports_are_named():
 
 
 def test_the_page_of_keys_is_generated_from_the_tables():
-    """If it is not: python scripts/write_key_reference.py."""
+    """If this fails: python scripts/write_key_reference.py."""
     root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
     page = importlib.util.module_from_spec(spec)
@@ -134,7 +134,7 @@ def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, 
 
 
 def test_a_slow_program_start_keeps_the_findings(project, capsys, monkeypatch):
-    """The program has loaded without the file: a busy computer is nothing against its table."""
+    """The program has loaded without the file: a timeout on a busy computer is no evidence against its table."""
     found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
     answers = iter([found, {"error": "it did not start within 180 s"}])
     monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))

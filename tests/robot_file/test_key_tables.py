@@ -177,7 +177,7 @@ def changed(tree, place, name, value):
 
 @each("kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot])
 def test_every_setting_is_used_by_some_code(kind):
-    """Beyond the tables: who makes the robot asks for it."""
+    """Each field of the settings is read somewhere in the code."""
     package = Path(simcore.__file__).parent
     code = "\n".join(path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py")))
     unread = [field.name for field in fields(kind) if not re.search(rf"\.{field.name}\b|asdict\(", code)]
@@ -210,7 +210,7 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 @each("key", MEASURES)
 def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
-    """As of CTRE's drivetrains, whose own constants say it; or of a drive of another kind."""
+    """As for CTRE's drivetrains, whose own constants set it; or for a drive of another kind."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")

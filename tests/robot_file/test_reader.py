@@ -307,7 +307,7 @@ lean_deg = 30
 
 
 def test_an_arm_on_an_elevator_carries_a_claw(read):
-    """Half a meter up the elevator, which leans 30 degrees to the front, and the arm straight down to the back."""
+    """Half a meter up the elevator, which leans 30 degrees forward, with the arm straight down at the back."""
     robot = read(
         ROLLER
         + LIFT
@@ -497,7 +497,7 @@ max_deg = 90.0
 
 
 def test_mechanisms_move_the_masses_in_the_file(tmp_path):
-    """What an elevator lifts is its carriage and the arm on it; a turret moves what the file says, which is nothing."""
+    """An elevator lifts its carriage and the arm on it; a turret moves the mass in the file, here none."""
     path = tmp_path / "simcore.toml"
     path.write_text(MASSES.format(lift="", turret=""))
     settings = read_settings(path)
@@ -521,7 +521,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 
 def test_frictions_in_the_file_apply_to_any_drivetrain(read):
-    """Also of one that CTRE's constants describe, in which they are placeholders."""
+    """Also of a drivetrain from CTRE's constants, in which they are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
         "bumper_friction = 0.5\n"

@@ -75,7 +75,7 @@ def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, per
 
 
 def test_chance_decides_a_tie_in_auto_even_without_fuel():
-    """6.4: with equal fuel, FMS chooses. What was drawn stays."""
+    """6.4: with equal fuel, FMS chooses. The draw is final."""
     for coin in ALLIANCES:
         made = hubs(None, coin)
         assert made.first_inactive == coin
@@ -192,7 +192,7 @@ def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
 def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
-    """They stay closer, but it is six feet from where the pin began."""
+    """They stay closer, but six feet from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
         pin(2.0, counts=counts)
