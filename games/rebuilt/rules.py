@@ -56,9 +56,9 @@ class RebuiltRules(Rules):
         self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
         self.ways = FuelWays(match)
         """Fuel inside of hubs and off the field."""
-        self._forget()
+        self._clear_points()
 
-    def _forget(self) -> None:
+    def _clear_points(self) -> None:
         self.hubs = HubCount(self._coin, practice=self.match.practice)
         self.towers = TowerJudge(self.match)
         self.fouls = Fouls(self.match, self.towers)
@@ -86,7 +86,7 @@ class RebuiltRules(Rules):
     def start_mode(self, mode: str) -> None:
         """Clear the points as an auto begins."""
         if mode == "auto":
-            self._forget()
+            self._clear_points()
 
     def before_tick(self) -> None:
         """Release fuel from hubs, return fuel that left the field, and let human players act."""

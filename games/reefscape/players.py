@@ -77,7 +77,7 @@ class _Memory:
     """Time until which it ignores coral on the carpet [s]."""
 
 
-def _has(player: Player, kind: str) -> bool:
+def _holds(player: Player, kind: str) -> bool:
     pieces = player.match.pieces
     return any(pieces.kind_name(slot) == kind for slot in player.robot.held)
 
@@ -87,7 +87,7 @@ def _is_free(player: Player, place: Place) -> bool:
     return all(math.dist(other.place, place) > _ROOM for other in player.others)
 
 
-def _way(player: Player, place: Place) -> float:
+def _travel_time(player: Player, place: Place) -> float:
     """Return the time to a place [s]; around the reef if that is in between."""
     (x, y), reef = player.pose[:2], dim.REEF_CENTER
     along = (reef[0] - x) * (place[0] - x) + (reef[1] - y) * (place[1] - y)
@@ -97,7 +97,7 @@ def _way(player: Player, place: Place) -> float:
     return (player.away(place) + detour) / player.skill.speed
 
 
-def _go(
+def _drive_to_best(
     player: Player, available: Callable[[], dict[_T, float]], pose: Callable[[_T], Pose], *, timeout: float = 8.0
 ) -> Generator[None, None, _T | None]:
     """Drive to the best of several places, or to the next one if that is no longer available.
@@ -147,7 +147,7 @@ def _branches(player: Player, memory: _Memory) -> dict[Branch, float]:
             before = x + 0.8 * math.cos(yaw), y + 0.8 * math.sin(yaw)  # between the robot and the reef
             if level > highest or not _is_free(player, (x, y)) or (np.hypot(*(in_the_way - before).T) < 0.45).any():
                 continue
-            worth[branch] = points / (_PLACING + _way(player, (x, y))) * 0.4 ** memory.failed[branch]
+            worth[branch] = points / (_PLACING + _travel_time(player, (x, y))) * 0.4 ** memory.failed[branch]
     return worth
 
 
@@ -161,14 +161,14 @@ def _score(player: Player, memory: _Memory) -> Steps:
         return place
 
     tuck(player)
-    branch = yield from _go(player, lambda: _branches(player, memory), pose)
+    branch = yield from _drive_to_best(player, lambda: _branches(player, memory), pose)
     if branch is None:
         yield from player.wait(player.skill.reaction)
         return
     yield from player.wait(_ALIGNING * player.skill.reaction)
     error = player.skill.aim * _LEVER * float(player.rng.standard_normal())
     yield from place_coral(player, *branch, error=error)
-    if branch[2] > 1 or _has(player, "Coral"):  # a failed branch is tried again only if nothing stays there
+    if branch[2] > 1 or _holds(player, "Coral"):  # a failed branch is tried again only if nothing stays there
         memory.failed[branch] += 1
 
 
@@ -182,7 +182,7 @@ def _can_be_taken(places: FloatArray) -> BoolArray:
 def _stations(player: Player, memory: _Memory) -> dict[Spot, float]:
     """Return free spots at the stations, with a value that falls with the distance."""
     return {
-        spot: 0.5 ** memory.failed[spot] / (_LOADING + _way(player, place))
+        spot: 0.5 ** memory.failed[spot] / (_LOADING + _travel_time(player, place))
         for spot in _SPOTS
         for place in [before_station(*spot)[:2]]
         if _is_free(player, place)
@@ -194,27 +194,27 @@ def _fetch(player: Player, memory: _Memory) -> Steps:
     make_ready(player)
     lying = player.seen_pieces["Coral"][:, :2]
     lying = lying[_can_be_taken(lying)]
-    nearest = min((_way(player, (x, y)) for x, y in lying.tolist()), default=math.inf)
+    nearest = min((_travel_time(player, (x, y)) for x, y in lying.tolist()), default=math.inf)
     stations = _stations(player, memory)
     if player.time > memory.lying_until and nearest < 1.0 / max(stations.values(), default=0.01):
         lower_claw(player)
-        yield from player.collect(_can_be_taken, until=lambda: _has(player, "Coral"), timeout=5.0, kind="Coral")
-        if not _has(player, "Coral"):
+        yield from player.collect(_can_be_taken, until=lambda: _holds(player, "Coral"), timeout=5.0, kind="Coral")
+        if not _holds(player, "Coral"):
             memory.lying_until = player.time + 8.0
         player.intake(False)
         tuck(player)
         return
     tuck(player)
     player.intake(True)
-    spot = yield from _go(player, lambda: _stations(player, memory), lambda spot: before_station(*spot))
+    spot = yield from _drive_to_best(player, lambda: _stations(player, memory), lambda spot: before_station(*spot))
     if spot is not None:
         pose = before_station(*spot)
         ends = player.match.time + _WAITS
-        while player.match.time < ends and not _has(player, "Coral"):
+        while player.match.time < ends and not _holds(player, "Coral"):
             player.steer_along([pose[:2]], pose[2], speed=0.6)
             yield
         yield from player.wait(player.skill.reaction)
-        memory.failed[spot] = 0 if _has(player, "Coral") else memory.failed[spot] + 1
+        memory.failed[spot] = 0 if _holds(player, "Coral") else memory.failed[spot] + 1
     player.intake(False)
 
 
@@ -229,7 +229,7 @@ def scorer(player: Player, until: float = math.inf) -> Steps:
 
 
 def _cycle(player: Player, memory: _Memory) -> Steps:
-    yield from _score(player, memory) if _has(player, "Coral") else _fetch(player, memory)
+    yield from _score(player, memory) if _holds(player, "Coral") else _fetch(player, memory)
 
 
 # --- algae --------------------------------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def _faces(player: Player, memory: _Memory) -> dict[int, float]:
     """Return faces of the reef with an algae and no robot, with a value that falls with the distance."""
     places = player.piece_positions("Algae")
     return {
-        face: 0.3 ** memory.failed[face] / (1.0 + _way(player, before_algae(face)[:2]))
+        face: 0.3 ** memory.failed[face] / (1.0 + _travel_time(player, before_algae(face)[:2]))
         for face, place in enumerate(reef_algae_places())
         if _algae_at(places, place) and _is_free(player, before_algae(face)[:2])
     }
@@ -261,7 +261,7 @@ def _take_lying(player: Player) -> Steps:
 
     def goal() -> Pose | None:
         places = _lying_algae(player)
-        if not places or _has(player, "Algae"):
+        if not places or _holds(player, "Algae"):
             return None
         x, y, z = places[0]
         lower_wheel(player, z)
@@ -288,7 +288,7 @@ def _bring_algae(player: Player) -> Steps:
         yield from process(player)
         yield from player.drive_to(dim.PROCESSOR_X, 1.2, -math.pi / 2, speed=2.0, tolerance=0.12)
     else:
-        y = yield from _go(
+        y = yield from _drive_to_best(
             player,
             lambda: {y: -player.away((NET_X, y)) for y in _NET_YS if _is_free(player, (NET_X - 0.5, y))},
             before_net,
@@ -305,9 +305,9 @@ def algae(player: Player) -> Steps:
     make_ready(player)
     yield
     while True:
-        if _has(player, "Algae"):
+        if _holds(player, "Algae"):
             yield from _bring_algae(player)
-        elif _has(player, "Coral"):
+        elif _holds(player, "Coral"):
             yield from _score(player, memory)
         elif faces := _faces(player, memory):
             player.set_volts("claw", 0.0)
@@ -315,10 +315,10 @@ def algae(player: Player) -> Steps:
             if lying and player.away(lying[0][:2]) / player.skill.speed + 1.0 < 1.0 / max(faces.values()):
                 yield from _take_lying(player)
             else:
-                face = yield from _go(player, lambda: _faces(player, memory), before_algae)
+                face = yield from _drive_to_best(player, lambda: _faces(player, memory), before_algae)
                 if face is not None:
                     yield from take_algae(player, face)
-                    memory.failed[face] += not _has(player, "Algae")
+                    memory.failed[face] += not _holds(player, "Algae")
         elif _lying_algae(player):
             yield from _take_lying(player)
         else:
@@ -335,7 +335,7 @@ def parker(player: Player) -> Steps:
     player.intake(False)
     tuck(player)
     while True:
-        yield from _go(
+        yield from _drive_to_best(
             player,
             lambda: {y: -player.away((_PARKING_X, y)) for y in _NET_YS if _is_free(player, (_PARKING_X, y))},
             lambda y: (_PARKING_X, y, 0.0),
@@ -351,7 +351,7 @@ def climber(player: Player) -> Steps:
     player.set_position("elevator", 0.0)
     y = None
     while y is None:
-        y = yield from _go(
+        y = yield from _drive_to_best(
             player,
             lambda: {y: -player.away((dim.CAGE_X, y)) for y in dim.CAGE_YS if _is_free(player, (dim.CAGE_X - 0.5, y))},
             lambda y: (dim.CAGE_X - 1.3, y, math.pi),
@@ -362,13 +362,13 @@ def climber(player: Player) -> Steps:
         yield
 
 
-def _is_left_alone(player: Player, place: Place) -> bool:
+def _spares_opponent(player: Player, place: Place) -> bool:
     """Return whether a defender leaves an opponent alone: off its stations' side, or near its reef (G427)."""
     ahead = 0.8 * player.skill.reaction
     return math.dist(place, _REEF) < _NEAR_ZONE + ahead or place[0] < _REEF[0]
 
 
-_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_is_left_alone)
+_DEFENSE = Defense(goal=_REEF, retreat=(16.4, 4.03), is_left_alone=_spares_opponent)
 
 
 def defender(player: Player) -> Steps:
@@ -380,7 +380,7 @@ def defender(player: Player) -> Steps:
     make_ready(player)
     yield
     while player.time < MATCH.start("teleop"):
-        if _has(player, "Coral"):
+        if _holds(player, "Coral"):
             yield from _score(player, memory)
         yield
     tuck(player)

@@ -64,9 +64,9 @@ class ReefscapeRules(Rules):
 
     def __init__(self, match: PlayedMatch) -> None:
         super().__init__(match)
-        self._forget()
+        self._clear_points()
 
-    def _forget(self) -> None:
+    def _clear_points(self) -> None:
         self._where: dict[int, RestingPlace] = {}  # by slot
         self._count: Counter[str] = Counter()  # of those, by level
         self._auto_branches: frozenset[str] = frozenset()  # names of the places
@@ -87,7 +87,7 @@ class ReefscapeRules(Rules):
     def start_mode(self, mode: str) -> None:
         """Clear the points as an auto begins."""
         if mode == "auto":
-            self._forget()
+            self._clear_points()
 
     def before_tick(self) -> None:
         """Let human players act."""

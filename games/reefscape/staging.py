@@ -60,12 +60,12 @@ def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Stage
         marks = mark_places() + rng.uniform(-_JITTER, _JITTER, (len(dim.MARK_YS), 2))
         coral = np.column_stack([marks, np.full(len(marks), CORAL.rest_height)])
         on_top = np.column_stack([marks, np.full(len(marks), dim.CORAL_LENGTH + _ABOVE_BORE)])
-        on_reef = _of(alliance, reef_algae_places())
-        staged.append(StagedPieces(kind=CORAL.name, positions=_of(alliance, coral)))
-        staged.append(StagedPieces(kind=ALGAE.name, positions=_of(alliance, on_top), resting=True))
+        on_reef = _of_alliance(alliance, reef_algae_places())
+        staged.append(StagedPieces(kind=CORAL.name, positions=_of_alliance(alliance, coral)))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=_of_alliance(alliance, on_top), resting=True))
         staged.append(StagedPieces(kind=ALGAE.name, positions=on_reef, lodged=_LODGED))
     return [*staged, StagedPieces(kind=CORAL.name, off_field=2 * STATION_STOCK - preloads)]
 
 
-def _of(alliance: Alliance, places: FloatArray) -> FloatArray:
+def _of_alliance(alliance: Alliance, places: FloatArray) -> FloatArray:
     return places if alliance == "blue" else FIELD.symmetry.flip_points(places)

@@ -50,7 +50,7 @@ class PieceStatus(IntEnum):
 
 
 ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
-"""The statuses of pieces on the field or in the air."""
+"""Statuses of pieces on the field or in the air."""
 _IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
 """Whether each status is on the field or in the air."""
 _IS_FROZEN: BoolArray = np.isin([int(status) for status in PieceStatus], (PieceStatus.ASLEEP, PieceStatus.PLACED))

@@ -96,7 +96,7 @@ def solve_shot(
         raise ConfigError(f"solve_shot: speed must be finite and > 0 m/s, got {speed}")
     k = float(drag)
     if not (0.0 <= k < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
-        raise ConfigError(f"solve_shot: want drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
+        raise ConfigError(f"solve_shot: need drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
     problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, k, gravity)
     if elevation is not None:
         shot = problem.shot(problem.angle_for_elevation(elevation))
@@ -123,11 +123,11 @@ class _Problem:
         self.distance = math.hypot(east, north)
         if not math.isfinite(self.distance + self.height + vx + vy + self.up):
             raise NonFiniteError(
-                f"solve_shot: want finite numbers, got muzzle {muzzle}, target {target},"
+                f"solve_shot: need finite numbers, got muzzle {muzzle}, target {target},"
                 f" robot {velocity} m/s, {yaw_rate} rad/s"
             )
         if self.distance < _MIN_DISTANCE:
-            raise self.no_shot(f"the target is right over or under the muzzle (want {_MIN_DISTANCE} m or more)")
+            raise self.no_shot(f"the target is right over or under the muzzle (need {_MIN_DISTANCE} m or more)")
         self.bearing = math.atan2(north, east)
         c, s = east / self.distance, north / self.distance
         self.along = c * vx + s * vy  # muzzle velocity toward the target [m/s]

@@ -271,12 +271,12 @@ class BrownoutLog:
         battery.on_brownout, battery.on_reset = self._note, self._note_reset
 
     def _note(self) -> None:
-        self._first = self._first or self._in_words()
+        self._first = self._first or self._describe()
 
     def _note_reset(self) -> None:
-        self._reset = self._in_words()
+        self._reset = self._describe()
 
-    def _in_words(self) -> str:
+    def _describe(self) -> str:
         largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
         named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
         volts, amps = self._battery.noted

@@ -51,10 +51,10 @@ class Rung:
 
     def nearest(self, point: Vector) -> Vector:
         """Return the point on the bar nearest to a point [m]."""
-        way = [b - a for a, b in zip(self.start, self.end, strict=True)]
-        along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, way, strict=True))
-        share = min(1.0, max(0.0, along / math.fsum(w * w for w in way)))
-        (x, y, z), (wx, wy, wz) = self.start, way
+        direction = [b - a for a, b in zip(self.start, self.end, strict=True)]
+        along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, direction, strict=True))
+        share = min(1.0, max(0.0, along / math.fsum(w * w for w in direction)))
+        (x, y, z), (wx, wy, wz) = self.start, direction
         return x + share * wx, y + share * wy, z + share * wz
 
 
@@ -182,18 +182,18 @@ class Climber:
         if -dz > self.config.reach or math.hypot(dx, dy) > 3.0 * self.config.reach:
             self.rung = None
             return (0.0, 0.0, 0.0)
-        (x0, y0, _), (x1, y1, _), softer = self.rung.start, self.rung.end, 1.0
+        (x0, y0, _), (x1, y1, _), divisor = self.rung.start, self.rung.end, 1.0
         mount = self._mounts.get(self.rung.mount)
         if mount is not None:
             (x0, y0, _), (x1, y1, _) = mount.from_rest(self.rung.start), mount.from_rest(self.rung.end)
             vel = minus(vel, mount.velocity_at(near))
             # Implicit Euler: explicit steps would let a light body on a spring this stiff oscillate.
-            softer += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
+            divisor += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
             dx, dy = dx - vel[0] * h, dy - vel[1] * h
         up = _STIFFNESS * dz - _DAMPING * vel[2]
         if dz <= 0.0 or up <= 0.0:
             return (0.0, 0.0, 0.0)
-        fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / softer, (_STIFFNESS * dy - _DAMPING * vel[1]) / softer
+        fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / divisor, (_STIFFNESS * dy - _DAMPING * vel[1]) / divisor
         size = math.hypot(fx, fy)
         if size > up:  # a hook whose side force exceeds its load slips over the rung
             fx, fy = fx * up / size, fy * up / size

@@ -152,12 +152,12 @@ class Hopper:
                 continue
             size = float(sizes[number])
             inlets = self._inlets(size)
-            ways = np.vstack((inlets, *places))
-            spare = _spare(ways, size, pos[placed], sizes[placed])
-            free = np.nonzero(spare >= 0.0)[0]
-            chosen = int(free[0]) if len(free) else int(np.argmax(spare))
+            candidates = np.vstack((inlets, *places))
+            clearances = _clearances(candidates, size, pos[placed], sizes[placed])
+            free = np.nonzero(clearances >= 0.0)[0]
+            chosen = int(free[0]) if len(free) else int(np.argmax(clearances))
             aside = (math.fmod(0.618 * slot, 1.0) - 0.5, math.fmod(0.755 * slot, 1.0) - 0.5, 0.0)
-            pos[number] = ways[chosen] + _ASIDE * size * np.array(aside)
+            pos[number] = candidates[chosen] + _ASIDE * size * np.array(aside)
             if chosen < len(inlets):
                 vel[number, self._inlet[0]] = -_ENTRY * self._inlet[1]
             placed.append(number)
@@ -169,9 +169,11 @@ class Hopper:
 
     def room_at_inlet(self, size: float) -> int:
         """Return how many balls of a radius [m] can enter at the same time now."""
-        ways = self._inlets(size)
+        candidates = self._inlets(size)
         count, last = 0, -math.inf
-        for place in ways[_spare(ways, size, self.pos, self.radius) >= 0.0, 1 - self._inlet[0]].tolist():
+        for place in candidates[
+            _clearances(candidates, size, self.pos, self.radius) >= 0.0, 1 - self._inlet[0]
+        ].tolist():
             if place - last >= 2.0 * _FREE * size:
                 count, last = count + 1, place
         return count
@@ -391,11 +393,11 @@ def _sums(rows: IntArray, vectors: FloatArray, n: int) -> FloatArray:
     return np.stack([np.bincount(rows, vectors[:, axis], n) for axis in range(3)], axis=1)
 
 
-def _spare(ways: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
+def _clearances(candidates: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the clearance of places from all balls beyond what a ball of a radius needs [m], shape (m,)."""
     if not len(pos):
-        return np.ones(len(ways))
-    between = ways[:, None] - pos[None]
-    spare = np.sqrt(np.einsum("ijk,ijk->ij", between, between)) - _FREE * (size + radius)[None]
-    nearest: FloatArray = spare.min(axis=1)
+        return np.ones(len(candidates))
+    between = candidates[:, None] - pos[None]
+    clearances = np.sqrt(np.einsum("ijk,ijk->ij", between, between)) - _FREE * (size + radius)[None]
+    nearest: FloatArray = clearances.min(axis=1)
     return nearest

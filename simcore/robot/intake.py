@@ -118,7 +118,7 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
     """
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
-        raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
+        raise ConfigError(f"field_to_robot: need a unit quaternion xyzw, got {robot_rotation}")
     result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
     return result
 
@@ -135,8 +135,8 @@ class StoppedMotion(MechanismMotion, Protocol):
 def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
     """Return whether a mechanism is near the hard stop at which it is deployed [rad]."""
     low, high = stops
-    way = (position - low) / (high - low)
-    return way > _DEPLOYED if deployed_at == "upper" else way < 1.0 - _DEPLOYED
+    fraction = (position - low) / (high - low)
+    return fraction > _DEPLOYED if deployed_at == "upper" else fraction < 1.0 - _DEPLOYED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -92,7 +92,7 @@ class ShaftSim:
         require(type(self).__name__, "position", position, ANGLE)
         if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
             raise ConfigError(
-                f"{type(self).__name__}: want lower stop <= start <= upper stop,"
+                f"{type(self).__name__}: need lower stop <= start <= upper stop,"
                 f" got {lower_stop}, {position}, {upper_stop}"
             )
         self.gearbox = gearbox
@@ -256,7 +256,7 @@ class ShaftSim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmConfig:
-    """An arm, its drive and its range. Angles are from the horizontal, up positive."""
+    """Arm with its drive and range. Angles are from the horizontal, up positive."""
 
     gearbox: GearboxConfig
     inertia: float
@@ -331,7 +331,7 @@ class ArmSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElevatorConfig:
-    """A carriage, its drive and its range."""
+    """Elevator carriage with its drive and range."""
 
     gearbox: GearboxConfig
     carriage_mass: float
@@ -420,7 +420,7 @@ class ElevatorSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlywheelConfig:
-    """A flywheel and its drive."""
+    """Flywheel with its drive."""
 
     gearbox: GearboxConfig
     inertia: float
@@ -441,7 +441,7 @@ class FlywheelSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RackConfig:
-    """A slide on a rack, its drive and its range. Lengths are along the slide."""
+    """Slide on a rack with its drive and range. Lengths are along the slide."""
 
     gearbox: GearboxConfig
     mass: float
@@ -501,7 +501,7 @@ class RackSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerConfig:
-    """A roller and its drive."""
+    """Roller with its drive."""
 
     gearbox: GearboxConfig
     inertia: float

@@ -1,4 +1,4 @@
-"""A robot in the world: body, drivetrain, battery, sensors, mechanisms and held pieces."""
+"""Robot in the world: body, drivetrain, battery, sensors, mechanisms and held pieces."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ class RobotConfig:
             require_mechanisms("a shooter", shooter.mechanism_names, self.mechanisms)
             for wheel in shooter.wheels:
                 if not isinstance(self.mechanisms[wheel], FlywheelConfig):
-                    raise ConfigError(f"RobotConfig: the wheels of a shooter must be flywheels, but {wheel!r} is none")
+                    raise ConfigError(f"RobotConfig: wheels of a shooter must be flywheels, but {wheel!r} is not one")
         for owner, parts in (
             ("an intake", self.intakes), ("a placer", self.placers), ("a climber", self.climbers)
         ):  # fmt: skip
@@ -192,7 +192,7 @@ class RobotConfig:
                 require_mechanisms(owner, part.mechanism_names, self.mechanisms)
         storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
         if len(set(storages)) < len(storages) or "" in storages[1:]:
-            raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
+            raise ConfigError(f"RobotConfig: storages need unique names, got {storages}")
         for room in (self.storage, *self.more_storages):
             if room.hopper is not None:
                 require_mechanisms("a hopper", (room.hopper.belt,), self.mechanisms)

@@ -287,7 +287,7 @@ class Shooter:
             now = self.aim
             if not np.isfinite(now.elevation + now.speed + now.turret_angle):
                 raise NonFiniteError(
-                    f"Shooter: want finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
+                    f"Shooter: need finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
                     f" turret {now.turret_angle} rad"
                 )
             period, ready = 1.0 / self.config.shot_rate, held if now.speed >= _SLOWEST else 0

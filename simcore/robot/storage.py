@@ -103,12 +103,12 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
     """Return the lowest layer and the next, which alternate, and the rise from one to the next [m]."""
-    ways = [_ways(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
-    staggered = sum(lower != upper for lower, upper in ways)
-    return ((ways[0][0], ways[1][0]), (ways[0][1], ways[1][1])), radius * math.sqrt(4.0 - staggered)
+    sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
+    staggered = sum(lower != upper for lower, upper in sides)
+    return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
 
 
-def _ways(length: float, radius: float) -> tuple[_Row, _Row]:
+def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
     """Return the rows along one side in a layer and the next, which is shifted by half a ball if possible."""
     count = max(1, math.floor(0.5 * length / radius + 1e-9))
     if length - 2.0 * count * radius >= radius - 1e-9:

@@ -47,16 +47,16 @@ _ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
 
 MEASURES = (
-    Key("drive_motor", MOTOR_NAMES, None, "left out: as on most such controllers", "NEO"),
+    Key("drive_motor", MOTOR_NAMES, None, "left out: the usual one of the controller", "NEO"),
     Key("steer_motor", MOTOR_NAMES, None, "", "NEO 550"),
     Key("drive_gearing", GEARING, None, "rotor turns per wheel turn", 6.75),
     Key("steer_gearing", GEARING, None, "rotor turns per turn of the azimuth", 21.43),
-    Key("coupling_ratio", RATIO, None, "drive rotor turns per turn of the azimuth while the wheel stands", 0.0),
+    Key("coupling_ratio", RATIO, None, "drive rotor turns per azimuth turn while the wheel is at rest", 0.0),
     Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
-    Key("trackwidth", ROBOT_LENGTH, None, "of a tank, between left and right wheels", 0.56),
-    Key("dropped_center", bool, None, "left out: true; of a tank: middle wheels lower, as in a kit chassis", False),
+    Key("trackwidth", ROBOT_LENGTH, None, "of a tank drive, between left and right wheels", 0.56),
+    Key("dropped_center", bool, None, "of a tank drive: middle wheels lower, as in kit chassis; left out: true", False),
     Key("reversed", bool, None, "of a tank or mecanum drive: whether positive output drives backward", True),
-    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else a plate's", 5.0),
+    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else that of a plate", 5.0),
     Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
     Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),
     Key("steer_stator_limit", CURRENT_LIMIT, None, "", 20.0),
@@ -65,14 +65,14 @@ MEASURES = (
 """Keys that correct values found in the program."""
 DRIVETRAIN = KeyTable(
     "[drivetrain]",
-    "what the program does not say of it; with motors it describes all of it, and nothing is looked for",
+    "what the program does not contain; with motors it describes the whole drivetrain, and the program is not searched",
     (
-        Key("kind", KINDS, "", "left out: as the program has it", "swerve"),
+        Key("kind", KINDS, "", "left out: that of the program", "swerve"),
         Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX",
             refused=OLD_CONTROLLERS),
         Key("drive", _IDS, (), "ids or channels, in the order of your kinematics; mecanum: front left, front right, "
             "rear left, rear right", [1, 3, 5, 7]),
-        Key("left", _IDS, (), "of a tank: motors of the left side, the leader first", [1, 2]),
+        Key("left", _IDS, (), "of a tank drive: motors of the left side, the leader first", [1, 2]),
         Key("right", _IDS, (), "", [3, 4]),
         Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX", refused=OLD_CONTROLLERS),
         Key("steer", _IDS, (), "", [2, 4, 6, 8]),
@@ -80,17 +80,17 @@ DRIVETRAIN = KeyTable(
         Key("encoders", _IDS, (), "ids or channels of these", [11, 12, 13, 14]),
         Key("x", _PLACES, (), "of the modules, forward of the robot's center", [0.27, 0.27, -0.27, -0.27]),
         Key("y", _PLACES, (), "to the left", [0.27, -0.27, 0.27, -0.27]),
-        Key("zeros_deg", Several(DEGREES), (), "what your code reads as angle while the encoder reads 0",
+        Key("zeros_deg", Several(DEGREES), (), "angle that your code reads while the encoder reads 0",
             [0.0, 0.0, 0.0, 0.0]),
-        Key("reversed_drive", _ROWS, (), "those of drive, by place from 0, that go backward with positive output", []),
-        Key("reversed_steer", _ROWS, (), "those of steer that turn clockwise with positive output", []),
-        Key("reversed_encoders", _ROWS, (), "those of encoders that count up clockwise", []),
+        Key("reversed_drive", _ROWS, (), "indices in drive, from 0, that go backward with positive output", []),
+        Key("reversed_steer", _ROWS, (), "indices in steer that turn clockwise with positive output", []),
+        Key("reversed_encoders", _ROWS, (), "indices in encoders that count up clockwise", []),
         Key("wheel_encoders", _ROWS, (), "first DIO channels of encoders on wheels or sides", []),
-        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "way that your code takes 2048 of their "
-            "pulses for", []),
+        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "distance that your code counts for 2048 of "
+            "their pulses", []),
         Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
-        Key("gyro_upside_down", bool, False, "whether it hangs upside down, and the program goes by that", True),
-        Key("gyro_reversed", bool, False, "whether its yaw alone counts the other way", True),
+        Key("gyro_upside_down", bool, False, "whether it is upside down, and the program accounts for that", True),
+        Key("gyro_reversed", bool, False, "whether only its yaw is reversed", True),
         *MEASURES,
     ),
 )  # fmt: skip
@@ -146,14 +146,14 @@ class DrivetrainSettings:
     def corrections(self) -> tuple[str, ...]:
         """Keys in the table that correct what the program search found about the wheels."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
-        return self._said(*own)
+        return self._present_keys(*own)
 
     @property
     def of_swerve(self) -> tuple[str, ...]:
         """Keys in the table that only a swerve drive can have."""
-        return self._said("reversed_steer", "reversed_encoders", "zeros")
+        return self._present_keys("reversed_steer", "reversed_encoders", "zeros")
 
-    def _said(self, *names: str) -> tuple[str, ...]:
+    def _present_keys(self, *names: str) -> tuple[str, ...]:
         keys = {"zeros": "zeros_deg", "places": "x"}
         return tuple(keys.get(name, name) for name in names if getattr(self, name))
 
@@ -174,7 +174,7 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
     if not (left or right or drive):
         for name in _OF_DEVICES:
             if name in t:
-                raise t.error(name, "needs the motors beside it, drive, or left and right; else they are looked for")
+                raise t.error(name, "needs the motors as well: drive, or left and right")
     if bool(left) != bool(right):
         raise t.error("left", "and right must both name motors")
     if len(xs) != len(ys):

@@ -24,14 +24,14 @@ from simcore.world.symmetry import Pose
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
 ROLES = ("partner", "opponent")
-FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot beside yours, whichever alliance yours "
-    "is of; it plays while yours is enabled", (
+FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the game's own, in the other alliance or in "
+    "yours; it plays while yours is enabled", (
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "of the game, by its name; neither this nor player nor script: it stands still"),
+    Key("auto", str, None, "an auto of the game, by name; without auto, player and script it stands still"),
     Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
-    Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
+    Key("script", str, None, '"module:function" next to this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
 ))  # fmt: skip
@@ -132,7 +132,7 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
     t.finish()
     given = [key for key in ("script", "player", "auto") if v[key] is not None]
     if len(given) > 1:
-        raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
+        raise t.error(given[0], f"and {given[1]} exclude each other: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):
         raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
     return FurtherRobot(**v, role=role, where=t.where, folder=folder)

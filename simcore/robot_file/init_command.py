@@ -68,21 +68,21 @@ def run(args: argparse.Namespace) -> int:
         return 0
     path = robot_file.parent / FILE_NAME
     if path.exists() and not args.force:
-        raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
         prepare()  # the first time on a computer this takes longer than a program may take to start
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
-            f"the robot program does not load ({found['error']}), so nothing is written; mend that first, or write the "
+            f"the robot program does not load ({found['error']}), so nothing is written; fix that first, or write the "
             "file without looking at it: simcore init --no-look"
         )
-    for line in _looked(found, is_asked=not args.no_look):
+    for line in _survey_report(found, is_asked=not args.no_look):
         print(line)
     if found and _simulates_itself(robot_file.parent):
         for m in found.get("motors", ()):
             m["turns_freely"] = False
-            m["remark"] = m["remark"] or "your program has a simulation of its own, which may move it"
+            m["remark"] = m["remark"] or "your program has its own simulation, which may move it"
     game = next(iter(installed_games()), "")
     try:
         problem = _write_table(path, found, robot_file, game=game, every=args.all, starts=not args.no_look)
@@ -128,12 +128,12 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
         print(found["drivetrain"]["problem"])
 
 
-def _looked(found: dict[str, Any], *, is_asked: bool) -> list[str]:
+def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
     """Describe what the survey of the program has found, or why it has found nothing."""
     if not is_asked:
-        return ["not looked at the robot program: fill in the mechanisms by hand"]
+        return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
-        return [f"could not look at the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
+        return [f"could not survey the robot program ({found['not_modelled']}): fill in the mechanisms by hand"]
     motors, ports, cameras = (found.get(what, ()) for what in ("motors", "ports", "cameras"))
     drivetrain = found.get("drivetrain", {})
     said = list(drivetrain.get("lines", ()))
@@ -244,7 +244,7 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
         )
     path = root / ".github" / "workflows" / _WORKFLOW.name
     if path.exists() and not force:
-        raise ConfigError(f"{path} is there already; simcore init --ci --force overwrites it")
+        raise ConfigError(f"{path} already exists; simcore init --ci --force overwrites it")
     packages = shlex.join([simcore, *_packages(project)])
     packages += " -r requirements.txt" if (project / "requirements.txt").is_file() else ""
     text = _WORKFLOW.read_text(encoding="utf-8").replace("PACKAGES", packages)
@@ -259,11 +259,11 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
 def _packages(project: Path) -> list[str]:
     """Return the packages that RobotPy installs for a project, from its pyproject.toml."""
     file = project / "pyproject.toml"
-    told: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
-    extras = ",".join(told.get("components", ()))
+    settings: dict[str, Any] = read_toml(file).get("tool", {}).get("robotpy", {}) if file.is_file() else {}
+    extras = ",".join(settings.get("components", ()))
     robotpy = f"robotpy[{extras}]" if extras else "robotpy"
-    robotpy += f"=={told['robotpy_version']}" if "robotpy_version" in told else ""
-    return [robotpy, *told.get("requires", ())]
+    robotpy += f"=={settings['robotpy_version']}" if "robotpy_version" in settings else ""
+    return [robotpy, *settings.get("requires", ())]
 
 
 # --- the survey of the program ----------------------------------------------------------------------------------------
@@ -283,11 +283,11 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
         if find_spec(module) is None:
             return {"error": f"{module} is not installed"}
     robot_file = robot_file.resolve()  # the survey runs in another folder
-    answer = _ask(robot_file, options)
-    return _ask(robot_file, (*options, "real")) if "not_modelled" in answer else answer
+    answer = _run_survey(robot_file, options)
+    return _run_survey(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 
 
-def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
+def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
     """Run the survey and return its line of JSON."""
     project = _project_of(robot_file)
     path = [

@@ -135,7 +135,7 @@ class Table:
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {shown(value)}")
+            raise self.error(key, f"must be a table, written [{key}] on its own line; got {shown(value)}")
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
@@ -166,7 +166,7 @@ class Table:
         for name, value in table._data.items():
             if not isinstance(value, dict):
                 line = f"[{key}.{name!r}]"
-                raise table.error(name, f"must be a table, written {line} on a line of its own; got {shown(value)}")
+                raise table.error(name, f"must be a table, written {line} on its own line; got {shown(value)}")
             tables[name] = Table(value, f"{self.where} [{key}.{name!r}]")
         return tables
 
@@ -292,7 +292,7 @@ that is -0.61 m
             form = Several(known) if form.many else known
         value = t.value(self.name, self.default, _form_text(form))
         if self.needs and self.name in t and not t.has(self.needs[0]):
-            raise t.error(self.name, f"needs {' = '.join(self.needs)} beside it")
+            raise t.error(self.name, f"needs {' = '.join(self.needs)} as well")
         if isinstance(value, str) and (reason := (self.refused or {}).get(value)):
             raise t.error(self.name, f"cannot be {shown(value)}: {reason}")
         if self.name not in t:

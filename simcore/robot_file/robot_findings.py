@@ -238,13 +238,13 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         codes: Configurations of controllers in robot code, by name of the mechanism.
     """
     for number, intake in enumerate(config.intakes, 1):
-        yield from _of_intake(f"intake {number}", intake, config, game)
+        yield from _intake_findings(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
-        yield from _of_shooter(f"shooter {number}", shooter, config, game)
+        yield from _shooter_findings(f"shooter {number}", shooter, config, game)
     if game is not None and game.pieces and not config.intakes:
         yield _note("no [[intake]] is described: pieces are pushed, not taken in")
     for name, mechanism in config.mechanisms.items():
-        yield from _of_mechanism(name, with_limits(mechanism, codes.get(name)))
+        yield from _mechanism_findings(name, with_limits(mechanism, codes.get(name)))
     for number, climber in enumerate(config.climbers, 1):
         lift = config.mechanisms[climber.joints[-1].mechanism]
         if not isinstance(lift, ElevatorConfig):
@@ -258,7 +258,7 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
             )
 
 
-def _of_mechanism(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
+def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFinding]:
     """Check the stops and the weight of a mechanism."""
     if isinstance(config, ArmConfig) and (way := config.max_angle - config.min_angle) < _LEAST_WAY:
         low, high = (math.degrees(math.degrees(angle)) for angle in (config.min_angle, config.max_angle))
@@ -294,7 +294,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
-def _of_intake(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
     """Check whether an intake can touch a piece on the floor outside of the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
@@ -324,7 +324,9 @@ def top_exit_speed(shooter: ShooterConfig, config: RobotConfig) -> float:
     return shooter.exit_speed(_free_speeds(shooter, config))
 
 
-def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
+def _shooter_findings(
+    name: str, shooter: ShooterConfig, config: RobotConfig, game: Game | None
+) -> Iterator[RobotFinding]:
     """Check that a shooter is on the robot, can fire, and shoots high enough for a goal."""
     body, launch = config.body, shooter.launch
     places = np.array([muzzle_offset(launch, barrel) for barrel in range(len(launch.barrels))])
@@ -339,7 +341,7 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
     mean = 0.5 * (wheels[0] + wheels[-1])
     if mean < shooter.min_wheel_speed:
         yield RobotFinding(
-            f"{name} never throws: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
+            f"{name} never shoots: its wheels turn {mean / math.tau:.1f} times a second at 12 V, and pieces leave "
             f"above {shooter.min_wheel_speed / math.tau:g}"
         )
         return

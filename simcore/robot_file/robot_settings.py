@@ -121,18 +121,18 @@ class MechanismSettings:
             gearing: Rotor turns per turn of the mechanism [-].
             inertia: Inertia of all turning parts, at the mechanism [kg m^2].
         """
-        told = {"gearing": gearing, "inertia": inertia}
-        told = {key: value for key, value in told.items() if key in self.guessed}
-        if not told or isinstance(self.config, (PistonConfig, ServoConfig)):
+        from_program = {"gearing": gearing, "inertia": inertia}
+        from_program = {key: value for key, value in from_program.items() if key in self.guessed}
+        if not from_program or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         config, gearbox = self.config, self.config.gearbox
-        if "gearing" in told:
+        if "gearing" in from_program:
             gearbox = replace(gearbox, gearing=gearing)
             if not self.friction_is_given:
                 friction = default_friction(gearbox, has_gears=not isinstance(config, FlywheelConfig))
                 gearbox = replace(gearbox, friction_torque=friction)
-        own: dict[str, Any] = {"inertia": inertia} if "inertia" in told else {}
-        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **told})
+        own: dict[str, Any] = {"inertia": inertia} if "inertia" in from_program else {}
+        return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
         """Return a copy with the friction of a kS [V], unless the file has its friction."""
@@ -279,12 +279,12 @@ class RobotSettings:
                 field, said = "wheel_radius", 0.5 * value
             has = getattr(drivetrain if key == "yaw_inertia" else own, field, None)
             if has is None:
-                raise ConfigError(f"{where} is not of a {kind} drive")
+                raise ConfigError(f"{where} does not apply to a {kind} drive")
             if said != (has.name if isinstance(has, MotorModel) else has):
-                raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+                raise ConfigError(f"{where} = {value} has no effect: the program's constants set it; change them")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
-            raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
+            raise ConfigError(f"{FILE_NAME} [robot]: {key} does not apply to a {kind} drive")
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None

@@ -98,27 +98,27 @@ _KINDS = (
 )
 _MECHANISM = Key("mechanism", Named("mechanism", "[[mechanism]]"), example="hood")
 _TURNING = (
-    Key("gearing", GEARING, 1.0, "its turns per turn of the mechanism"),
+    Key("gearing", GEARING, 1.0, "encoder turns per turn of the mechanism"),
     Key("reversed", bool, False, "whether it counts down while the mechanism goes up"),
 )
-_ZERO = Key("zero", RATIO, 0.0, "what your code reads with the mechanism at 0")
+_ZERO = Key("zero", RATIO, 0.0, "reading in your code with the mechanism at 0")
 
-SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing were there", (
+SENSOR = KeyTable("[[sensor]]", "a sensor without a table reads as if there were nothing to sense", (
     Key("name", str, example="hood encoder"),
     Key("kind", _KINDS),
 ))  # fmt: skip
-_INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
+_INPUT = KeyTable("wiring of a switch or a beam break", "one of the two", (
     Key("dio", _DIO, None, "channel", 2),
     Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2", needs=("pin", "<1 or 2>")),
     Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi", needs=("candi", "<CAN id>")),
     Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
 ))  # fmt: skip
-_VIEW = KeyTable("what a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
-    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; of intake and shooter: that pass",
+_VIEW = KeyTable("pieces that a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
+    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; intake and shooter: that pass",
         field="place"),
-    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "of storage: seen from so many on, from its exit"),
-    Key("delay", DELAY, 0.0, "of storage: seconds that a piece takes from the intake to the sensor"),
-    Key("passing_time", DURATION, 0.1, "of intake and shooter: seconds for which a piece is seen"),
+    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "storage: number of pieces from its exit up to the sensor"),
+    Key("delay", DELAY, 0.0, "storage: seconds that a piece takes from the intake to the sensor"),
+    Key("passing_time", DURATION, 0.1, "intake and shooter: seconds for which a piece is seen"),
     Key("kinds", Several(str), (), "kinds of pieces that it sees; left out: all", ["Name"]),
 ))  # fmt: skip
 SENSORS = {table.head: table for table in (
@@ -130,7 +130,7 @@ SENSORS = {table.head: table for table in (
     )),
     KeyTable("duty cycle encoder", "absolute", (_MECHANISM, Key("dio", _DIO, example=4), *_TURNING, _ZERO)),
     KeyTable("analog encoder", "absolute", (_MECHANISM, Key("analog", _ANALOG, example=0), *_TURNING, _ZERO)),
-    KeyTable("potentiometer", "linear between the mechanism's stops; an AnalogInput, too", (
+    KeyTable("potentiometer", "linear between the mechanism's stops; also for an AnalogInput", (
         _MECHANISM,
         Key("analog", _ANALOG, example=1),
         Key("lower_volts", _VOLTS, about="at the mechanism's lower stop", example=0.5),
@@ -142,15 +142,15 @@ SENSORS = {table.head: table for table in (
         Key("at_deg", DEGREES, None, "of an arm, turret or servo"),
         Key("at_height", ROBOT_PLACE, None, "of an elevator"),
         Key("at_extension", ROBOT_PLACE, None, "of a rack or piston"),
-        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: a hundredth of the way [m or deg]"),
+        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: 1 % of the travel [m or deg]"),
         *_INPUT.keys,
     )),
     KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
-    KeyTable("canrange", "sees pieces by the same keys; or a mechanism that slides", (
+    KeyTable("canrange", "sees pieces, with the same keys, or a sliding mechanism", (
         Key("id", DeviceAddress, example=12),
         replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
-        Key("distance", ROBOT_HEIGHT, None, "to a piece (left out: 0.05), or to the mechanism at its lower stop", 0.05),
-        Key("empty", ROBOT_HEIGHT, 0.5, "where there is no piece"),
+        Key("distance", ROBOT_HEIGHT, None, "to a piece or a mechanism at its lower stop; left out: 0.05, piece", 0.05),
+        Key("empty", ROBOT_HEIGHT, 0.5, "distance without a piece"),
         *_VIEW.keys,
     )),
 )}  # fmt: skip
@@ -177,7 +177,7 @@ def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConf
         key = telemetry_name(sensor.name)
         if not key or key in names:
             other = f"; {names[key]!r} has that already" if key else ""
-            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
+            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs its own key{other}")
         names[key] = sensor.name
         for key_of_port in sensor.keys:
             port = (key_of_port, sensor.pin)
@@ -227,7 +227,7 @@ def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
     """Return the wiring of a switch or a beam break, by the fields of its settings."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
-        raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
+        raise t.error("dio", "and candi exclude each other: a switch is wired to one of them")
     if v["candi"] is None and v["dio"] is None:
         raise t.error("dio", "is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead")
     if v["candi"] is None:
@@ -253,7 +253,7 @@ def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> di
         raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {v['mechanism']!r}")
     for key in ("empty", *(key.name for key in _VIEW.keys)):
         if key in t:
-            raise t.error(key, "is of a CANrange that looks at pieces; this one looks at a mechanism")
+            raise t.error(key, "is for a CANrange that detects pieces; this one measures a mechanism")
     if v["distance"] is None:
         raise t.error("distance", f"is missing; it must be {ROBOT_HEIGHT}")
     return {"distance": v["distance"]}
@@ -277,10 +277,10 @@ def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> t
         key, per_unit, unit = "at_extension", 1.0 / getattr(config, "pinion_radius", 1.0), "m"
     for other in ("at_deg", "at_height", "at_extension"):
         if other in t and other != key:
-            raise t.error(other, f"is not of this mechanism: it must be {key}, or at = 'lower' or 'upper'")
+            raise t.error(other, f"does not fit this mechanism: it must be {key}, or at = 'lower' or 'upper'")
     within = 0.01 * (high - low) if v["within"] is None else v["within"] * per_unit
     if key in t and "at" in t:
-        raise t.error("at", f"and {key} cannot both be: a switch has one place")
+        raise t.error("at", f"and {key} exclude each other: a switch has one place")
     if key in t:
         place = v[key] * per_unit
         if low <= place <= high:

@@ -1,4 +1,4 @@
-"""What a camera on the field of REBUILT can see: cases worked out by hand from the manual's and the tags' numbers."""
+"""Visibility from cameras on the field of REBUILT: cases worked out from numbers of the manual and the tags."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def with_cameras(*cameras: CameraConfig) -> RobotConfig:
 
 
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
-    """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
+    """Return a camera over the robot's center, so that robot and lens have the same x and y."""
     mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
     return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, bias=CameraBias.none(), **more)
 
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
-    """Tags that the camera's first frames show, the robot standing at a place of the field."""
+    """Return the tags in the camera's first frames, with the robot at a place of the field."""
     robots = [RobotEntry(start=(x, y, math.radians(yaw_deg)), preload=0, config=with_cameras(camera))]
     robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
@@ -139,7 +139,7 @@ def piece_frame(fuel, camera=None, others=(), is_off=False):
 
 
 def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
-    """At (1.5, -0.4) from an eye 0.5 m high that looks 20 degrees down."""
+    """A fuel at (1.5, -0.4) and an eye 0.5 m high that looks 20 degrees down."""
     frame, _ = piece_frame([(8.5, 1.6, 0.075)])
     (piece,) = frame.pieces
     c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
@@ -154,8 +154,8 @@ def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
 
 
 def test_the_nearest_piece_is_first_and_hides_those_behind_it():
-    """The eye is higher than the fuel, so it sees one above the other. One beyond the far plane and one behind the
-    robot are not seen."""
+    """The eye is higher than the fuel, so it sees one above the other. It sees neither one beyond the far plane nor one
+    behind the robot."""
     frame, _ = piece_frame(
         [(9.0, 2.0, 0.075), (8.2, 2.0, 0.075), (8.2, 1.9, 0.075), (10.6, 2.0, 0.075), (6.0, 2.0, 0.075)]
     )
@@ -232,7 +232,7 @@ def test_invalid_cameras_and_layouts_are_refused_at_construction(cameras, tags, 
 
 
 def test_cameras_work_on_a_field_without_tags():
-    """They see pieces, and no tag."""
+    """They see pieces, but no tag."""
     from games.rebuilt import REBUILT
     from simcore import Match
     from simcore.vision.camera import PiecePipeline, TagPipeline

@@ -1,4 +1,4 @@
-"""CHARGED UP by the public parts: cones on poles, cubes on shelves, links, and stations that are docked and engaged."""
+"""CHARGED UP from public parts: cones on poles, cubes on shelves, links, docked and engaged stations."""
 
 from __future__ import annotations
 

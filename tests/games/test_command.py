@@ -1,4 +1,4 @@
-"""`python -m games.rebuilt` with good and bad input."""
+"""Command `python -m games.rebuilt` with valid and invalid input."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def main(words: list[str]) -> int:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """An empty folder to run in: default outputs go to `out/`."""
+    """Run in an empty folder: default outputs go to `out/`."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -54,7 +54,7 @@ def environment() -> dict[str, str]:
 
 
 def refused(capsys, *arguments: str) -> str:
-    """What is said on stderr to wrong input; stdout stays empty, and there is no traceback."""
+    """Return the message on stderr for invalid input; check that stdout is empty and there is no traceback."""
     try:
         status = main([*arguments, "--json"])
     except SystemExit as stop:  # argparse
@@ -212,7 +212,7 @@ def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
 
 @pytest.mark.realtime
 def test_live_runs_at_wall_clock_pace_and_responds_to_a_dashboard(here, capsys):
-    """A client that never asked us anything sees the match time go by; its button resets the field."""
+    """A client that has only subscribed sees the match time advance; its button resets the field."""
     from dashboard import free_port, start_client
 
     ntcore = season.ntcore

@@ -1,4 +1,4 @@
-"""What buttons do for a person who drives: shoot, place on the nearest branch, take algae and bring them away."""
+"""Button actions of a human driver: shoot, place on the nearest branch, take and process algae."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simcore.match.players.driven_robot import DrivenRobot, DriverInput
 
 
 def driven(game, alliance, start):
-    """A match with a robot whose person wants what `wants` says."""
+    """Return a match with a robot whose driver holds the buttons of `wants`."""
     match, wants = Match(game, robots=(RobotEntry(alliance=alliance, start=start),)), {}
     match.set_controller(0, DrivenRobot(game.driving, match, alliance, lambda: DriverInput(**wants)))
     return match, wants

@@ -1,4 +1,4 @@
-"""People act on the field: by Python and by NetworkTables, in order, before a tick, and no piece is lost."""
+"""Actions of people on the field, by Python and NetworkTables: in order, before a tick, without losing pieces."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def last(match: Match) -> tuple[bool, str]:
 
 @pytest.mark.parametrize("name", GAMES)
 def test_a_field_reset_restores_the_start_and_the_robot_stays(name):
-    """After four seconds of an auto: every piece is back where the seed puts it, and nothing counts any more."""
+    """After four seconds of an auto every piece is back where the seed puts it, and the score is zero."""
     game = GAMES[name]
     auto = next(iter(game.autos))
     with Match(game, seed=4) as match:
@@ -88,7 +88,7 @@ def test_spawned_pieces_are_staged_lie_free_and_run_out():
 
 
 def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
-    """Commands of one tick go in their order; a refused one changes nothing and says where there is room."""
+    """Commands of one tick run in order; a refused one changes nothing and names a free place."""
     game = GAMES["rebuilt"]
     heard = []
     with Match(game, seed=1) as match, caplog.at_level(logging.INFO, "simcore.match.field_control"):
@@ -122,7 +122,7 @@ def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
 
 
 def test_a_dashboard_controls_the_field_over_networktables():
-    """Buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
+    """Buttons, numbers, a chooser, a Pose2d; retained values are not commands."""
     folder = "/Sim/Control/"
     with Dashboard() as board, Match(GAMES["rebuilt"], seed=2) as match:
         client = board.client
@@ -134,7 +134,7 @@ def test_a_dashboard_controls_the_field_over_networktables():
         count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
-            """Play until so many commands are done and the dashboard knows of it."""
+            """Play until so many commands are done and the dashboard has received the results."""
             board.until(match, lambda: count.get() == number)
             assert match.control.count == number
             return str(status.get())
@@ -190,7 +190,7 @@ def test_an_auto_for_the_games_own_robot_is_refused_for_another_robot(name):
 
 
 def test_an_auto_that_cannot_continue_ends_and_the_match_continues():
-    """Its mechanisms have the names and types of the game's own, but it shoots another way."""
+    """Its mechanisms have the names and types of the game's own robot, but it shoots another way."""
 
     def fail(robot, time):
         raise IndexError("list index out of range")

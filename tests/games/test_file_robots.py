@@ -1,4 +1,4 @@
-"""Robots that simcore.toml describes, on the field of REBUILT: one with a claw on an arm, one that climbs."""
+"""Robots described in simcore.toml on the field of REBUILT: one with a claw on an arm, one that climbs."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ on = "climb"
 
 @pytest.fixture
 def played(tmp_path):
-    """A match of a robot of a file's text; it is closed afterwards."""
+    """Return a match with the robot of a file's text; close it afterwards."""
     matches = []
 
     def play(text: str) -> Match:
@@ -120,7 +120,7 @@ def test_a_claw_on_an_arm_on_an_elevator_takes_lifts_and_releases_a_piece(played
 
 
 def test_a_climber_lifts_the_robot_onto_a_rung_of_the_tower(played):
-    """Between the uprights, its hook in its middle 0.054 m above the low rung (0.6858 m): it rises by the rest."""
+    """Between the uprights, with the middle of its hook 0.054 m above the low rung (0.6858 m): it rises by the rest."""
     match = played(CLIMBER)
     robot = match.robots[0]
     (climber,) = robot.climbers

@@ -1,4 +1,4 @@
-"""Scripted autos of every game: what no robot and no piece may do, and red does what blue does."""
+"""Laws of scripted autos of every game: conserved pieces, limits of robots, and red equal to blue."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ def test_a_red_robot_scores_what_a_blue_one_does(runs):
 
 
 def test_a_red_robot_drives_the_corresponding_path(runs):
-    """Until it meets a piece; a heap that is pushed makes any difference larger.
+    """Equal until it meets a piece; a pushed heap amplifies any difference.
 
-    On a turned field only rounding differs, and what the engine makes of it in a robot's contact with the carpet. On a
-    mirrored one the robot's left and right wheels change places as well.
+    On a rotated field only rounding differs, and its effect on the engine's contacts of robot and carpet. On a mirrored
+    field the robot's left and right wheels also change places.
     """
     blue, red = runs["blue"], runs["red"]
     symmetry = GAMES[runs.name].field.symmetry
@@ -104,7 +104,7 @@ def test_the_red_match_is_staged_as_the_blue_one_flipped(runs):
 
 
 def test_a_red_shot_flies_as_the_corresponding_blue_one(runs):
-    """The first, before anything was touched: aim, muzzle, speed and spin are mirrored, so the flight is."""
+    """The first shot, before any contact: aim, muzzle, speed and spin are mirrored, so the flight is."""
     shots = [runs[alliance].run.match.record.shots for alliance in ("blue", "red")]
     if not shots[0] or shots[0][0].time > 0.02 * (runs["blue"].touched or math.inf):
         pytest.skip("no shot before it meets a piece")

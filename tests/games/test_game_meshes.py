@@ -1,4 +1,4 @@
-"""The committed fields: what the scripts generate, closed, symmetric, and with the numbers that others publish."""
+"""Committed fields: as the scripts generate them, closed, symmetric, and with published dimensions."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ PRINTED = {
         ("blue_net_floor", "high", 2, inches(76), 1e-6),
     ],
 }
-"""Element, corner, axis, what a manual or another source says [m], and within what [m]."""
+"""Element, corner, axis, value in a manual or another source [m], and tolerance [m]."""
 
 
 @both

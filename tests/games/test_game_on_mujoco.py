@@ -1,4 +1,4 @@
-"""A sample of every game on MuJoCo: an auto keeps the laws of a match there, and is repeated to the last bit."""
+"""Every game on MuJoCo: an auto keeps the laws of a match, and repeats to the last bit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ print(play_auto(GAMES[sys.argv[1]], seconds=float(sys.argv[2]), seed=3).report.d
 
 
 def test_an_auto_keeps_the_laws_of_a_match(game):
-    """No piece is lost, sinks, leaves the field or lies elsewhere than it is said to; the robot drives and scores."""
+    """No piece is lost, sinks, leaves the field or lies off its reported place; the robot drives and scores."""
     auto = next(iter(game.autos))
     seen = play(game.name, auto)
     match = seen.run.match

@@ -1,4 +1,4 @@
-"""What cannot be is refused before the first tick, with what was wrong and what would work; nothing is left open."""
+"""Refusals of invalid input before the first tick, with the problem and what would work; nothing is left open."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from simcore.telemetry.sinks import MemorySink
 
 CRATES = GAMES["crates"]
 INSIDE = {"rebuilt": (4.6, 4.0, 0.0), "reefscape": (4.5, 4.0, 0.0), "crates": (0.3, 5.0, 0.0)}
-"""A start inside of an element: the hub, the reef, the dock."""
+"""Start inside of an element: the hub, the reef, the dock."""
 
 
 def of_game(game):
-    """Calls that are refused for every game, the error, and what it says."""
+    """Return calls that are refused for every game, with error and message."""
     length, width = game.field.size
     start, auto = game.starts[0], next(iter(game.autos))
     small = replace(game.robot(), storage=replace(game.robot().storage, capacity=1))
@@ -75,7 +75,7 @@ def test_invalid_matches_are_refused_at_construction(game):
 
 
 def of_match(match):
-    """Calls that a running match refuses, the error, and what it says."""
+    """Return calls that a running match refuses, with error and message."""
     yield from (
         (lambda: match.reset(seed=-1), ConfigError, "seed must be"),
         (lambda: match.reset(sinks=[5]), ConfigError, "sinks must be"),
@@ -103,7 +103,7 @@ def test_a_refused_call_leaves_the_match_unchanged(game):
 
 
 def test_a_red_robots_start_is_checked_where_it_stands(game):
-    """Its entry has the start as blue, so the text says both places."""
+    """Its entry has the start as blue, so the message has both poses."""
     x, y, _ = INSIDE[game.name]
     with pytest.raises(ConfigError) as caught:
         Match(game, robots=(RobotEntry(alliance="red", start=INSIDE[game.name]),))

@@ -1,4 +1,4 @@
-"""The same seed is the same match: in another process, after other matches, after a reset; a second auto is at zero."""
+"""Repeatability for a seed: in another process, after other matches, after a reset; a second auto starts at zero."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
 SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
-"""Until something that chance decides has been met."""
+"""Times until random numbers have had an effect [s]."""
 
 CODE = """
 import sys
@@ -58,12 +58,12 @@ def test_sinks_do_not_change_the_match(game, tmp_path):
 
 
 def test_queries_of_the_rules_change_nothing(game):
-    """A watched match is that match: pictures ask what a piece is worth now, the game's message and its counts."""
+    """Displays query the worth of pieces, the game message and counts; the match stays the same."""
     check_questions(game, next(iter(game.autos)), seconds=1.0)
 
 
 def test_a_change_of_only_a_pieces_status_changes_the_digest(game):
-    """Status is part of the state: a piece in the robot is not one with the human player."""
+    """Status is part of the state: a piece in the robot differs from one with the human player."""
     digests = []
     for kept in (False, True):
         with Match(game, seed=1) as match:
@@ -84,7 +84,7 @@ def with_auto(game: Game, **settings) -> Match:
 
 
 def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
-    """Play and reset so often; the digests, and how many more objects there are at the end than after a fifth."""
+    """Play and reset this often; return the digests, and the growth in objects after the first fifth."""
     digests, start = set(), 0
     for number in range(times):
         match.reset()
@@ -135,7 +135,7 @@ def test_resets_leak_no_memory(game, whole):
 
 
 def test_a_second_auto_begins_at_zero(game):
-    """As in `robotpy sim`, where a driver enables auto again; what lies on the field stays where it is."""
+    """As in `robotpy sim`, where a driver enables auto again; pieces on the field stay where they are."""
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)

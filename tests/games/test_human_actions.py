@@ -1,4 +1,4 @@
-"""A person plays human players, by Python and by NetworkTables, in both games, by the rules of the policy."""
+"""Human players played by a person, by Python and NetworkTables, in both games, within the rules of the policy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def outposts(**settings) -> Match:
 
 
 def said(match: Match, *commands: tuple[str, str]) -> list[str]:
-    """What became of commands, given in one tick."""
+    """Return the results of commands given in one tick."""
     for alliance, name in commands:
         match.control.human_action(alliance, name)
     match.tick()
@@ -53,7 +53,7 @@ def test_human_players_not_taken_over_play_on_and_refused_requests_take_over_non
 
 
 def test_the_policy_keeps_eight_fuel_for_robots_and_feeds_those_waiting_at_its_wall():
-    """Who drives past or is full gets none; an alliance without robots throws all it has."""
+    """A robot that drives past or is full gets none; an alliance without robots throws all of its fuel."""
     start = (0.5, rebuilt.OUTPOST_Y, 0.0)
     with RebuiltSim(options=["human_players"], robots=(RobotEntry(start=start, preload=0),), seed=3) as match:
         people, robot = match.rules.human_players, match.robots[0]
@@ -144,7 +144,7 @@ def test_a_person_at_the_stations_feeds_and_throws_algae_in_teleop_only():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """Pulses, manual and back, misspelled alliances, numbers where buttons are."""
+    """Pulses, manual mode and back, misspelled alliances, numbers instead of buttons."""
     folder = "/Sim/HumanPlayer/"
     with Dashboard() as board, outposts(seed=2) as match:
         client = board.client

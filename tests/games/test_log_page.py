@@ -1,4 +1,4 @@
-"""A run of which only the log is left looks the same."""
+"""Page of a run from its log alone: equal to that of the run."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_shots_are_read_back_with_the_flights_of_the_engine(depot):
 
 
 def test_a_log_of_an_older_version_also_gives_a_page(depot, tmp_path):
-    """Without ids, results of shots, and what the robot believed."""
+    """Without ids, results of shots, and the robot's pose estimate."""
     _, live, *_ = depot
     old = Recording()
     for snapshot in list(live.snapshots())[:50]:
@@ -91,7 +91,7 @@ def test_logs_without_a_run_are_refused(tmp_path, capsys):
 
 
 def test_a_time_stamp_a_day_later_is_ignored(depot, tmp_path, capsys):
-    """A flipped byte must not make a run of a day: what was logged together is the run."""
+    """A flipped byte must not make a run of a day: entries close in time are the run."""
     later = tmp_path / "later.wpilog"
     records = [struct.pack("<BBBQd", 0b0111_0000, entry, 8, 86_400_000_000, 1.0) for entry in range(1, 60)]
     later.write_bytes(depot[2].read_bytes() + b"".join(records))

@@ -1,4 +1,4 @@
-"""What a run leaves behind, and that nothing of it can stop the run."""
+"""Outputs of a run: they exist, and no failure to write them stops the run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def outputs(capsys, *arguments: str) -> tuple[dict[str, str], str]:
 
 @pytest.fixture(scope="module")
 def depot():
-    """An auto of which everything was recorded, closed; and for some instants where the fuel was."""
+    """Return a closed auto with all recordings, and the positions of fuel at some instants."""
     recording, truth = Recording(), {}
 
     def note(match):

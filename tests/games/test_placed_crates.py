@@ -1,4 +1,4 @@
-"""A game in which pieces stay where they are placed: counted, and the same for red and blue."""
+"""Game with placed pieces: they count, equally for red and blue."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLACES = tuple(
 
 
 def staging(rng, entries):
-    """One crate to fetch, and one that lies turned on the dock already."""
+    """Place one crate to fetch, and one that already lies turned on the dock."""
     lies = np.array([[0.25, 4.6, 0.5 + 0.18]])
     turned = np.array([[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]])
     return [

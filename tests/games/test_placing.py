@@ -1,4 +1,4 @@
-"""Robots are put down where they can stand, and a piece has one owner, whatever is asked for in whatever order."""
+"""Placement of robots where they can stand, and ownership of pieces, for requests in any order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DEEPEST = 0.020  # [m]
 
 
 def ways_to_place(match):
-    """Everything that puts the first robot somewhere exactly; only `reset` lets its gyro begin anew."""
+    """Return all calls that place the first robot exactly; only `reset` restarts its gyro."""
     robot = match.robots[0]
 
     def by_command(pose):
@@ -36,7 +36,7 @@ def ways_to_place(match):
 
 
 def require_clear(match, pose):
-    """The robot that was put there is in nothing, and nothing is in it."""
+    """Check that the placed robot overlaps nothing."""
     engine, robot = match.world.engine, match.robots[0]
     assert engine.depth(robot.chassis.row) < _DEEPEST, pose
     footprint = Footprint(*robot.chassis.footprint)
@@ -79,7 +79,7 @@ def test_a_placed_robot_overlaps_nothing_and_knows_its_pose(name, whole):
 
 @pytest.mark.parametrize("name", GAMES)
 def test_pieces_return_to_the_place_of_a_robot_carried_away(name):
-    """Within a tick, too: where it stands last alone is taken."""
+    """Also within a tick: only its last place is occupied."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:
         for x in (3.0, 6.0):
@@ -191,7 +191,7 @@ def test_no_robot_is_placed_where_another_will_be_in_the_next_tick():
 
 
 def test_a_suggested_free_place_is_never_on_a_ramp():
-    """Of a robot in REBUILT's hub, near the bump beside it, where nothing solid is in its way."""
+    """For a robot in REBUILT's hub, near the bump next to it, where no obstacle is."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
         pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)

@@ -1,4 +1,4 @@
-"""Laws in games of robots of any build that people carry, reset and drive, and calls of nonsense between ticks."""
+"""Laws in random games with robots of any build, and random invalid calls between ticks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BROKE = {
     92: "fuel was put into a robot that lay on it",
     16: "a robot that tipped onto its back gained energy as its other side landed",
 }
-"""Seeds in which a law did not hold."""
+"""Seeds that once broke a law."""
 
 
 @pytest.mark.parametrize("seed", BROKE)

@@ -1,4 +1,4 @@
-"""The scripted autos on the real field: what they score, and what no robot and no fuel may do meanwhile."""
+"""Scripted autos on the field of REBUILT: scores, and limits for robots and fuel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ AUTOS = ["depot", "neutral", "tour"]
 
 @pytest.fixture(scope="module")
 def played(engine_name):
-    """Runs by auto."""
+    """Return runs by auto."""
     return {auto: play("rebuilt", auto) for auto in AUTOS}
 
 

@@ -1,4 +1,4 @@
-"""Fouls and the tower in matches of REBUILT: each where it is one, and beside it where it is none."""
+"""Fouls and the tower in matches of REBUILT: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ AT_TOWER = (dim.TOWER_UPRIGHT_X + 0.5 * dim.TOWER_UPRIGHT_DEPTH + HALF + 0.01, d
 
 @pytest.fixture(scope="module")
 def play():
-    """Robots 0 and 2 are blue, 1 is red."""
+    """Return `play`; robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REBUILT, far=((2.5, 1.5, 0.0), (14.0, 6.5, 0.0), (2.5, 6.5, 0.0)))
 
 
 def free_fuel(match):
-    """Slots of fuel that nobody holds."""
+    """Return slots of fuel in no robot."""
     return match.pieces.on_field()
 
 
 def shoot(match, number, *, into="blue"):
-    """Let a robot have launched a fuel, which falls into a hub."""
+    """Let a robot launch a fuel that falls into a hub."""
     slot = int(free_fuel(match)[-1])
     match.pieces.hold(np.array([slot]), number)
     match.robots[number].storage.add([slot])
@@ -82,7 +82,7 @@ def test_g420_contact_with_a_robot_at_its_tower_in_the_last_30_s_whoever_starts_
 
 
 def test_g420_gives_level_3_to_a_robot_off_the_carpet_and_does_not_apply_to_partners(play, monkeypatch):
-    """30 points, wherever it ends."""
+    """30 points, whatever its final position."""
     poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
     partners = {0: AT_TOWER, 2: poses[1]}
     drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0)}
@@ -108,7 +108,7 @@ def test_g420_contact_through_fuel_is_contact(play):
 
 
 def test_g418_a_robot_held_against_a_wall_for_three_seconds_is_pinned(play):
-    """By who pushes it; one that does not try to move is not."""
+    """Attributed to the robot that pushes; a robot that does not try to move is not pinned."""
     poses = {0: (6.5, HALF + 0.02, 0.0), 1: (6.5, 3 * HALF + 0.06, -math.pi / 2)}
     drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
     match = play(poses, 60.0, drive=drive, seconds=3.6)
@@ -147,7 +147,7 @@ def test_g415_a_deployed_intake_reaches_into_an_opponent(play):
 
 
 def test_g408_a_robot_catches_and_keeps_fuel_out_of_a_hub(play):
-    """For more than a moment; fuel that has been on the carpet it may keep."""
+    """Held for more than a moment; a robot may keep fuel that has touched the carpet."""
 
     def emerge(*, met=True, falls=False, held=0.8):
         def act(match):
@@ -218,7 +218,7 @@ def test_g419_starts_again_after_a_gap_and_ignores_moving_robots(play):
 
 
 def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
-    """Both bumps of a side; who drives through the trenches beside each other at 0.6 m/s closes nothing off."""
+    """Both bumps of a side; robots that drive through the trenches side by side at 0.6 m/s close nothing off."""
     bumps = {0: (dim.BUMP_X, dim.BUMP_LEFT_Y, 0.0), 2: (dim.BUMP_X, dim.BUMP_RIGHT_Y, 0.0)}
     assert told(play(bumps, 60.0, seconds=3.2)) == [("G419", "blue", 15)]
     before = dim.TRENCH_X - 0.5 * dim.TRENCH_DEPTH - HALF
@@ -228,7 +228,7 @@ def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
 
 
 def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
-    """G405 and G407 are about who shot it; whoever moves it later has not."""
+    """G405 and G407 apply to the shooter; a robot that moves the fuel later has not shot it."""
 
     def rest(match):
         slot = int(free_fuel(match)[-1])
@@ -245,7 +245,7 @@ def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
 
 
 def drop(match, alliance, time):
-    """Let a fuel fall into a hub, so that it passes the throat at about a time of the match [s]; its points."""
+    """Let a fuel pass the throat of a hub at about a time of the match [s]; return its points."""
     begin(match, time)
     match.rules.hubs.count("blue", 5.0)
     match.rules.hubs.count("blue", 5.0)
@@ -346,7 +346,7 @@ def test_g414_a_partner_carried_off_the_carpet_loses_its_tower_points():
 
 
 def test_a_robot_on_the_tower_until_the_end_of_the_assessment_gets_its_level():
-    """A robot that is put on the low rung's height, hanging; it falls 2.5 s after the match and has none."""
+    """A robot placed hanging at the height of the low rung falls 2.5 s after the match and has no level."""
     with RebuiltSim(robots=(RobotEntry(start=AT_TOWER, preload=0),)) as match:
         levels = {True: 1, False: 0}
         hangs = True

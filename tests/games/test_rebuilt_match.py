@@ -1,4 +1,4 @@
-"""A match of REBUILT: its fuel, its human players, and what comes out of the hubs."""
+"""Match of REBUILT: fuel, human players, and fuel out of the hubs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
 
 
 def test_two_hundred_fuel_per_hub_are_counted_and_return_red_as_blue_rotated():
-    """With the same chance in both hubs: red's exits are blue's, turned, within 1 mm after a tick."""
+    """With equal random numbers in both hubs red's exits are blue's, rotated, within 1 mm after a tick."""
     empty = replace(REBUILT, staging=lambda rng, entries: [], preload=0)
     with Match(empty, options=["hub_exits"], robots=(RobotEntry(preload=0, start=(1.0, 1.0, 0.0)),)) as match:
         pieces, ways = match.pieces, match.rules.ways
@@ -123,7 +123,7 @@ def test_counts_are_configurable_and_add_up(staging, preload, total, on_field):
 
 
 def test_game_data_follows_an_auto_started_by_a_driver_station():
-    """Practice for a while, then a match: game data comes with teleop, of the auto fuel of this match alone."""
+    """Practice for a while, then a match: game data comes with teleop, from the auto fuel of this match alone."""
     with RebuiltSim() as match:
         match.play(0.5)
         match.start_mode("auto")

@@ -1,4 +1,4 @@
-"""Fouls of the 2025 game that geometry decides: each where it is one, and beside it where it is none."""
+"""Geometric fouls of the 2025 game: positive and negative cases of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HALF = 0.4
 
 @pytest.fixture(scope="module")
 def play():
-    """Robots 0 and 2 are blue, 1 is red."""
+    """Return `play`; robots 0 and 2 are blue, 1 is red."""
     yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
 
 
@@ -69,7 +69,7 @@ def test_auto_contact_is_a_foul_only_beyond_the_barge(play):
 
 
 def test_touching_an_opponents_cage_is_a_foul(play):
-    """G405 in auto, G418 in teleop, which gives away the ranking point of the barge; one's own may be touched."""
+    """G405 in auto, G418 in teleop, which grants the barge ranking point; the own cage may be touched."""
 
     def at(cage):
         return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
@@ -85,9 +85,9 @@ def test_touching_an_opponents_cage_is_a_foul(play):
 
 
 def test_touching_a_climber_in_the_end_game_is_a_foul(play):
-    """G428 for who touches one that touches its cage; before, the same is G427.
+    """G428 for contact with a robot at its cage; before the end game that is G427.
 
-    On MuJoCo the cage swings off for a tick, so that it is G427, too.
+    On MuJoCo the cage swings away for a tick, so that G427 follows as well.
     """
 
     def beside(cage):
@@ -125,7 +125,7 @@ def test_g409_more_than_one_coral_or_one_algae(play):
 
 
 def test_taking_a_coral_off_the_opponents_reef_grants_them_the_ranking_point(play):
-    """G410; off the own reef one may."""
+    """G410; taking one off the own reef is allowed."""
 
     def put_and_take(number):
         def act(match):
@@ -166,7 +166,7 @@ def test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef(play, robot
 
 
 def test_launching_coral_outside_of_the_own_reef_zone_is_a_foul(play):
-    """G412 for one that flies away; one that is let go drops where the robot is."""
+    """G412 for a launched coral; a released one drops where the robot is."""
 
     def let_go(speed):
         def act(match):
@@ -187,7 +187,7 @@ def test_launching_coral_outside_of_the_own_reef_zone_is_a_foul(play):
 
 
 def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
-    """G411 for who lets it go, as soon as it lies; an algae beside the reef is nothing."""
+    """G411 once the algae rests; an algae next to the reef is no foul."""
 
     def lay(number, where):
         def act(match):
@@ -210,7 +210,7 @@ def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
 
 
 def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):
-    """G421: minor, and major every three seconds."""
+    """G421: minor, then major every three seconds."""
     poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
     match = play(poses, 60.0, seconds=6.1)
     assert told(match) == [("G421", "blue", 2), ("G421", "blue", 6), ("G421", "blue", 6)]

@@ -1,4 +1,4 @@
-"""A slot above the field that takes pieces on their way up: scripts and the shooter table shoot at it."""
+"""Zone above the field that accepts rising pieces: scripts and the shooter table shoot at it."""
 
 from __future__ import annotations
 

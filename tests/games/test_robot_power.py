@@ -1,4 +1,4 @@
-"""Brown-out and disabling stop everything that a roboRIO stops; a field of one's own works."""
+"""Brown-outs and disabling stop everything that a roboRIO stops; custom fields work."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_disabled_robot_coasts_and_continues_when_enabled_again(match):
 
 
 def test_a_brownout_stops_everything_on_the_robot():
-    """A roboRIO that wants more than this battery ever has never gives its outputs free."""
+    """A roboRIO whose brown-out level exceeds this battery's voltage never enables its outputs."""
     weak = replace(rebuilt_robot(), battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
     entry = RobotEntry(preload=0, config=weak)
     with RebuiltSim(robots=(entry,), staging=NO_FUEL, controllers=[spin]) as match:
@@ -83,7 +83,7 @@ def full_speed(robot, time):
     ],
 )
 def test_any_robot_starts_at_full_speed_and_logs_brownouts(limits, battery, way, has_brownouts, caplog):
-    """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line says when and why, one how many."""
+    """2 s at 12 V from rest. Brown-outs last from heartbeat to heartbeat; a line has time and cause, one the count."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
     log = MemorySink()
@@ -128,9 +128,9 @@ def test_a_weak_battery_resets_the_roborio_and_stops_the_robot(caplog):
 
 
 def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
-    """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; released, all is well again.
+    """V = V0 (R / 12) / (R / 12 + Rb) at 12 V against a wall, on tires that cannot slip; after release it recovers.
 
-    That of the heartbeat before a brown-out; in the next one the motors are off.
+    The voltage is that of the heartbeat before a brown-out; in the next one the motors are off.
     """
     kraken, battery = motor("Kraken X60"), BatteryConfig(resistance=0.02, reset_hold=100.0)
     drivetrain = TankConfig(
@@ -161,7 +161,7 @@ def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
 
 
 def test_a_custom_field_needs_no_built_in_names(tmp_path: Path):
-    """A box and a ridge; the ridge is named as our bumps are, so robots drive over it."""
+    """A box and a ridge; the ridge has the name of a built-in bump, so robots drive over it."""
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     box = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
 

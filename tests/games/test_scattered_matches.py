@@ -1,4 +1,4 @@
-"""Matches with scatter: exact without, repeatable with, nothing lost, and red does what blue does."""
+"""Matches with scatter: exact without, repeatable with, nothing lost, and red equal to blue."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_zero_scatter_equals_no_scatter_and_a_seed_repeats_the_match():
 
 @pytest.mark.parametrize("game", ["rebuilt", "crates"])
 def test_red_is_blue_with_the_same_scatter(game):
-    """Turned for the one, mirrored for the other, where errors to the side are those of the mirrored robot."""
+    """Rotated in one game, mirrored in the other, where sideways errors are those of the mirrored robot."""
     symmetry = GAMES[game].field.symmetry
     scatter = Scatter() if symmetry.keeps_hands else replace(Scatter.none(), start_position=0.02, start_heading=0.02)
     blue, red = (played(game, seed=4, alliance=alliance, scatter=scatter) for alliance in ("blue", "red"))

@@ -1,4 +1,4 @@
-"""A run in which nothing was taken in or thrown says why, where it can be known; one that went well says nothing."""
+"""Explanations of runs without intake or shots where the reason is known; none for successful runs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ CASES = {
         r"the program believes to be at \(5\.80, 3\.00\) m, and the robot is at \(5\.80, 1\.00\) m",
     ),
 }
-"""Volts of mechanisms, what else differs, and the sentence."""
+"""Volts of mechanisms, other differences, and the message."""
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -93,7 +93,7 @@ def test_a_successful_run_reports_no_shortfall():
 
 @pytest.mark.parametrize("period", [0.02, 0.7])
 def test_log_and_page_report_the_shortfall(tmp_path, period):
-    """Also one that is not due in the last tick; a sink that is closed by then takes nothing more."""
+    """Also one that is not due in the last tick; a closed sink accepts nothing more."""
     log, closed = tmp_path / "run.wpilog", MemorySink()
     sinks = [WpilogSink(log, period=period), closed]
     with Match(REBUILT, robots=[RobotEntry(start=(5.8, 1.0, 0.0))], sinks=sinks) as match:

@@ -141,7 +141,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         assert match.count.is_conserved
     with pytest.raises(UnknownNameError, match="no storage \\(of intake\\) named 'bakc'"):
         replace(both, intakes=(IntakeConfig(zone=back, storage="bakc"),))
-    with pytest.raises(ConfigError, match="storages need names of their own"):
+    with pytest.raises(ConfigError, match="storages need unique names"):
         replace(both, more_storages=(StorageConfig(),))
 
 

@@ -1,4 +1,4 @@
-"""Drag and lift as formulas."""
+"""Formulas of drag and lift."""
 
 import math
 

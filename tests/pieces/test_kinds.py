@@ -1,4 +1,4 @@
-"""One kind of piece: derived numbers against their formulas, and what is refused."""
+"""Kinds of pieces: derived numbers against their formulas, and refusals."""
 
 import math
 

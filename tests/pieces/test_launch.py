@@ -1,4 +1,4 @@
-"""Where and how fast a piece leaves."""
+"""Position and velocity of a piece at launch."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_yaw_turns_muzzle_and_velocity_to_the_left():
 
 
 def test_a_turret_that_turns_against_the_robot_keeps_the_muzzle_where_it_is():
-    """Robot and turret at +-2 rad/s about the same axis: the muzzle stands still in the field."""
+    """Robot and turret at +-2 rad/s about the same axis: the muzzle is at rest in the field."""
     _, velocity = state(robot_spin=np.array([0.0, 0.0, 2.0]), turret_rate=-2.0)
     assert velocity == pytest.approx(state()[1])
 

@@ -1,4 +1,4 @@
-"""Shots at an opening among what stands on a field: the equation of motion, and what rim and boards do."""
+"""Shots at an opening among field elements: equation of motion, and effects of rim and boards."""
 
 import math
 from dataclasses import replace
@@ -54,7 +54,7 @@ def fly(balls, *more, **how):
 
 
 def through(x, rise):
-    """Velocity without drag that comes down through the plane of the opening at x, after having risen so far [m]."""
+    """Return the velocity without drag that comes down through the opening's plane at x, after a rise [m]."""
     up = math.sqrt(2.0 * GRAVITY * rise)
     time = up / GRAVITY + math.sqrt(2.0 * (rise - (HEIGHT - 0.5)) / GRAVITY)
     return (x / time, 0.0, up)
@@ -76,7 +76,7 @@ def test_a_scoring_ball_clears_the_rim_in_front_and_behind():
 
 
 def test_clean_shots_are_judged_as_with_full_flights():
-    """What goes in without touching the rim does so whether or not the others are followed to their end."""
+    """A shot that goes in without touching the rim does so whether or not the others are followed to their end."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)
     assert np.array_equal(all_of_them.goes_in & ~all_of_them.by_rim, some.goes_in & ~some.by_rim)
@@ -84,7 +84,7 @@ def test_clean_shots_are_judged_as_with_full_flights():
 
 
 def test_a_ball_falling_on_an_edge_goes_to_the_side_of_its_center():
-    """Straight down from 0.5 s above, a share of the radius aside of the rim in front."""
+    """After a fall of 0.5 s straight down, a fraction of the radius off an edge."""
     for side, goes_in in ((1.0, True), (-1.0, False)):
         edge = 4.5 if side > 0.0 else 4.5 - THICKNESS
         found = fly(shots([(0.0, 0.0, 0.0)], pos=(edge + side * 0.06, 0.0, HEIGHT + RADIUS + 1.2)))
@@ -93,7 +93,7 @@ def test_a_ball_falling_on_an_edge_goes_to_the_side_of_its_center():
 
 
 def test_a_board_sends_shots_back_in():
-    """What flies too far meets it, keeps half of its speed toward it the other way round, and drops in."""
+    """A long shot hits it, keeps half of its normal speed in the other direction, and drops in."""
     flat = through(6.5, 2.5)
     assert not fly(shots([flat])).goes_in[0]
     found = fly(shots([flat]), NET)

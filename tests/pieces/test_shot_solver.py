@@ -1,4 +1,4 @@
-"""Solved shots: the known ones and the impossible ones."""
+"""Solved shots: known and impossible ones."""
 
 import math
 from dataclasses import astuple
@@ -60,7 +60,7 @@ def test_impossible_shots_say_why(arguments, reason):
 
 
 def test_a_goal_open_to_the_front_accepts_rising_shots():
-    """From 1.2 m before a slot at 2.05 m at 58 degrees, as the parabola has it: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
+    """From 1.2 m in front of a slot at 2.05 m at 58 degrees, like the parabola: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     muzzle, slot, elevation = (1.37, 5.54, 0.45), (0.23, 5.54, 2.05), math.radians(58.0)
     with pytest.raises(NoShotError, match="rising"):
         solve_shot(muzzle, slot, elevation=elevation)

@@ -1,4 +1,4 @@
-"""Parts and pieces of all robots at once are where the chain of joints of each says, to the last bit."""
+"""Parts and pieces of all robots at once follow their chains of joints, to the last bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motor table."""
+"""Motor table and linear model."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The gyro: every error is the size of its name."""
+"""Gyro errors have their stated sizes."""
 
 import math
 

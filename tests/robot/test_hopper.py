@@ -1,4 +1,4 @@
-"""Balls in a hopper: feed rate, fill, what acceleration does to them, jams and what loosens them, bad input."""
+"""Balls in a hopper: feed rate, fill, effects of acceleration, jams and their clearing, invalid input."""
 
 import math
 
@@ -18,7 +18,7 @@ BELT = 0.6  # [m/s]
 
 
 def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config) -> Hopper:
-    """With balls at rest at places on its floor [m]."""
+    """Return a hopper with balls at rest at places on its floor [m]."""
     made = Hopper(HopperConfig(**{"outlet_width": 0.4, "outlet_height": 0.16, **config}), low, high)
     made.follow(list(range(len(places))), [R] * len(places), [(0.0, 0.0, R)])
     slope = config.get("slope", 0.0)
@@ -28,7 +28,7 @@ def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config
 
 
 def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
-    """Places in which balls of one layer do not touch."""
+    """Return places at which balls of one layer do not touch."""
     rng, places = np.random.default_rng(seed), []
     while len(places) < count:
         x, y = rng.uniform(-0.6 + R, 0.3 - R), rng.uniform(-half + R, half - R)
@@ -38,7 +38,7 @@ def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
 
 
 def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, gate: bool = True) -> list[int]:
-    """Ticks in which balls left."""
+    """Return the ticks in which balls left."""
     left = []
     for tick in range(ticks):
         made.advance(pull, spin, NONE, belt)
@@ -50,7 +50,7 @@ def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, ga
 
 
 def filled(radius: float, **room) -> Storage:
-    """As full as intakes make it: four at once at most, until nothing has come in for two seconds."""
+    """Return a storage filled by intakes: four at once at most, until nothing has entered for two seconds."""
     storage = Storage(StorageConfig(capacity=500, hopper=HopperConfig(outlet_width=0.01), **room))
     idle = 0
     while idle < 100:
@@ -71,7 +71,7 @@ def deepest(pos, radius: float) -> float:
 
 @each("speed", (0.3, 0.7, 1.5))
 def test_a_lane_feeds_belt_speed_over_diameter(speed):
-    """n / (t_n - t_0) = v / d once the belt has them; each time is known to a tick."""
+    """n / (t_n - t_0) = v / d once the belt moves them; each time is known to a tick."""
     lane = hopper(
         [(1.0 - R - 2.0 * R * number, 0.0) for number in range(30)],
         low=(-4.0, -R - 0.001, 0.0), high=(1.0, R + 0.001, 0.16), outlet_width=0.152, belt="belt",
@@ -83,7 +83,7 @@ def test_a_lane_feeds_belt_speed_over_diameter(speed):
 
 
 def test_the_foremost_leaves_first_whatever_came_first():
-    """Its outlet is at x = 0.3 m: the last one in is the one farthest through it."""
+    """Its outlet is at x = 0.3 m: the last one in is the farthest through it."""
     storage = Storage(StorageConfig(capacity=4, hopper=HopperConfig(outlet_width=0.4), high=(0.3, 0.305, 0.5)))
     storage.add([7, 8, 9, 5])
     storage.follow([R] * 4)
@@ -129,7 +129,7 @@ def test_two_intakes_share_the_places_at_an_inlet():
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
 def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
-    """A robot that accelerates forward has them at the rear; before a belt that stands they roll."""
+    """In a robot that accelerates forward they move to the rear; on a stopped belt they roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
     run(made, 75, pull=(*pull, -GRAVITY))
@@ -153,7 +153,7 @@ def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
 
 
 def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Two balls that touch each other and the edges of an opening of 1.5 diameters, one of them at an angle to it."""
+    """Return two balls that touch each other and the edges of an opening of 1.5 diameters, one at an angle to it."""
     (ex, ey), (fx, fy) = (0.0, 1.5 * R), (0.0, -1.5 * R)
     x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
     dx, dy = fx - x, fy - y
@@ -166,7 +166,7 @@ def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
 
 
 def test_an_arch_holds_within_the_limit_of_friction():
-    """Side by side, at 30 degrees, it needs none; turned by 10 it holds with the friction of foam, not of ice."""
+    """Side by side, at 30 degrees, it needs no friction; turned by 10 it holds with that of foam, not of ice."""
     for turn, friction, holds in ((0.0, 0.001, True), (10.0, 0.5, True), (3.0, 0.01, False), (10.0, 0.05, False)):
         for sign in (1.0, -1.0):
             normals, between = arch(math.radians(30.0 + sign * turn))
@@ -177,7 +177,7 @@ def test_an_arch_holds_within_the_limit_of_friction():
 
 @each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
 def test_narrow_outlets_jam_sometimes_and_wide_ones_never(width, least, most):
-    """Of four balls in a channel of 2.7 diameters, over the places from which they start: the narrower the oftener."""
+    """Four balls in a channel of 2.7 diameters, for many initial places: the narrower the outlet, the more jams."""
     jams = []
     for seed in range(12):
         made = hopper(
@@ -219,7 +219,7 @@ def test_a_jolt_stronger_than_the_belt_clears_a_jam():
 
 
 def test_hopper_and_storage_always_hold_the_same_pieces():
-    """Taken out and put in by hand, twice the same one, more than there is room for, and numbers that are none."""
+    """Taken out and put in by hand, the same one twice, more than fit, and invalid numbers."""
     storage = Storage(StorageConfig(capacity=100, hopper=HopperConfig(outlet_width=0.4, belt="belt"), **ROOM))
     storage.add(list(range(90)))
     storage.pieces.remove(4)

@@ -1,4 +1,4 @@
-"""Which pieces the intake takes."""
+"""Pieces that an intake takes."""
 
 import math
 from types import SimpleNamespace
@@ -75,7 +75,7 @@ def test_a_stretched_zone_covers_the_travel_of_its_slide():
 
 
 def test_a_zone_on_a_part_sweeps_with_the_part():
-    """An arm brings the zone down over a piece that lies still, past it within one tick."""
+    """An arm swings the zone over a resting piece, past it within one tick."""
     arm = mechanism()
     zone = IntakeZone(x_min=0.4, x_max=0.6, y_min=-0.2, y_max=0.2, z_min=-0.05, z_max=0.05)
     joint = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.5))

@@ -1,4 +1,4 @@
-"""Flywheel, roller, arm, elevator and rack: what each adds to the shaft."""
+"""Flywheel, roller, arm, elevator and rack: their additions to the shaft."""
 
 import itertools
 import math
@@ -144,7 +144,7 @@ def test_flywheel_and_roller_refuse_invalid_values():
 
 
 def test_springs_carry_their_share_of_a_weight():
-    """A carriage whose weight springs carry stays where it is; half of an arm's weight takes half the volts."""
+    """A carriage whose weight springs carry stays where it is; half of an arm's weight needs half the volts."""
     box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
     carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
     balanced, heavy, light = (
@@ -173,9 +173,9 @@ def with_friction(torque: float) -> GearboxConfig:
 
 
 def test_a_coasting_mechanism_stops_by_coulomb_friction():
-    """dw/dt = -T/J: it stands still after J w / T, having turned J w^2 / (2 T).
+    """dw/dt = -T/J: it stops after J w / T, having turned J w^2 / (2 T).
 
-    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): T h^2 / (8 J) more at most.
+    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): at most T h^2 / (8 J) more.
     """
     torque, inertia, speed = default_friction(KRAKEN), 0.004, 150.0
     shaft = ShaftSim(with_friction(torque), inertia)
@@ -227,13 +227,13 @@ STROKE, TIME = 0.3, 0.5
 
 
 def settling(time: float, tau: float) -> float:
-    """The way from rest over the final speed, with a time constant [s]."""
+    """Return the travel from rest over the final speed, with a time constant [s]."""
     return time - tau * (1.0 - math.exp(-time / tau))
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.02])
 def test_a_piston_takes_its_stroke_time_each_way(dt):
-    """It comes to speed with a time constant of a twentieth of that; steps are exact, whatever dt is."""
+    """It gets up to speed with a time constant of a twentieth of that; steps are exact, for any dt."""
     piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
     piston.set_volts(12.0)
     speed = STROKE / settling(TIME, TIME / 20.0)

@@ -1,4 +1,4 @@
-"""Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
+"""Speed, spin and direction of shots, from the wheels, the hood and the turret."""
 
 import math
 from types import SimpleNamespace
@@ -36,7 +36,7 @@ def shot(made):
 
 
 def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
-    """The lower rim faster: the underside is carried along more, which is backspin, about the axis to the right."""
+    """The lower rim is faster: it carries the underside along more, which is backspin, about the axis to the right."""
     made, parts = shooter()
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
     assert made.wheel_speed == 250.0
@@ -46,7 +46,7 @@ def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
 
 
 def test_wheels_of_two_radii_throw_with_the_mean_of_their_rims():
-    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel gives by its own radius."""
+    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel acts by its own radius."""
     made, parts = shooter(second_wheel_radius=0.025)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 300.0
     assert made.aim.speed == pytest.approx(0.5 * (15.0 + 7.5) * 0.9)
@@ -94,7 +94,7 @@ def test_the_turret_turns_muzzle_velocity_and_spin():
 
 
 def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
-    """Wheels, hood and turret move evenly within the tick; the second shot of a rate of 80 leaves after 5/8 of it."""
+    """Wheels, hood and turret move evenly within the tick; the second shot at a rate of 80 leaves after 5/8 of it."""
     made, parts = shooter(shot_rate=80.0, hood="hood", turret="turret")
     parts["lower"].velocity = parts["upper"].velocity = 200.0
     parts["turret"].velocity = 10.0
@@ -113,7 +113,7 @@ def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
 
 
 def test_the_muzzle_points_where_the_piece_leaves():
-    """Its x axis is the direction of the shot: what lies along x in the storage leaves along the muzzle."""
+    """Its x axis is the direction of the shot: a piece along x in the storage leaves along the muzzle."""
     made, parts = shooter(turret="turret", elevation=0.7)
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     parts["turret"].position = 0.4
@@ -137,7 +137,7 @@ def test_the_hood_tilts_and_the_gate_holds_back():
 
 
 def angular_impulses(made, parts, names, mass, speed):
-    """What each wheel loses [N m s]."""
+    """Return the angular impulse that each wheel loses [N m s]."""
     before = {name: parts[name].velocity for name in names}
     made.after_shot(mass, speed)
     return [(before[name] - parts[name].velocity) * parts[name].inertia for name in names]
@@ -193,7 +193,7 @@ def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
 
 
 def test_shots_have_their_errors_and_the_robots_readings_do_not():
-    """Each launch takes one error of each; hood and turret are where their encoders do not show them."""
+    """Each launch takes one error of each kind; hood and turret differ from their encoders."""
     rng = np.random.default_rng(1)
     late = iter(rng.normal(0.0, 0.02, 2000).tolist())
     errors = ShotErrors(
@@ -282,7 +282,7 @@ OPEN, CLOSED = 10.0, 0.0  # speed of the feeder [rad/s]
 
 
 def firing_shooter(launch=SINGLE, rate=8.0):
-    """A shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
+    """Return a shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
     parts = {name: SimpleNamespace(velocity=OPEN, position=0.0, inertia=0.01) for name in ("wheel", "feeder", "hood")}
     parts["wheel"].velocity = 360.0
     config = ShooterConfig(

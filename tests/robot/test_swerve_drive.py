@@ -50,10 +50,10 @@ def test_a_stalled_azimuth_keeps_its_supply_limit():
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
 def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_one(speed, turns):
-    """Volts halfway between what friction in the air takes and what the carpet takes beside it, while nothing rolls.
+    """Volts halfway between the friction in the air and that with the carpet, while nothing rolls.
 
     At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
-    mu N r. So its speed is where volts less friction are those of back-EMF and this share.
+    mu N r. So its speed is where volts less friction equal back-EMF and this share.
     """
     drive = drive_of(steer_brake=False)
     standing = float(drive.shafts["model"]["ks"][4])
@@ -110,7 +110,7 @@ def test_duty_cycle_follows_the_battery():
 
 
 def test_brake_shorts_and_coast_opens():
-    """In coast friction and rolling drag are left: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
+    """In coast friction and rolling drag remain: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
     m = MODULE
     dry = (
         4 * m.drive_gearing * m.drive_motor.kt * m.drive_efficiency * m.drive_friction_volts / m.drive_motor.resistance
@@ -267,7 +267,7 @@ def test_reported_forces_equal_the_change_of_momentum():
 
 
 def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step():
-    """Seven hundredths of its speed in 2 s, by slip across: forces act in the axes of the middle of a step."""
+    """Seven hundredths of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []
     for h in (0.005, STEP, 1e-4):
@@ -285,7 +285,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step()
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
     def test_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
-        """Both middle wheels are at its center and scrub nothing: omega = tread speed over half the trackwidth."""
+        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the trackwidth."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_volts(-volts, volts)
@@ -296,7 +296,7 @@ class TestTank:
 
     @pytest.mark.parametrize("turn", [1.0, -1.0])
     def test_a_dropped_center_curves(self, turn):
-        """At 2 m/s told to turn at 1 rad/s, in which treads of wheels that do not scrub differ by 0.56 m/s."""
+        """At 2 m/s, commanded to turn at 1 rad/s, for which treads without scrub differ by 0.56 m/s."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_chassis_speeds(2.0, turn)
@@ -332,7 +332,7 @@ class TestTank:
 
 
 def test_a_drive_can_start_with_rolling_wheels():
-    """Wheels along each module's way and at its speed: nothing slips, so the tires change next to nothing."""
+    """Wheels along each module's direction of travel and at its speed: nothing slips, so tire forces are near zero."""
     drive = drive_of()
     drive.reset(vx=2.0, vy=-1.0, omega=1.5)
 

@@ -1,4 +1,4 @@
-"""How much of the robot each wheel carries."""
+"""Loads of the wheels."""
 
 import math
 from dataclasses import replace
@@ -31,7 +31,7 @@ def test_loads_at_rest_follow_the_center_of_mass():
 
 @each(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
 def test_a_dropped_center_and_the_end_it_leans_on_carry_all_load(ahead, end):
-    """The share of an end is how far the center of mass is ahead over the way to that end, 0.28 m."""
+    """The share of an end is the center of mass's distance ahead over the distance to that end, 0.28 m."""
     tank = replace(TankConfig(), center_of_mass=(ahead, 0.0, 0.2))
     loads = static_loads(tank)
     front, middle, back = (loads[k] + loads[k + 3] for k in range(3))
@@ -68,7 +68,7 @@ def tank(config: TankConfig | None = None) -> TankDrive:
 
 @pytest.mark.parametrize("make", [swerve, tank])
 def test_a_robot_with_changed_mass_moves_as_one_built_with_it(make):
-    """Force over mass, torque over inertia, arms and loads from the center of mass: all of them."""
+    """Force over mass, torque over inertia, lever arms and loads from the center of mass."""
     told = make()
     told.set_mass_properties(*HEAVIER)
     mass, yaw_inertia, center = HEAVIER
@@ -116,7 +116,7 @@ GRAINED = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
 
 
 def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
-    """Locked wheels that slide forward at 3 m/s, turned by an angle [rad]; load stays where it is."""
+    """Return a drive with locked wheels that slides forward at 3 m/s, turned by an angle [rad]; loads stay constant."""
     drive = SwerveDrive(SwerveConfig.square(0.527, module, height=0.0))
     drive.reset(angles=[angle] * 4)
     drive.state.wheel_speed[:] = [0.0] * 4
@@ -158,7 +158,7 @@ def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
 
 
 def test_a_tank_turns_more_easily_on_treads_with_grain():
-    """Its wheels scrub across: q of the moment is left."""
+    """Its wheels scrub sideways: q of the moment remains."""
     spins = []
     for grain in (1.0, 0.73):
         drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))

@@ -1,4 +1,4 @@
-"""The table [drivetrain]: what it means, and what it says to a mistake."""
+"""Table `[drivetrain]`: its meaning, and messages about mistakes."""
 
 import pytest
 from each_case import each
@@ -51,7 +51,7 @@ def test_the_written_table_is_read_back_unchanged():
         ({"kind": ""}, "kind must"),
         ({"controller": None}, "kind and controller .of the drive motors, e.g. SPARK MAX. belong to its motors"),
         ({"left": [1]}, "left and right must both name motors"),
-        ({"drive": None}, "controller needs the motors beside it"),
+        ({"drive": None}, "controller needs the motors as well"),
         ({"kind": "mecanum", "drive": [1, 2, 3], "steer": None, "x": None, "y": None, "zeros_deg": None}, "4 motors"),
         ({"wheels": 4}, "no key 'wheels'"),
     ],

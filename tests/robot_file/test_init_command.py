@@ -1,4 +1,4 @@
-"""`simcore init`: the file it writes can be read, and it says what stands in its way."""
+"""Command `simcore init`: the written file is readable, and obstacles are reported."""
 
 import importlib.util
 import os
@@ -17,7 +17,7 @@ from simcore.robot_file.template import template
 
 
 def motor_row(controller, leader, name="", **more):
-    """A row of the survey."""
+    """Return a row of the survey."""
     row = {"controller": controller, "leader": leader, "name": name, "followers": [], "opposed": [], "motor": ""}
     row |= {"gearing": 1.0, "inertia": 0.0, "friction_volts": 0.0, "turns_freely": True, "remark": ""}
     return {**row, **more}
@@ -65,7 +65,7 @@ def test_found_cameras_and_ports_are_named():
 
 
 def test_the_page_of_keys_is_generated_from_the_tables():
-    """If it is not: python scripts/write_key_reference.py."""
+    """If this fails: python scripts/write_key_reference.py."""
     root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
     page = importlib.util.module_from_spec(spec)
@@ -128,13 +128,13 @@ def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, 
     assert main(["init"]) == 0
     assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
     text = (project / "simcore.toml").read_text()
-    assert ("stays a guess: your program has a simulation of its own" in text) is is_own
+    assert ("stays a guess: your program has its own simulation" in text) is is_own
     said = capsys.readouterr().out
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
 def test_a_slow_program_start_keeps_the_findings(project, capsys, monkeypatch):
-    """The program has loaded without the file: a busy computer is nothing against its table."""
+    """The program has loaded without the file: a timeout on a busy computer is no evidence against its table."""
     found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
     answers = iter([found, {"error": "it did not start within 180 s"}])
     monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))
@@ -237,7 +237,7 @@ def test_an_unknown_subcommand_is_a_usage_error(capsys):
 
 @pytest.fixture
 def repository(project):
-    """A robot in a folder of a git repository, with what RobotPy installs for it."""
+    """Return a robot in a folder of a git repository, with its RobotPy packages."""
     (project / ".git").mkdir()
     robot = project / "2026 robot"
     robot.mkdir()

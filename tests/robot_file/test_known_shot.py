@@ -1,4 +1,4 @@
-"""Exit efficiency: what `simcore check` states of a shooter's goal, and what it fits to one known shot."""
+"""Exit efficiency: figures of `simcore check` for a shooter's goal, and the fit to one known shot."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
+"""Findings of `simcore check`: REBUILT's robot with one mistake each, and test runs in closed form."""
 
 import math
 from dataclasses import replace
@@ -67,7 +67,7 @@ def test_the_games_own_robot_has_no_findings():
         (with_shooter(forward=0.55), "shooter 1: its muzzle is 150 mm outside of the robot, at (0.55, 0.08) m"),
         (with_shooter(forward=0.45, heading=math.pi), "at (-0.45, -0.08) m"),
         (with_shooter(wheel_radius=0.005), "from 2 m or more: at 12 V pieces leave at 2.3 m/s, and need "),
-        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never throws: its wheels turn 150.8 times a second at 12 V"),
+        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never shoots: its wheels turn 150.8 times a second at 12 V"),
         (with_climber(0.5, gearing=5.0), "climber 1 cannot lift the robot: lift pulls with"),
     ],
 )
@@ -129,7 +129,7 @@ def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants
 
 
 def test_robot_codes_readings_follow_its_ratio_and_reversal():
-    """A ratio of half the gearing counts two turns for each; reversed, the wheel goes back while the code counts up."""
+    """A ratio of half the gearing counts two turns per turn; reversed, the wheel turns back as the code counts up."""
     code = CodeView(ratio=1.0, reading=3.0)
     run = run_mechanism("wheel", WHEEL, code=code, reversed=True)
     assert run.sign == -1.0 and run.travel < 0.0
@@ -168,7 +168,7 @@ def test_a_ratio_that_includes_the_drum_reads_meters(config, per_turn, unit):
 
 
 def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
-    """The code reads pinion turns; 1.2 turns from where it starts are 0.151 m."""
+    """The code reads pinion turns; 1.2 turns from the start are 0.151 m."""
     code = CodeView(ratio=20.0, reading=0.5, upper_limit=1.7, lower_limit=0.0)
     run = run_mechanism("rack", RACK, code=code)
     assert run.stop is None and run.soft_limit is not None
@@ -178,7 +178,7 @@ def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
 
 
 def test_opposite_signs_of_code_and_mechanism_are_reported():
-    """An arm that starts at its upper stop, and whose code counts up as it goes down."""
+    """An arm that starts at its upper stop, with code that counts up as it goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
@@ -196,7 +196,7 @@ def test_opposite_signs_of_code_and_mechanism_are_reported():
 
 
 def test_an_arm_that_is_too_heavy_has_a_holding_share_above_one():
-    """m g c / (kt I): over its whole travel, level or not."""
+    """m g c / (kt I) over its whole travel, level or not."""
     arm = ArmConfig(
         gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,
         min_angle=-0.5, max_angle=1.0,

@@ -1,7 +1,7 @@
-"""Which fuel counts in which period: sentences of the 2026 game manual, each with its place and what follows from it.
+"""Periods in which fuel counts: sentences of the 2026 game manual, each with its place and consequences.
 
-Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is what
-Cheesy Arena does (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
+Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is
+Cheesy Arena (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
 """
 
 import pytest
@@ -18,7 +18,7 @@ OTHER = {"blue": "red", "red": "blue"}
 
 
 def hubs(winner: str | None = "blue", coin: str = "blue", **settings: bool) -> HubCount:
-    """After an auto that an alliance has won; None: nobody has scored."""
+    """Return hubs after an auto that an alliance has won; None: nobody has scored."""
     made = HubCount(coin, **settings)  # type: ignore[arg-type]
     if winner:
         made.count(winner, 5.0)  # type: ignore[arg-type]
@@ -75,7 +75,7 @@ def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, per
 
 
 def test_chance_decides_a_tie_in_auto_even_without_fuel():
-    """6.4: with equal fuel, FMS chooses. What was drawn stays."""
+    """6.4: with equal fuel, FMS chooses. The draw is final."""
     for coin in ALLIANCES:
         made = hubs(None, coin)
         assert made.first_inactive == coin
@@ -155,7 +155,7 @@ def test_g419_a_passage_is_closed_if_no_robot_fits_through():
 
 
 def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCounts | None = None) -> list[int]:
-    """Robot 0 pins 1 for a while, then not, with the pinned one so far off [m] for so long [s]; fouls by number."""
+    """Let robot 0 pin 1 for a time, then release it this far away [m] for a time [s]; return fouls by number."""
     made, found = counts or PinCounts(), []
     for tick in range(round((seconds + gap) / 0.02)):
         here = tick < round(seconds / 0.02)
@@ -192,7 +192,7 @@ def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
 def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
-    """They stay closer, but it is six feet from where the pin began."""
+    """They stay closer, but six feet from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
         pin(2.0, counts=counts)
