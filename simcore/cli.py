@@ -1,4 +1,4 @@
-"""The `simcore` command: a table of subcommands, each loaded when it is called for."""
+"""The `simcore` command: a table of subcommands, each loaded when called."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ __all__ = ["COMMANDS", "Command", "main"]
 
 
 class Command(NamedTuple):
-    """A subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
+    """Subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
 
-    One whose arguments depend on others has `add_further_arguments(parser, words)`, too.
+    A module whose arguments depend on others also has `add_further_arguments(parser, words)`.
     """
 
     module: str
@@ -43,24 +43,24 @@ COMMANDS = {
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
-"""By name; the modules may need extras, and are imported only when their command runs."""
+"""Subcommands by name; a module may need extras, and is imported only for its command."""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
-    """Run a subcommand; without one, say what there is.
+    """Run a subcommand; without one, list them.
 
     Args:
-        argv: Without the program's name; None: the process's.
-        program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
+        argv: Arguments without the program's name; None: those of the process.
+        program: Name of the program for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
-        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C.
+        0 for success, 1 for an explained error, 2 for a wrong call, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
         print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
         return 2
-    if sys.stdout is None:  # closed by who called
+    if sys.stdout is None:  # closed by the caller
         sys.stdout = open(os.devnull, "w")
     try:
         status = _run(words, program)
@@ -68,13 +68,13 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         return status
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+    except BrokenPipeError:  # the reader of our output is gone, e.g. `| head -1`: no error
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # otherwise Python reports it at exit
         return 0
 
 
 class _Parser(argparse.ArgumentParser):
-    """Ends a wrong call by what is wrong, without a list of all that would be right."""
+    """Parser that ends a wrong call with the mistake, without a list of all options."""
 
     def error(self, message: str) -> NoReturn:
         print_error(self.prog, f"{message} (`{self.prog} --help` lists what there is)")
@@ -90,7 +90,7 @@ def _run(words: list[str], program: str) -> int:
     except SimcoreError as error:
         print_error(called, str(error))
         return 1
-    except Exception as error:  # a mistake of a game or a robot's file is shown from where that begins
+    except Exception as error:  # show a mistake of a game or a robot's file from where its code begins
         start = outside_part(error)
         if start is None and isinstance(error, ImportError) and (error.name or "simcore").split(".")[0] != "simcore":
             print_error(called, f"{error}: {install_command()} installs what simcore needs")
@@ -103,11 +103,11 @@ def _run(words: list[str], program: str) -> int:
 
 
 def _parse(words: list[str], program: str) -> argparse.Namespace | None:
-    """What was asked for; None: nothing, and what there is was printed.
+    """Parse the arguments; return None if help was printed instead.
 
     Raises:
-        SystemExit: The call is wrong, or help was printed.
-        SimcoreError: What the arguments depend on cannot be found.
+        SystemExit: If the call is wrong or help was printed.
+        SimcoreError: If something that the arguments depend on cannot be found.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
@@ -137,7 +137,7 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Import from the working folder as well, after all else: a console script does not, and `python -m` does."""
+    """Import from the working folder as well, last, as `python -m` does and a console script does not."""
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

@@ -42,7 +42,7 @@ from simcore.world.field import FieldBoundary, FieldGeometry
 from simcore.world.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
 from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone
 
-_PACKAGES = ("geometry", "match", "physics", "pieces", "players", "robot", "sweep", "vision")
+_PACKAGES = ("match", "pieces", "robot", "sweep", "vision", "world")
 
 
 def _configs() -> list[type]:

@@ -11,7 +11,7 @@ import pytest
 
 from simcore.install_text import install_command, shared_requirement
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture

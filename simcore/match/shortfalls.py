@@ -1,4 +1,4 @@
-"""Why a robot took nothing in or threw nothing, as far as a run shows it: a line for each part that fell short."""
+"""Reasons why a robot took in or shot nothing, as far as a run shows them: one line per part that fell short."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from simcore.robot.shooter import Shooter
 
 __all__ = ["Shortfalls"]
 
-_ASKED = 0.02  # of a request, volts or share of the battery: less is nothing
-_PERIOD = 5  # ticks from look to look
-_WANTED = 8  # looks with requests one way; a part that was asked for less may just not have got there
-_STAYED = 0.05  # of the way between the stops
-_ELSEWHERE = 0.5  # [m] between belief and truth
+_ASKED = 0.02  # volts or share of the battery; smaller requests count as none
+_PERIOD = 5  # ticks from check to check
+_WANTED = 8  # checks with requests in one direction; a part with fewer may not have had the time
+_STAYED = 0.05  # of the travel between the stops
+_ELSEWHERE = 0.5  # [m] between pose estimate and true pose
 
 
 class Shortfalls:
-    """Watches intakes and shooters of one robot, ten times a second.
+    """Monitor of the intakes and shooters of one robot, ten times a second.
 
-    A part is watched until it has worked once, so a robot that plays well costs nothing.
+    A part is checked until it has worked once, so a robot that plays well costs nothing.
 
     Args:
-        robot: Which.
+        robot: Robot to monitor.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._ranges: dict[str, tuple[float, float]] = {}  # of positions or, of rollers and wheels, speeds
-        self._asked: dict[str, int] = {}  # looks with positive requests less those with negative ones
+        self._ranges: dict[str, tuple[float, float]] = {}  # of positions, or of speeds for rollers and wheels
+        self._asked: dict[str, int] = {}  # checks with positive requests minus those with negative ones
         self._idle = list(enumerate(robot.intakes, 1))  # that have not worked yet
-        self._silent = list(enumerate(robot.shooters, 1))  # that have not been open yet
-        self._empty_at: dict[int, float] = {}  # when a shooter was open with nothing in it [s], by number
-        self._coasting: dict[str, int] = {}  # shots while a feeder was not driven, by its name
+        self._silent = list(enumerate(robot.shooters, 1))  # whose gate has not been open yet
+        self._empty_at: dict[int, float] = {}  # time of the first opening without pieces [s], by number
+        self._coasting: dict[str, int] = {}  # shots while a feeder was coasting, by its name
         self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
-        """Look at the end of a tick [s], before anything is thrown in it."""
+        """Check the parts at the end of a tick [s], before pieces are shot in it."""
         self._ticks += 1
         if self._ticks % _PERIOD:
             return
@@ -59,17 +59,17 @@ class Shortfalls:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """It has thrown a piece."""
+        """Record a shot."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
-        """What fell short, a sentence each; what robot code never asked for is nothing.
+        """Yield the shortfalls, a sentence each; parts that robot code never commanded are left out.
 
         Args:
-            taken_in: How many pieces the robot has taken.
+            taken_in: Number of pieces that the robot has taken in.
         """
         if not taken_in:
             for number, intake in self._idle:
@@ -106,7 +106,7 @@ class Shortfalls:
 
     def _of_intake(self, whose: str, intake: Intake) -> Iterator[str]:
         config = intake.config
-        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # nobody wanted to take anything in
+        if abs(self._asked.get(config.roller or config.deploy or "", 0)) < _WANTED:  # never commanded
             return
         if config.deploy is not None:
             low, high = self._ranges[config.deploy]
@@ -147,7 +147,7 @@ class Shortfalls:
 
 
 def _too_slow(whose: str, name: str, best: float, other: float, least: float) -> str:
-    """That a turning part never came to its speed [rad/s]."""
+    """Return the sentence that a turning part never reached its speed [rad/s]."""
     reached = max(0.0, best) / math.tau
     text = f"{whose}: {name!r} reached {reached:.1f} of the {least / math.tau:.1f} turns/s from which it works"
     if other > least:

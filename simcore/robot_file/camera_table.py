@@ -1,4 +1,4 @@
-"""`[[camera]]` of `simcore.toml`: Limelights, cameras of PhotonVision, and a headset of QuestNav."""
+"""Table `[[camera]]` of `simcore.toml`: Limelights, PhotonVision cameras, and a QuestNav headset."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from simcore.vision.quest_headset import QuestConfig
 __all__ = ["CAMERAS", "MAKERS", "read_cameras"]
 
 MAKERS = ("limelight", "photonvision", "questnav")
-"""What `maker` can be."""
+"""Values of `maker`."""
 _MOST_PIPELINES = 10
 _MOUNT = (
     Key("x", ROBOT_PLACE, about="of the lens; x and y from the robot's center", example=0.3),
@@ -70,10 +70,10 @@ CAMERAS = {table.head: table for table in (
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
-    """Cameras, and the headset if there is one.
+    """Read the cameras, and the headset if there is one.
 
     Raises:
-        ConfigError: Something in a table cannot be.
+        ConfigError: A value in a table is invalid.
     """
     cameras: list[CameraConfig] = []
     headset: QuestConfig | None = None
@@ -108,13 +108,13 @@ def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
 
 
 def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
-    """The type with what the table says in its place."""
+    """Return the camera type with the values of the table in place of its own."""
     size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
     width, height = size or (base.width, base.height)
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
-    if size:  # the same lens, of whose picture a part of another shape is used
+    if size:  # same lens; the picture is a crop of another aspect ratio
         down = vertical_fov_deg(across, width, height)
     horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:

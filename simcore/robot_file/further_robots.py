@@ -1,4 +1,4 @@
-"""`[[partner]]` and `[[opponent]]` of `simcore.toml`: robots beside the team's own, and what drives them."""
+"""Tables `[[partner]]` and `[[opponent]]` of `simcore.toml`: further robots, and their controllers."""
 
 from __future__ import annotations
 
@@ -39,24 +39,24 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FurtherRobot:
-    """A robot beside the team's own; fields are as the keys of `FURTHER_ROBOT`."""
+    """Robot other than the team's own; fields are as the keys of `FURTHER_ROBOT`."""
 
     name: str
     role: str
-    """One of `ROLES`."""
+    """Role of the robot, one of `ROLES`."""
     start: Pose | None = None
-    """As a blue robot, field frame [m, m, rad]."""
+    """Start pose as a blue robot, field frame [m, m, rad]."""
     auto: str | None = None
     player: str | None = None
     script: str | None = None
     preload: int | None = None
     where: str = ""
-    """Its table, for messages."""
+    """Name of its table in messages."""
     folder: Path = Path()
-    """Where the module of its script is."""
+    """Folder with the module of its script."""
 
     def entry(self, game: Game) -> RobotEntry:
-        """Of a match.
+        """Return the robot's entry in a match.
 
         Raises:
             ConfigError: The game has no such auto.
@@ -76,12 +76,12 @@ class FurtherRobot:
         return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload, config=config)
 
     def alliance(self, ours: Alliance) -> Alliance:
-        """Its alliance, by that of the team's robot."""
+        """Return its alliance, given that of the team's robot."""
         theirs: Alliance = "red" if ours == "blue" else "blue"
         return ours if self.role == "partner" else theirs
 
     def controller(self, match: Match, number: int) -> Controller | None:
-        """What drives it; None: nothing does.
+        """Return the controller of the robot; None: it stands still.
 
         Raises:
             ConfigError: There is no such script.
@@ -118,15 +118,15 @@ class FurtherRobot:
 
 
 def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
-    """One of them.
+    """Read the table of a further robot.
 
     Args:
-        t: The table.
+        t: Table to read.
         role: One of `ROLES`.
-        folder: Where the file is.
+        folder: Folder of the file.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense.
+        ConfigError: A key is missing, unknown or invalid.
     """
     v = FURTHER_ROBOT.read(t)
     t.finish()
@@ -139,15 +139,15 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
 
 
 def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
-    """Scripted partners and opponents of a robot in a whole match.
+    """Return the scripted partners and opponents of a robot in a whole match.
 
     Args:
-        game: Which is played.
-        match: A name of the game's practice matches, or `PARTNERS/OPPONENTS` as line-ups are typed:
+        game: Game to play.
+        match: Name of one of the game's practice matches, or a line-up `PARTNERS/OPPONENTS`:
             `collector:3/collector:2,defender`.
 
     Raises:
-        ConfigError: It is neither, or these are more robots than an alliance has.
+        ConfigError: The match is neither, or has more robots than an alliance.
         UnknownNameError: The game has no such role.
     """
     with_me, slash, against = match.partition("/")
@@ -170,10 +170,10 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
-    """Let the robots of a match from number 1 on play, each in the alliance that its role means.
+    """Add the controllers of a match's robots from number 1 on, each in the alliance of its role.
 
     Raises:
-        ConfigError: A script is not there.
+        ConfigError: A script does not exist.
     """
 
     def follow() -> None:

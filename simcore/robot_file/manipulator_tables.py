@@ -1,4 +1,4 @@
-"""What the mechanisms of `simcore.toml` carry: storages, intakes, shooters, claws, climbers and parts to be drawn."""
+"""Tables of `simcore.toml` for manipulators: storages, intakes, shooters, claws, climbers and components."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _ROOM = StorageConfig()
 
 
 def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] = (None,) * 6) -> tuple[Key, ...]:
-    """`x_min` to `z_max` with their defaults [m]; None: it is needed."""
+    """Return the keys `x_min` to `z_max` with their defaults [m]; None: required."""
     names = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
     return tuple(
         Key(name, ROBOT_PLACE, REQUIRED if corner is None else corner, about if name == "x_min" else "", example)
@@ -157,12 +157,12 @@ MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
 def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
-    """Room for pieces.
+    """Read a `[[storage]]`.
 
     Args:
-        t: The table.
-        capacity: Of a storage that says nothing; None: it must say.
-        names: Of its belt.
+        t: Table to read.
+        capacity: Default capacity; None: the table must have one.
+        names: Names in the file, for the belt.
     """
     v = _read(STORAGE, t, names)
     low, high = _corners(t, v)
@@ -176,7 +176,7 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
 
 
 def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig:
-    """A box where pieces are taken in."""
+    """Read an `[[intake]]`."""
     v = _read(INTAKE, t, names)
     (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
     zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
@@ -187,7 +187,7 @@ def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig
 
 
 def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConfig:
-    """Wheels that throw pieces."""
+    """Read a `[[shooter]]`."""
     v = _read(SHOOTER, t, names)
     wheels, feeders = v["wheels"], v["gate"]
     for name in wheels:
@@ -219,7 +219,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
 
 
 def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
-    """What holds one piece at the end of what carries it."""
+    """Read a `[[claw]]`: a gripper at the end of an arm or elevator."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
@@ -230,13 +230,13 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 
 
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
-    """A hook at the end of what carries it."""
+    """Read a `[[climber]]`: a hook at the end of an arm or elevator."""
     v = _read(CLIMBER, t, names)
     return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
-    """A part with a model of its own: what a chain carries, or what a roller turns there."""
+    """Read a `[[component]]`: a part with its own model, on a chain of mechanisms or on a roller."""
     turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
     v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
@@ -251,7 +251,7 @@ def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> Component
 
 
 def _read(keys: KeyTable, t: Table, names: Names) -> dict[str, Any]:
-    """All of a table."""
+    """Return the values of a table and check that it has no others."""
     values = keys.read(t, names)
     t.finish()
     return values
@@ -262,7 +262,7 @@ def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Smallest and largest corner of a box [m]."""
+    """Return smallest and largest corner of a box [m]."""
     low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
     for axis, below, above in zip("xyz", low, high, strict=True):
         if not below < above:

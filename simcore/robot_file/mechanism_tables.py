@@ -1,4 +1,4 @@
-"""`[[mechanism]]` of `simcore.toml`: what turns and slides, the devices that move it, and where it is on the robot."""
+"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their places on the robot."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ CAN_ID = Quantity("", 0, 62, is_whole=True)
 _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
-"""WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
+"""WPILib's names of the pneumatics modules, and the default CAN id of each."""
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
-_GEARING = 1.0  # a guess, where the program has set none either
+_GEARING = 1.0  # a guess, if the program has set none either
 _WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
@@ -160,15 +160,15 @@ MECHANISM = KeyTable("[[mechanism]]", "what moves on the robot; a motor that non
 
 
 def usual_motor(controller: str) -> str:
-    """Name of the motor that a controller probably turns."""
+    """Return the name of the usual motor of a controller."""
     return _USUAL_MOTORS.get(controller, "Kraken X60")
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """A mechanism and its devices.
+    """Read a mechanism and its devices.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense.
+        ConfigError: A key is missing, unknown or invalid.
     """
     named = MECHANISM.read(t)
     name, kind = named["name"], named["kind"]
@@ -212,7 +212,7 @@ def read_mechanism(t: Table) -> MechanismSettings:
 
 
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
-    """As the file says, in either unit; else the default of its kind and motor [N m]."""
+    """Return the friction in the file, in either unit, else the default of its kind and motor [N m]."""
     if torque is not None and volts is not None:
         raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
     if volts is not None:
@@ -227,7 +227,7 @@ _CONFIGS: dict[str, Callable[..., MechanismConfig]] = {
 
 
 def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse keys that are of other controllers."""
+    """Refuse keys of other controllers."""
     controller = v["controller"]
     has_encoder = controller in _WITH_ENCODER
     if has_encoder and v["cancoder"] is not None:
@@ -239,7 +239,7 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
 
 
 def _require_stops(t: Table, v: Mapping[str, Any]) -> None:
-    """Refuse stops the wrong way round, and a start beyond them."""
+    """Refuse stops in the wrong order, and a start outside of them."""
     low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
@@ -283,11 +283,11 @@ def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
     )
 
 
-# --- where they are, what carries what, and which masses move ---------------------------------------------------------
+# --- places, carriers and moving masses -------------------------------------------------------------------------------
 
 
 def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, lean: float) -> MechanismSettings:
-    """The same with the joint that it is, in the frame of what carries it, and the mass that goes with it."""
+    """Return a copy with its joint, in the frame of its carrier, and its moving mass."""
     v, config = PLACE.read(t), m.config
     c, s = math.cos(yaw), math.sin(yaw)
     out, ratio = 0.0, 1.0
@@ -311,10 +311,10 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """What of the robot's mass its mechanisms move; `require_chains` has looked at them.
+    """Return the parts of the robot's mass that mechanisms move; `require_chains` has checked these.
 
-    Where the file does not say, an elevator, a rack or an arm moves the mass that its motors do, of which what other
-    mechanisms on it move is a part.
+    Where the file has no value, an elevator, a rack or an arm moves the mass that its motors move, which includes the
+    moving masses of the mechanisms on it.
     """
     found = []
     for m in mechanisms.values():
@@ -326,7 +326,7 @@ def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMa
 
 
 def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """By a mechanism, with what is on it [kg]."""
+    """Return the mass that a mechanism moves, with the mechanisms on it [kg]."""
     carried, config = _carried(m, mechanisms), m.config
     if m.moving_mass is not None:
         return m.moving_mass + carried
@@ -336,18 +336,18 @@ def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]
 
 
 def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """By the mechanisms that are on one [kg]."""
+    """Return the mass that the mechanisms on a mechanism move [kg]."""
     return plain_sum(_all_moved(one, mechanisms) for one in mechanisms.values() if one.on == m.name)
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Make sure that `on` names mechanisms that move something, and that none carries itself.
+    """Check that `on` names mechanisms that can carry something, and that none carries itself.
 
     Returns:
-        The names of those that can carry something.
+        Names of the mechanisms that can carry something.
 
     Raises:
-        ConfigError: One does not.
+        ConfigError: A mechanism fails the check.
     """
     carriers = tuple(m.name for m in mechanisms.values() if m.joint is not None)
     for m in mechanisms.values():
@@ -366,7 +366,7 @@ def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> t
 
 
 def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
-    """The chain from the robot to the frame that a mechanism carries; empty for None, which is the robot itself."""
+    """Return the chain from the robot to the frame that a mechanism carries; empty for None, the robot itself."""
     chain: list[Joint] = []
     while name is not None:
         m = mechanisms[name]

@@ -1,4 +1,4 @@
-"""From `simcore.toml` to `RobotSettings`: names, ranges, and that what one table says fits the others."""
+"""Reader of `simcore.toml`: converts it to `RobotSettings` and checks names, ranges and consistency of the tables."""
 
 from __future__ import annotations
 
@@ -89,10 +89,10 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """The robot that a file describes; the defaults where it says nothing, or is not there.
+    """Read the robot in a file; values that are not there, and a file that does not exist, give the defaults.
 
     Raises:
-        ConfigError: Something in it cannot work: which file, table and key, what was got and what would work.
+        ConfigError: A value is invalid; the message has file, table, key, the value and what would work.
     """
     if not path.exists():
         return RobotSettings()
@@ -158,7 +158,7 @@ def read_settings(path: Path) -> RobotSettings:
 
 
 def _scatter(t: Table | None) -> Scatter | None:
-    """The default spreads times `scale`, but for those that the table names."""
+    """Return the default spreads times `scale`, except for those in the table."""
     if t is None:
         return None
     values = SCATTER.read(t)

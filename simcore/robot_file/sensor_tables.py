@@ -1,4 +1,4 @@
-"""`[[sensor]]` of `simcore.toml`: encoders, switches, and what sees pieces."""
+"""Table `[[sensor]]` of `simcore.toml`: encoders, switches, and sensors that detect pieces."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from simcore.robot_file.key_tables import Key, KeyTable, Named, Several, Table
 __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 
-# --- what they say ----------------------------------------------------------------------------------------------------
+# --- settings ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceView:
-    """Which pieces in the robot a sensor sees; fields are as the keys of `_VIEW`."""
+    """Pieces in the robot that a sensor detects; fields are as the keys of `_VIEW`."""
 
     place: str
     at_least: int = 1
@@ -57,38 +57,38 @@ class PieceView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorSettings:
-    """A sensor of any kind; what its kind does not have stays as it is here."""
+    """Sensor of any kind; fields that its kind does not have keep their defaults."""
 
     name: str
     kind: str
-    """One of `SENSORS`."""
+    """Kind of the sensor, one of `SENSORS`."""
     keys: tuple[DeviceKey, ...]
-    """Its ports or its device; of a quadrature encoder channels A and B."""
+    """Ports or device; for a quadrature encoder channels A and B."""
     mechanism: str | None = None
-    """On which it is, or at which it looks; None: it sees pieces."""
+    """Mechanism that it measures; None: it detects pieces."""
     sees: PieceView | None = None
-    """Which pieces a beam break or a CANrange sees; None: it looks at a mechanism."""
+    """Pieces that a beam break or a CANrange detects; None: it measures a mechanism."""
     pin: int = 0
-    """Of a CANdi, to which a switch or beam break is wired: 1 or 2."""
+    """Pin of a CANdi that a switch or beam break is wired to: 1 or 2."""
     normally_closed: bool = False
-    """Whether the contact of such connects to ground while nothing touches it; else while something does."""
+    """Whether the contact connects to ground while nothing touches it; False: while something does."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """From and up to which position of the mechanism a limit switch is pressed [rad], of a piston's rod [m]."""
+    """Positions of the mechanism between which a limit switch is pressed [rad], for a piston those of the rod [m]."""
     gearing: float = 1.0
-    """Turns of an encoder per turn of the mechanism; below zero: it counts down while that goes up [-]."""
+    """Encoder turns per turn of the mechanism; negative: it counts down while the mechanism goes up [-]."""
     pulses_per_turn: float = 0.0
-    """Of a quadrature encoder, per turn of itself."""
+    """Pulses per turn of a quadrature encoder [-]."""
     zero: float = 0.0
-    """Reading of an absolute encoder with the mechanism at its zero, in the unit of robot code."""
+    """Reading of an absolute encoder at the mechanism's zero, in the unit of robot code."""
     volts: tuple[float, float] = (0.0, 0.0)
-    """Of a potentiometer at the mechanism's lower and upper stop [V]."""
+    """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0
-    """Of a CANrange to a piece, or to the mechanism at its lower stop [m]."""
+    """Distance from a CANrange to a piece, or to the mechanism at its lower stop [m]."""
     empty: float = 0.0
-    """Of a CANrange where there is no piece [m]."""
+    """Reading of a CANrange without a piece [m]."""
 
 
-# --- their keys -------------------------------------------------------------------------------------------------------
+# --- keys -------------------------------------------------------------------------------------------------------------
 
 _DIO, _ANALOG = Quantity("", 0, 30, is_whole=True), Quantity("", 0, 7, is_whole=True)
 _VOLTS = Quantity("V", 0.0, 5.0)
@@ -156,18 +156,18 @@ SENSORS = {table.head: table for table in (
 )}  # fmt: skip
 
 
-# --- from one to the other --------------------------------------------------------------------------------------------
+# --- reading ----------------------------------------------------------------------------------------------------------
 
 
 def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConfig]) -> tuple[SensorSettings, ...]:
-    """The `[[sensor]]` tables.
+    """Read the `[[sensor]]` tables.
 
     Args:
-        tables: Of the file.
-        mechanisms: Of the file, by name.
+        tables: Tables of the file.
+        mechanisms: Mechanisms of the file, by name.
 
     Raises:
-        ConfigError: A key is missing, unknown, or makes no sense; or two sensors have one name or one port.
+        ConfigError: A key is missing, unknown or invalid; or two sensors share a name or a port.
     """
     sensors: list[SensorSettings] = []
     names: dict[str, str] = {}
@@ -224,7 +224,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
 
 
 def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Where a switch or a beam break is wired to, by the fields of its settings."""
+    """Return the wiring of a switch or a beam break, by the fields of its settings."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
         raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
@@ -245,7 +245,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """What a CANrange looks at, by the fields of its settings."""
+    """Return what a CANrange measures, by the fields of its settings."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -260,14 +260,14 @@ def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> di
 
 
 def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
-    """Lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
+    """Return lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
     if isinstance(config, (FlywheelConfig, RollerConfig)):
         raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
     return build_mechanism(config).stops
 
 
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
-    """From where to where a switch is pressed: the last hundredth of the way to a stop, or around a place."""
+    """Return the range in which a switch is pressed: the last hundredth of the travel to a stop, or around a place."""
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):
         key, per_unit, unit = "at_deg", math.pi / 180.0, "deg"

@@ -1,4 +1,4 @@
-"""`simcore shots`: the table of a shooter, by distance, with what each shot is worth."""
+"""`simcore shots`: the shot table of a shooter, by distance, with the share of hits."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def _distances(text: str) -> tuple[float, ...]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Work the table out, print it and write its files; 0, or 1 if no row has a shot.
+    """Compute the table, print it and write its files; return 0, or 1 if no row has a shot.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: If the table is not possible.
     """
     game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
     values = {}

@@ -1,1 +1,1 @@
-"""Cameras: what a Limelight would see from where the robot truly is, and what it would say about it."""
+"""Cameras: what a Limelight or PhotonVision camera sees from the robot's true pose, and what it publishes."""

@@ -181,8 +181,9 @@ def test_target_spaces_fit_together(told):
     assert (pitch, roll) == pytest.approx((0.0, 0.0), abs=4.0)
     ahead = (tag[0] - PLACE[0]) * math.cos(YAW) + (tag[1] - PLACE[1]) * math.sin(YAW)
     assert values["targetpose_robotspace"][2] == pytest.approx(ahead, abs=0.1)
-    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"])
-    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"])
+    # Each within the noise of a frame: a busy computer reads them from two.
+    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
+    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
     assert values["camerapose_robotspace"] == pytest.approx([0.1, 0.2, 0.5, 0.0, 15.0, 0.0])
 
 

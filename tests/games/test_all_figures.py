@@ -195,7 +195,7 @@ def blocks_of(page: Path) -> list[dict[str, Any]]:
     return blocks
 
 
-def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
+def test_a_comparison_reports_one_difference_on_console_and_both_pages(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["compare", "depot", "tour", "--game", "rebuilt", "--seeds", "2", "--seconds", "4", "-j", "1"]
     assert cli.main(words) == 0
@@ -226,7 +226,7 @@ def test_a_comparison_says_one_difference_on_console_and_both_pages(tmp_path, mo
         assert len(shots) == int(row["shots"]) == end.integers["Sim/Shots"]
 
 
-def test_a_sweep_says_the_same_on_console_page_table_and_of_each_run(tmp_path, monkeypatch, capsys):
+def test_a_sweep_reports_the_same_on_console_page_table_and_per_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "rebuilt", "--seeds", "2", "--seconds", "3", "-j", "1", "--success", "score >= 1", "--out", "s"]
     assert cli.main(words) == 0

@@ -15,7 +15,7 @@ def test_pieces_are_conserved_at_every_tick(run):
     assert run.lost == []
 
 
-def test_the_tracker_the_pieces_and_the_shots_tell_one_story(run):
+def test_tracker_pieces_and_shots_agree(run):
     match, report = run.run.match, run.run.report
     assert report.pieces.scored == sum(match.tracker.pieces.values()) == len(match.tracker.events)
     assert report.score.blue == match.tracker.totals["blue"] > 0 or report.auto == "tour"
@@ -37,7 +37,7 @@ def test_no_piece_leaves_the_field_or_has_to_be_brought_back(run):
     assert run.run.match.pieces.recovered == 0
 
 
-def test_a_sleeping_piece_lies_where_it_is_said_to_lie(run):
+def test_a_sleeping_piece_lies_at_its_reported_place(run):
     """A sleeper that the engine woke by touch once fell through the floor, unseen, after its chunk fell quiet.
 
     Sleepers are looked at every 2 s, and a heap that the engine pushes apart creeps by up to 4 mm a second.
@@ -60,7 +60,7 @@ def test_the_battery_sags_but_never_browns_out_for_good(run):
     assert 6.3 < run.run.report.min_battery_v < 12.5
 
 
-def test_what_nobody_touched_still_lies_where_it_was_staged(run):
+def test_untouched_pieces_lie_where_they_were_staged(run):
     match = run.run.match
     on_field = match.pieces.on_field()
     asleep = on_field[match.pieces.state.status[on_field] == PieceStatus.ASLEEP]

@@ -142,7 +142,7 @@ def test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_re
         assert match.alliances == ["red"]
 
 
-def test_nothing_described_nothing_moves(game):
+def test_a_robot_without_commands_stays_at_rest(game):
     with Match(game, robots=(RobotEntry(preload=0),)) as match:
         start = match.robots[0].chassis.pose[:2]
         match.play(0.6)

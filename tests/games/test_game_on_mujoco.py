@@ -41,7 +41,7 @@ def test_an_auto_keeps_the_laws_of_a_match(game):
     assert np.array(seen.poses)[:, 2].min() > -0.01
 
 
-def test_the_same_seed_is_the_same_match_in_another_process(game, whole):
+def test_the_same_seed_gives_the_same_match_in_another_process(game, whole):
     if game.name not in ("rebuilt", "crates") and not whole:
         pytest.skip("sampled: --whole plays all games")
     run = play_auto(GAMES[game.name], seconds=SECONDS, seed=3)

@@ -54,7 +54,7 @@ def test_a_log_read_back_shows_the_match(game, tmp_path):
     assert held_at_all > 0
 
 
-def test_the_keys_of_the_clock_agree_with_each_other(game):
+def test_the_clock_keys_are_consistent(game):
     """Through the end of auto, the pause and into teleop."""
     sink = MemorySink()
     auto = game.clock.duration if not game.clock.phases else game.clock.phases[0].duration

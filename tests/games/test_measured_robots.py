@@ -105,7 +105,7 @@ def lateness(robot: Measured, *, turns: float = 0.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("name", "step"), [("A", 0.0), ("C", 5.0)])
-def test_flights_take_as_long_as_teams_measured(name: str, step: float):
+def test_flight_times_match_those_that_teams_measured(name: str, step: float):
     """80 ms in the mean (rms) as the tables stand, and each row within the step [turns/s] to which its wheel is given.
 
     C's wheel is given in steps of 5 turns/s, a tenth of the speed: as written three of its rows are 92 to 98 ms off.
@@ -116,7 +116,7 @@ def test_flights_take_as_long_as_teams_measured(name: str, step: float):
     assert (nearest < WITHIN).all(), nearest
 
 
-def test_the_page_states_what_was_found():
+def test_the_docs_page_states_the_fitted_values():
     page = " ".join((Path(__file__).parents[2] / "docs" / "physics.md").read_text(encoding="utf-8").split())
     a, c = (1e3 * lateness(robot) for robot in (ROBOT_A, ROBOT_C))
     far = np.abs(c)[np.abs(c) > 1e3 * WITHIN]

@@ -144,7 +144,7 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto,
     assert after.max() < 0.2
 
 
-def test_a_heading_controller_with_an_integral_term_parts_belief_and_truth_by_drift_and_slip_alone():
+def test_with_an_integral_heading_controller_odometry_errs_only_by_drift_and_slip():
     """60 s of circles at 2 m/s while the heading swings by 57 degrees to both sides: odometry is the true way, each
     piece of it turned by what the gyro is off, but for what the wheels slide.
     """

@@ -16,12 +16,12 @@ BROKE = {
 
 
 @pytest.mark.parametrize("seed", BROKE)
-def test_laws_hold_in_a_random_game_and_it_is_the_same_again(seed, whole, engine_name):
+def test_laws_hold_in_a_random_game_and_a_repeat_is_identical(seed, whole, engine_name):
     first = random_games.play(seed, engine_name)
     if whole or seed == 7:
         assert random_games.play(seed, engine_name) == first
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_public_calls_of_nonsense_are_refused_by_a_sentence_and_end_no_tick(seed, whole, engine_name):
+def test_invalid_public_calls_are_refused_and_end_no_tick(seed, whole, engine_name):
     assert not random_calls.play(seed, calls=600 if whole else 100)

@@ -35,7 +35,7 @@ def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
     assert report.sim_seconds == 20.0 and report.ticks == 1000
 
 
-def test_the_neutral_auto_comes_back_with_more_than_it_took_along(played):
+def test_the_neutral_auto_returns_with_more_fuel_than_its_preload(played):
     one = played["neutral"]
     x = [pose[0] for pose in one.poses]
     assert max(x) > HUB_CENTER[0] + 2.0, "it was in the neutral zone"

@@ -56,7 +56,7 @@ def hung():
         yield match, before, at_end, heights
 
 
-def test_deep_and_shallow_hold_for_three_seconds_without_power(hung):
+def test_climbs_on_deep_and_shallow_cages_hold_for_three_seconds_without_power(hung):
     match, before, at_end, heights = hung
     assert before.total == 0
     assert (at_end.blue, at_end.red) == (12 + 6, 12 + 6)
@@ -68,7 +68,7 @@ def test_deep_and_shallow_hold_for_three_seconds_without_power(hung):
         assert abs(robot.mechanisms["climber"].velocity) < 1e-6, "friction of the gears holds it"
 
 
-def test_who_lets_go_falls_and_does_not_count(hung):
+def test_a_robot_that_lets_go_falls_and_does_not_count(hung):
     match, *_ = hung
     assert match.robots[3].climbers[0].rung is None
     assert match.robots[3].chassis.pos[2] < 0.05
@@ -82,7 +82,7 @@ def test_who_lets_go_falls_and_does_not_count(hung):
     assert [match.rules.worth(zone) for zone in REEFSCAPE.zones] == [0, 0], "nothing counts any more"
 
 
-def test_red_hangs_as_blue_does(hung):
+def test_a_red_climb_equals_a_blue_one(hung):
     match, *_ = hung
     blue, red = (match.robots[n].chassis.pose for n in (0, 1))
     flipped = REEFSCAPE.field.symmetry.flip_pose(*red)

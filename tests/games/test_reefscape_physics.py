@@ -78,7 +78,7 @@ def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     assert inward == pytest.approx(0.134, abs=0.003), "in, to the riser"
 
 
-def test_a_robot_that_bumps_the_reef_leaves_its_coral_where_they_are():
+def test_a_robot_that_bumps_the_reef_moves_no_coral():
     """Every branch has a coral on it, but for every second upright end, which has one across: those may fall."""
     spots = [(number, level, False) for level in (2, 3, 4) for number in range(level == 4, 12, 1 + (level == 4))]
     spots += [(number, 4, True) for number in range(0, 12, 2)]

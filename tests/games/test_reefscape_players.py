@@ -98,7 +98,7 @@ def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
 
 
 @pytest.mark.parametrize(("role", "points", "before"), [("parker:2", 2, 12.0), ("climber:3", 12, 20.0)])
-def test_who_parks_or_climbs_has_done_so_as_the_match_ends(role, points, before):
+def test_parkers_and_climbers_are_in_place_as_the_match_ends(role, points, before):
     with match_of(REEFSCAPE, {"blue": role}, at=MATCH.duration - before) as match:
         match.play(before + 3.0)
         assert match.rules.breakdown()["Blue/endGameBargePoints"] == points

@@ -229,13 +229,13 @@ def played(tmp_path: Path, game: str, auto: Auto | str, *, seconds: float, allia
         ("reefscape", "three_l4", "blue", 8.0),
     ],
 )
-def test_all_outputs_of_an_auto_say_the_same(tmp_path, game, auto, alliance, seconds):
+def test_all_outputs_of_an_auto_agree(tmp_path, game, auto, alliance, seconds):
     told = played(tmp_path, game, auto, seconds=seconds, alliance=alliance)
     require_same(told)
     assert float(told["console"].driven) > 1.0 and (game == "reefscape" or told["console"].shots > 5)
 
 
-def test_a_robot_that_is_put_elsewhere_has_not_driven_there(tmp_path):
+def test_a_placed_robot_has_not_driven_the_distance(tmp_path):
     """Its battery is a fresh one then; what was lowest before stays in the record."""
     depot = GAMES["rebuilt"].auto("depot")
 
@@ -296,7 +296,7 @@ def needs_robot_packages() -> None:
 
 
 @pytest.mark.slow
-def test_the_page_of_a_failed_test_says_what_the_test_saw_and_networktables_said(tmp_path):
+def test_the_page_of_a_failed_test_agrees_with_test_and_networktables(tmp_path):
     """It was recorded ten times a second; between two rows shots come and go, and the battery is lowest."""
     needs_robot_packages()
     project = tmp_path / "project"
@@ -321,7 +321,7 @@ def test_the_page_of_a_failed_test_says_what_the_test_saw_and_networktables_said
 
 
 @pytest.mark.slow
-def test_a_row_of_a_project_says_what_its_match_saw():
+def test_a_sweep_row_agrees_with_its_match():
     needs_robot_packages()
     from simcore.sweep.api import sweep
     from simcore.sweep.experiment import Experiment

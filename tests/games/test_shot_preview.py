@@ -38,7 +38,7 @@ def distance(point, line) -> float:
     ("start", "speed", "scores"),
     [((2.5, 4.03, 0.0), 7.2, True), ((2.5, 4.03, 0.0), 5.0, False), ((2.5, 4.03, math.pi), 7.2, False)],
 )
-def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
+def test_a_shot_matches_its_preview(start, speed, scores) -> None:
     """Within 6 cm, for wheels slow down in the tick of the shot; a hit by way of the funnel is foreseen."""
     with RebuiltSim(robots=(RobotEntry(start=start),)) as match:
         match.set_controller(0, aim(speed, 0.75, 0.0))
@@ -61,7 +61,7 @@ def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
     assert max(gaps) < 0.06, gaps
 
 
-def test_there_is_no_preview_without_a_shooter_or_while_its_wheels_are_slow() -> None:
+def test_no_preview_without_a_shooter_or_with_slow_wheels() -> None:
     with Match.bare() as match:
         assert ShotPreview(match).complete() == []
     with RebuiltSim() as match:

@@ -64,7 +64,7 @@ def test_a_climber_hangs_as_the_match_ends():
         assert match.robots[0].climbers[0].rung.name == "blue_tower_rung_low"
 
 
-def test_a_shuttle_throws_fuel_home():
+def test_a_shuttle_throws_fuel_into_its_alliance_zone():
     with played({"blue": "shuttle:3"}, at=MATCH.start("transition")) as match:
         match.play(14.0)
         zone = match.pieces.state.pos[match.pieces.on_field(), 0] < 4.0

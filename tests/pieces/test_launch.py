@@ -58,6 +58,6 @@ def test_turret_turns_about_its_pivot():
 
 
 @each("change", [{"height": -0.1}, {"forward": math.nan}, {"barrels": ()}, {"barrels": (math.inf,)}])
-def test_launchers_that_cannot_be_are_refused(change):
+def test_invalid_launchers_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         LaunchParameters(**{"height": 0.5, **change})

@@ -69,7 +69,7 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
 
 
 @each("h", [0.00125, 0.0025, 0.005])
-def test_motors_hear_of_a_brown_out_with_the_heartbeat(h):
+def test_motors_follow_a_brownout_at_heartbeats(h):
     """On until the next heartbeat and off until the one after: a load that comes back with the motors has them on for
     half of the time, whatever the step is, and the tick that saw it tells."""
     battery = made()
@@ -115,7 +115,7 @@ def test_a_roborio_without_4_5_volts_resets_and_boots(h):
 
 
 @each("load", [0.005, 0.02, 0.1])
-def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
+def test_currents_proportional_to_voltage_settle_as_with_a_resistor(load):
     """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
     battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)

@@ -52,7 +52,7 @@ def test_volts_stay_within_the_limit():
     assert PositionController(kp=100.0, max_volts=9.0).volts(1.0, 0.0, 0.0, 5.0) == 9.0
 
 
-def test_nonsense_is_refused():
+def test_invalid_gains_are_refused():
     with pytest.raises(ConfigError, match="kv"):
         VelocityController(kv=math.nan)
     with pytest.raises(ConfigError, match="max_volts"):

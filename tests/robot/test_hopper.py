@@ -92,14 +92,14 @@ def test_the_foremost_leaves_first_whatever_came_first():
     assert [storage.take() for _ in range(3)] == [9, 5, 7] and storage.pieces == [8]
 
 
-def test_a_closed_gate_holds_them_and_then_they_come():
+def test_a_closed_gate_holds_balls_until_it_opens():
     made = hopper(scattered(1, 8, 0.305), belt="belt", funnel=0.5)
     assert run(made, 150, belt=BELT, gate=False) == [] and made.at_outlet()
     assert len(run(made, 150, belt=BELT)) == 8
 
 
 @pytest.mark.parametrize(("radius", "least", "most"), [(R, 0.35, 0.55), (0.05, 0.42, 0.64)])
-def test_as_much_comes_in_as_a_loose_packing_has(radius, least, most):
+def test_a_hopper_fills_to_a_loose_packing(radius, least, most):
     """Random packings of spheres fill 0.55 to 0.64 of a large box, less of one of four to eight diameters."""
     storage = filled(radius, **ROOM)
     size = np.subtract(ROOM["high"], ROOM["low"])
@@ -128,7 +128,7 @@ def test_two_intakes_share_the_places_at_an_inlet():
 
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
-def test_pieces_go_where_an_acceleration_drives_them(pull, side):
+def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
     """A robot that accelerates forward has them at the rear; before a belt that stands they roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
@@ -137,14 +137,14 @@ def test_pieces_go_where_an_acceleration_drives_them(pull, side):
     assert sign * (made.pos.mean(axis=0) - before)[axis] > 0.1
 
 
-def test_a_robot_that_spins_has_them_at_the_walls():
+def test_a_spinning_robot_throws_pieces_to_the_walls():
     made = hopper(scattered(3, 6, 0.305), outlet_width=0.1)
     before = np.hypot(*made.pos[:, :2].T).mean()
     run(made, 75, spin=(0.0, 0.0, 6.0))
     assert np.hypot(*made.pos[:, :2].T).mean() > before + 0.05
 
 
-def test_a_floor_with_a_slope_and_a_hole_in_the_bottom_need_no_belt():
+def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
     assert len(run(hopper([(-0.4, 0.0), (-0.2, 0.1)], slope=0.2, high=(0.3, 0.305, 0.5), funnel=0.5), 150)) == 2
     assert len(run(hopper([(0.0, 0.0), (0.1, 0.0)], outlet="bottom", outlet_height=0.4), 150)) >= 1
 
@@ -165,7 +165,7 @@ def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
     return normals, (other[0] - x, other[1] - y)
 
 
-def test_an_arch_holds_as_long_as_friction_can():
+def test_an_arch_holds_within_the_limit_of_friction():
     """Side by side, at 30 degrees, it needs none; turned by 10 it holds with the friction of foam, not of ice."""
     for turn, friction, holds in ((0.0, 0.001, True), (10.0, 0.5, True), (3.0, 0.01, False), (10.0, 0.05, False)):
         for sign in (1.0, -1.0):
@@ -206,7 +206,7 @@ def test_reversing_the_belt_clears_a_jam():
     assert len(run(made, 200, belt=BELT)) >= 1
 
 
-def test_a_knock_that_beats_the_belt_clears_a_jam():
+def test_a_jolt_stronger_than_the_belt_clears_a_jam():
     """The belt pushes with mu g = 3.9 m/s^2."""
     made = jammed()
     run(made, 5, belt=BELT, pull=(-3.0, 0.0, -GRAVITY))
@@ -218,7 +218,7 @@ def test_a_knock_that_beats_the_belt_clears_a_jam():
 # --- bad input ------------------------------------------------------------------------------------------------------
 
 
-def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
+def test_hopper_and_storage_always_hold_the_same_pieces():
     """Taken out and put in by hand, twice the same one, more than there is room for, and numbers that are none."""
     storage = Storage(StorageConfig(capacity=100, hopper=HopperConfig(outlet_width=0.4, belt="belt"), **ROOM))
     storage.add(list(range(90)))
@@ -246,7 +246,7 @@ def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
     assert waits.pieces == [3]
 
 
-def test_hoppers_that_cannot_be_are_refused():
+def test_invalid_hoppers_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be 'front', 'back', 'left', 'right' or 'bottom'"),
         ({"inlet": "bottom"}, "inlet must be another side than the bottom, got 'bottom'"),

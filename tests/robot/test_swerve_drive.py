@@ -38,7 +38,7 @@ def test_chassis_speeds_are_reached():
     assert robot.speed == pytest.approx(0.0, abs=1e-3)
 
 
-def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
+def test_a_stalled_azimuth_keeps_its_supply_limit():
     """12 V on a stalled motor would draw V^2 / R; limited to P = 5 A at 12 V, it has I = sqrt(P / R)."""
     drive = drive_of(steer_supply_limit=5.0, steer_friction_volts=13.0, steer_efficiency=1.0)
     drive.set_volts([0.0] * 4, [12.0] * 4)
@@ -49,7 +49,7 @@ def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
 
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
-def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rolls(speed, turns):
+def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_one(speed, turns):
     """Volts halfway between what friction in the air takes and what the carpet takes beside it, while nothing rolls.
 
     At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
@@ -65,7 +65,7 @@ def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rol
     assert (drive.steer_angles[0] - before > 0.01) == turns
 
 
-def test_too_fast_a_wish_is_scaled_down_in_its_direction():
+def test_too_fast_a_command_is_scaled_down_in_its_direction():
     drive = drive_of()
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
@@ -75,7 +75,7 @@ def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
 
-def test_getters_are_what_the_robot_does():
+def test_top_speeds_and_accelerations_match_the_motion():
     for changes in ({}, {"drive_stator_limit": 60.0}, {"drive_stator_limit": 40.0}):
         drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes), height=0.0))
         robot = DriveBench(drive)
@@ -93,7 +93,7 @@ def test_getters_are_what_the_robot_does():
         assert robot.omega == pytest.approx(drive.max_omega, rel=0.01)
 
 
-def test_torque_current_is_the_current():
+def test_a_torque_current_command_sets_the_stator_current():
     drive = drive_of(drive_stator_limit=80.0)
     robot = DriveBench(drive)
     drive.set_torque_currents([30.0, 30.0, 30.0, 200.0], [0.0] * 4)
@@ -130,7 +130,7 @@ def test_brake_shorts_and_coast_opens():
     assert ends[1] == pytest.approx(60.0 * 0.0508 - 0.2 * slows, rel=0.005)
 
 
-def test_brownout_takes_the_outputs_and_gives_them_back():
+def test_a_brownout_disables_the_outputs_and_recovery_enables_them():
     drive = drive_of(Battery(BatteryConfig(resistance=0.02)))
     drive.set_volts([1.0] * 4, [0.0] * 4)
     drive.other_current = 320.0
@@ -184,7 +184,7 @@ def test_wrong_counts_say_how_many():
         drive.set_volts([1.0] * 3, [0.0] * 4)
 
 
-def test_reset_is_as_new():
+def test_reset_restores_the_initial_state():
     drive = drive_of(Battery())
     drive.set_chassis_speeds(2.0, 1.0, 1.0)
     first = [hold(drive, 0.02, (0.0, 0.0, 0.0)) for _ in range(10)]
@@ -255,7 +255,7 @@ def test_steer_cannot_diverge_at_any_inertia_or_step():
                     assert (np.abs(drive.state.steer_speed) <= top).all()
 
 
-def test_forces_explain_the_change_of_velocity():
+def test_reported_forces_equal_the_change_of_momentum():
     drive = drive_of()
     drive.set_volts([6.0, 3.0, 6.0, 3.0], [0.0] * 4)
     dvx, dvy, domega = hold(drive, STEP, (0.0, 0.0, 0.0))
@@ -395,5 +395,5 @@ def test_turning_on_the_spot():
     assert angles == pytest.approx([math.radians(135), math.radians(-135)])
 
 
-def test_no_wish_keeps_the_angles():
+def test_zero_speed_keeps_the_angles():
     assert module_targets([(0.3, 0.3)], 0.0, 0.0, 0.0, 5.0, [1.2]) == ([0.0], [1.2])

@@ -63,7 +63,7 @@ def test_partners_and_opponents_stand_where_the_file_puts_them(play):
     assert (x, y) == pytest.approx((10.0, 1.5)) and math.cos(yaw - 1.5 * math.pi) == pytest.approx(1.0)
 
 
-def test_they_change_sides_with_the_team_s_robot(play):
+def test_further_robots_change_sides_with_the_teams_robot(play):
     match = play(EMPTY + OPPONENT)
     match.set_alliance(0, "red")
     match.tick()
@@ -89,7 +89,7 @@ def test_an_auto_of_the_game_brings_its_start_and_preload(play):
     assert match.robots[1].drive is not None and match.alliances[1] == "red"
 
 
-def test_one_that_nothing_drives_stands_still(play):
+def test_a_robot_without_a_controller_stands_still(play):
     match = play(EMPTY + OPPONENT)
     before = match.robots[1].chassis.pose
     match.play(0.5)
@@ -126,7 +126,7 @@ def test_a_mistake_is_named(play, text, said):
     assert said in str(error.value)
 
 
-def test_a_whole_match_brings_its_players_and_its_rules(play):
+def test_a_whole_match_has_its_players_and_rules(play):
     match = play('game = "rebuilt"\nmatch = "practice-2v2"\n', seconds=0.1)
     assert match.alliances == ["blue", "blue", "red", "red"] and not match.practice
     assert match.options == {option.name for option in REBUILT.options if option.in_matches}
@@ -141,6 +141,6 @@ def test_a_whole_match_brings_its_players_and_its_rules(play):
         ("idle,idle,idle/idle", r"an alliance of rebuilt has at most 3 robots, got 4"),
     ],
 )
-def test_a_whole_match_that_cannot_be_is_refused(play, text, words):
+def test_an_invalid_whole_match_is_refused(play, text, words):
     with pytest.raises((ConfigError, UnknownNameError), match=words):
         play(f'game = "rebuilt"\nmatch = "{text}"\n')

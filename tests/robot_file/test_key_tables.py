@@ -176,7 +176,7 @@ def changed(tree, place, name, value):
 
 
 @each("kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot])
-def test_everything_that_is_read_has_a_reader(kind):
+def test_every_setting_is_used_by_some_code(kind):
     """Beyond the tables: who makes the robot asks for it."""
     package = Path(simcore.__file__).parent
     code = "\n".join(path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py")))
@@ -189,7 +189,7 @@ CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "rever
 
 
 @each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])
-def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is_found(read, key):
+def test_keys_for_described_motors_are_refused_with_a_found_drivetrain(read, key):
     value = values(key.form, None)[0]
     if key.name == "kind" or key.name.startswith("gyro"):
         assert getattr(read(f"[drivetrain]\n{key.name} = {toml(value)}").drivetrain, key.name) == value
@@ -209,7 +209,7 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 
 @each("key", MEASURES)
-def test_a_measure_that_the_model_does_not_have_ends_the_start(read, key):
+def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
     """As of CTRE's drivetrains, whose own constants say it; or of a drive of another kind."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
@@ -221,7 +221,7 @@ def test_a_measure_that_the_model_does_not_have_ends_the_start(read, key):
             settings.require_effect(config)
 
 
-def test_measures_that_the_model_has_are_of_effect(read):
+def test_dimensions_that_the_model_has_take_effect(read):
     text = "[drivetrain]\ndrive_gearing = 5.0\nwheel_diameter = 0.1\ndrive_motor = 'NEO'\nyaw_inertia = 4.0\n"
     module = replace(SWERVE.modules[0], drive_gearing=5.0, wheel_radius=0.05, drive_motor=motor("NEO"))
     read(text).require_effect(replace(SWERVE, modules=(module,) * 3, yaw_inertia=4.0))

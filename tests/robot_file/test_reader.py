@@ -77,7 +77,7 @@ def test_bumpers_follow_the_wheels_unless_given(read):
     assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
-def test_a_whole_robot(read):
+def test_a_complete_robot(read):
     robot = read(
         "[robot]\nmass = 48\ncapacity = 20\n[start]\nx = 3.0\ny = 2.0\nheading_deg = 90\npreload = 3\n"
         + WHEELS
@@ -123,7 +123,7 @@ max_deg = 180
 """
 
 
-def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(read):
+def test_a_robot_from_the_file_is_an_ordinary_robot(read):
     robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
     built = robot.robot_config(
         SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
@@ -270,7 +270,7 @@ def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
         ("rack", {"gearing": 1.0, "mass": 3.0, "pinion_radius": 0.02, "travel": 0.3}),
     ],
 )
-def test_a_mechanism_of_which_only_kind_and_motor_are_known_keeps_guesses_and_names_them_all(read, kind, guessed):
+def test_a_mechanism_with_only_kind_and_motor_lists_all_its_guesses(read, kind, guessed):
     one = read(f'[[mechanism]]\nname = "one"\nkind = "{kind}"\nleader = 3\n').mechanism("one")
     assert one.guessed == pytest.approx(guessed, rel=0.05)
     assert one.guesses.startswith("gearing = 1") and one.guesses.count("=") == len(guessed)
@@ -283,7 +283,7 @@ def test_a_mechanism_of_which_only_kind_and_motor_are_known_keeps_guesses_and_na
     assert "gearing" not in said.guessed and said.with_program(5.0, 0.02).config.gearbox.gearing == 2.0
 
 
-def test_servos_and_pistons_keep_guesses_too(read):
+def test_servos_and_pistons_also_list_their_guesses(read):
     servo = read('[[mechanism]]\nname = "one"\nkind = "servo"\npwm = 1\n').mechanism("one")
     assert servo.guesses == "min_deg = 0, max_deg = 180, deg_per_second = 400" and servo.with_program(5.0, 1.0) == servo
     assert read('[[mechanism]]\nname = "a"\nkind = "piston"\nsolenoid = 1\n').mechanism("a").guessed == {
@@ -338,7 +338,7 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
     assert lift.gravity == pytest.approx(9.80665 * math.cos(math.pi / 6), rel=1e-4)
 
 
-def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
+def test_front_and_back_shooters_with_their_own_storages_and_feeder_directions(read):
     robot = read(
         "[robot]\ncapacity = 4\n[[storage]]\nname = 'front'\ncapacity = 9\norder = 'lifo'\n[[storage]]\nname = 'back'\n"
         + WHEELS
@@ -371,7 +371,7 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
     assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
 
 
-def test_an_outlet_makes_a_hopper_of_a_storage(read):
+def test_an_outlet_turns_a_storage_into_a_hopper(read):
     text = "[[storage]]\ncapacity = 9\noutlet = 'front'\noutlet_width = 0.36\nbelt = 'roller'\nfunnel_deg = 30\n"
     robot = read(ROLLER + text + "outlet_place = [0.0, 0.35]\n")
     hopper = HopperConfig(outlet_width=0.36, belt="roller", funnel=math.radians(30.0), outlet_place=(0.0, 0.35))
@@ -405,14 +405,14 @@ def test_the_same_id_may_be_used_by_controllers_of_two_models(read):
     assert [m.controller for m in robot.mechanisms] == ["TalonFX", "TalonFXS"]
 
 
-def test_a_file_that_is_no_text(tmp_path):
+def test_a_file_that_is_not_text_is_refused(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ConfigError, match="is not UTF-8 text"):
         read_settings(path)
 
 
-def test_friction_is_the_files_else_a_default_of_kind_and_motor_that_a_ks_replaces(tmp_path):
+def test_friction_comes_from_the_file_else_a_ks_else_a_default_of_kind_and_motor(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(WHEELS + ROLLER + ARM.replace("gearing = 50.0", "gearing = 50.0\nfriction_volts = 0.4"))
     robot = read_settings(path)
@@ -435,7 +435,7 @@ def _friction_volts(mechanism):
     return gearbox.friction_torque * gearbox.resistance / gearbox.torque_per_amp
 
 
-def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
+def test_sparks_have_their_usual_motor_and_their_own_encoder(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(ROLLER + 'controller = "SPARK Flex"\nencoder_gearing = 2.5')
     roller = read_settings(path).mechanism("roller")
@@ -496,7 +496,7 @@ max_deg = 90.0
 """
 
 
-def test_mechanisms_move_the_masses_that_the_file_states(tmp_path):
+def test_mechanisms_move_the_masses_in_the_file(tmp_path):
     """What an elevator lifts is its carriage and the arm on it; a turret moves what the file says, which is nothing."""
     path = tmp_path / "simcore.toml"
     path.write_text(MASSES.format(lift="", turret=""))
@@ -520,7 +520,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
     assert read_settings(path).mass == 48.0
 
 
-def test_frictions_of_the_file_are_those_of_any_drivetrain(read):
+def test_frictions_in_the_file_apply_to_any_drivetrain(read):
     """Also of one that CTRE's constants describe, in which they are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"

@@ -107,7 +107,7 @@ def test_sensors(read):
 
 
 @pytest.mark.parametrize(("at", "low", "high"), [("lower", -math.inf, 0.5), ("upper", 49.5, math.inf)])
-def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(read, at, low, high):
+def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_travel(read, at, low, high):
     (switch,) = read(HOOD + SWITCH + f'mechanism = "hood"\nat = "{at}"\n').sensors
     assert [math.degrees(end) for end in switch.pressed] == pytest.approx([low, high])
 
@@ -160,6 +160,6 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
         ),
     ],
 )
-def test_a_mistake_is_one_clear_error(read, text, said):
+def test_each_mistake_gives_one_clear_error(read, text, said):
     with pytest.raises(ConfigError, match=re.escape(said)):
         read(text)

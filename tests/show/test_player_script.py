@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from made_up_run import SCENE, recorded
 
-from simcore.show.frames import FrameLayout, filled, piece_kinds
+from simcore.show.frames import FrameLayout, piece_kinds
 from simcore.show.page import packed
 from simcore.show.run_data import run_data
 
@@ -27,8 +27,8 @@ def test_the_reader_and_what_needs_no_browser(tmp_path: Path) -> None:
     meta, data = run_data(recording, SCENE)
     layout = FrameLayout(SCENE, (), piece_kinds(recording, SCENE))
     expected = []
-    for snapshot in filled(recording):
-        pieces = layout.row("pieces", snapshot).reshape(-1, 4) / (1e3, 1e3, 1e3, 1.0)
+    for snapshot in recording.snapshots():
+        pieces = layout.frame(snapshot)["pieces"].reshape(-1, 4) / (1e3, 1e3, 1e3, 1.0)
         true, believed = snapshot.poses["Sim/Robot/Pose3d"], snapshot.poses["Sim/Robot/EstimatedPose"]
         yaw, turned = (2.0 * np.arctan2(row[6], row[3]) for row in (true, believed))
         expected.append(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simcore.show.run_events import ChangeRecord, board_now, changing_times, counts_now, lamps_now
+from simcore.show.run_events import ChangeRecord, board_now, changing_rows, counts_now, lamps_now
 from simcore.show.scene import LevelLook, RobotLook, Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
@@ -46,14 +46,14 @@ def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-def test_boards_change_only_at_the_times_that_are_told(robots):
-    """What is taken at those times alone is what is taken of every snapshot."""
+def test_boards_change_only_in_the_rows_that_are_told(robots):
+    """What is taken of those rows alone is what is taken of every snapshot."""
     looks = [RobotLook(prefix=prefix, bumpers=(0.8, 0.8)) for prefix in ("Sim", "Sim/Robots/1")[:robots]]
     scene = Scene(field_size=(16.0, 8.0), robots=looks, levels=[LEVEL])
     run, shown = recorded(200)
-    times = changing_times(run, scene)
+    rows = changing_rows(run, scene)
     found = []
-    for snapshots in (shown, [one for one in shown if one.time in times]):
+    for snapshots in (shown, [*run.snapshots(rows)]):
         board, lamps, cells = ChangeRecord(), ChangeRecord(), ChangeRecord()
         for one in snapshots:
             board.take(one.time, board_now(one, scene))
@@ -62,4 +62,4 @@ def test_boards_change_only_at_the_times_that_are_told(robots):
         found.append((board.found, lamps.found, cells.found))
     assert found[0] == found[1]
     assert {"time left", "period", "count", "Strip", "held"} <= found[0][0].keys()
-    assert len(times) < 40  # every seventh tick, and each second
+    assert len(rows) < 40  # every seventh tick, and each second

@@ -27,12 +27,11 @@ def test_columns_are_what_was_published() -> None:
 
 def test_pieces_are_kept_every_second_tick_and_the_newest_is_found() -> None:
     recording = recorded(50)
-    kept = [
-        snapshot.time
-        for snapshot in recording.snapshots()
-        if snapshot.pose_arrays.get("Sim/GamePieces/Fuel") is not None
-    ]
+    shown = [(snapshot.time, snapshot.pose_arrays["Sim/GamePieces/Fuel"]) for snapshot in recording.snapshots()]
+    kept = [time for row, (time, rows) in enumerate(shown) if not row or rows is not shown[row - 1][1]]
     assert kept[:4] == pytest.approx([0.02, 0.04, 0.08, 0.12])
+    some = [snapshot.pose_arrays["Sim/GamePieces/Fuel"] for snapshot in recording.snapshots([2, 9, 49])]
+    assert np.array_equal(some, [shown[row][1] for row in (2, 9, 49)])
     assert centers(recording, 0.15) == pytest.approx(places(0.12), abs=1e-6)
     assert centers(recording, 0.12) == pytest.approx(places(0.12), abs=1e-6), "up to and including its own time"
     assert centers(recording, 0.0) == pytest.approx(places(0.02), abs=1e-6), "before the first there is only the first"
@@ -49,10 +48,10 @@ def test_snapshots_come_back_as_they_went_in() -> None:
         assert np.array_equal(back.poses["Sim/Robot/Pose3d"], sent.poses["Sim/Robot/Pose3d"])
         assert back.strings == sent.strings
         assert back.integer_arrays["few"].tolist() == sent.integer_arrays["few"].tolist()
-        assert ("Sim/PieceIds/Fuel" in back.integer_arrays) == ("Sim/GamePieces/Fuel" in back.pose_arrays), (
-            "ids go with their poses"
-        )
-        assert ("Sim/GamePieces/Fuel" in back.pose_arrays) == (tick in (0, 1, 3, 5)), "where pieces were due"
+        due = snapshot((0, 1, 1, 3, 3, 5, 5)[tick])
+        for field, key in (("pose_arrays", "Sim/GamePieces/Fuel"), ("integer_arrays", "Sim/PieceIds/Fuel")):
+            newest, kept = getattr(back, field)[key], getattr(due, field)[key]
+            assert newest == pytest.approx(kept, abs=1e-6), "the newest that was due, and ids with their poses"
     assert tick == 6
 
 

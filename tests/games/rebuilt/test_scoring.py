@@ -74,7 +74,7 @@ def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, per
         assert sheet[f"{period}Points"] == 1 + own * (period == "auto")
 
 
-def test_a_tie_in_auto_is_decided_by_chance_also_without_fuel():
+def test_chance_decides_a_tie_in_auto_even_without_fuel():
     """6.4: with equal fuel, FMS chooses. What was drawn stays."""
     for coin in ALLIANCES:
         made = hubs(None, coin)
@@ -85,14 +85,14 @@ def test_a_tie_in_auto_is_decided_by_chance_also_without_fuel():
         assert made.first_inactive == coin, "one to one is a tie again"
 
 
-def test_fuel_of_teleop_never_changes_who_was_ahead_in_auto():
+def test_teleop_fuel_never_changes_the_auto_leader():
     made = hubs("red")
     for _ in range(10):
         made.count("blue", 25.0)
     assert made.first_inactive == "red"
 
 
-def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
+def test_the_match_lasts_two_minutes_forty_plus_a_three_second_pause():
     """Table 6-2."""
     assert MATCH.duration == 20.0 + 3.0 + 140.0
     assert [MATCH.start(f"shift {n}") for n in range(1, 5)] == [33.0, 58.0, 83.0, 108.0]
@@ -114,12 +114,12 @@ def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance,
     assert hubs("blue").light(alliance, time) == light
 
 
-def test_in_practice_both_hubs_count_all_the_time():
+def test_both_hubs_always_count_in_practice():
     made = hubs("blue", practice=True)
     assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
 
 
-def test_thresholds_are_numbers_of_the_event():
+def test_ranking_point_thresholds_depend_on_the_event():
     assert (EventSettings().energized, EventSettings().supercharged, EventSettings().traversal) == (100, 360, 50)
     with pytest.raises(ConfigError, match="energized"):
         EventSettings(energized=-1)
@@ -149,7 +149,7 @@ def test_levels_of_the_tower(sentence, touched, airborne, lowest, level):
     assert tower_level("blue", touched, airborne=airborne, lowest=lowest) == level, f"{sentence} (6.5.2)"
 
 
-def test_g419_a_passage_is_closed_where_no_robot_gets_through():
+def test_g419_a_passage_is_closed_if_no_robot_fits_through():
     assert not is_closed((0.0, 1.28), []) and is_closed((0.0, 1.28), [(0.24, 1.04)])
     assert not is_closed((0.0, 1.85), [(0.0, 0.8)]) and is_closed((0.0, 1.85), [(0.0, 0.8), (1.0, 1.8)])
 
@@ -172,7 +172,7 @@ def test_g418_pins(seconds, fouls):
     assert pin(seconds) == fouls
 
 
-def test_g418_a_count_goes_on_until_they_are_six_feet_apart_for_three_seconds():
+def test_g418_a_pin_count_continues_until_robots_are_six_feet_apart_for_three_seconds():
     counts = PinCounts()
     assert pin(2.0, away=1.9, gap=2.0, counts=counts) == [] and pin(1.2, counts=counts) == [0]
     counts = PinCounts()
@@ -181,7 +181,7 @@ def test_g418_a_count_goes_on_until_they_are_six_feet_apart_for_three_seconds():
     assert pin(2.0, away=0.9, gap=3.2, counts=counts) == [] and pin(1.2, counts=counts) == [0]
 
 
-def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
+def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
     counts, places = PinCounts(), {0: (2.0, 2.0), 1: (2.8, 2.0)}
     for pins in [{(0, 1)}] * 100 + [{(1, 0)}] * 10:
         counts.update(0.02, pins, places)
@@ -191,7 +191,7 @@ def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
 @pytest.mark.parametrize(
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
-def test_g418_a_count_ends_three_seconds_after_either_has_moved_on(places):
+def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
     """They stay closer, but it is six feet from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
@@ -201,7 +201,7 @@ def test_g418_a_count_ends_three_seconds_after_either_has_moved_on(places):
         assert (counts.seconds((0, 1)) > 0.0) is left
 
 
-def test_g418_three_seconds_apart_are_three_seconds_in_one_piece():
+def test_g418_the_three_seconds_apart_must_be_continuous():
     counts = PinCounts()
     pin(2.0, away=1.9, gap=2.0, counts=counts)
     counts.update(0.02, set(), {0: (2.0, 2.0), 1: (2.8, 2.0)})  # together for one tick

@@ -35,8 +35,8 @@ def test_python(version, level, advice):
     ("installed", "level", "words"),
     [
         ({"simcore": "1.0", "wpilib": "2026.2.2", "numpy": "2.4"}, "ok", "simcore 1.0, numpy 2.4, wpilib 2026.2.2"),
-        ({"simcore": "1.0", "wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, "fail", "2025.3.2 beside WPILib of 2026"),
-        ({"simcore": "1.0", "wpilib": "2027.0.0a7", "phoenix6": "26.3.0"}, "fail", "26.3.0 beside WPILib of 2027"),
+        ({"simcore": "1.0", "wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, "fail", "2025.3.2 next to WPILib of 2026"),
+        ({"simcore": "1.0", "wpilib": "2027.0.0a7", "phoenix6": "26.3.0"}, "fail", "26.3.0 next to WPILib of 2027"),
         ({"simcore": "1.0", "numpy": "2.0"}, "warn", "nothing of WPILib"),
         ({"wpilib": "2026.2.2"}, "warn", "runs from a folder and is not installed"),
     ],
@@ -57,7 +57,7 @@ def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
         lambda: [SimpleNamespace(metadata={"Name": name}, version=version) for name, version in mixture.items()],
     )
     load = season._module.__wrapped__
-    with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 beside WPILib of 2026: make"):
+    with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 next to WPILib of 2026: make"):
         load("ntcore")
     mixture.clear()
     with pytest.raises(ConfigError, match=r"this needs ntcore of WPILib, which cannot be imported .* brings it"):

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-const player = new URL("../../../../simcore/show/player/", import.meta.url);
+const player = new URL("../../../simcore/show/player/", import.meta.url);
 const { AWAY, Run, inflate, rowAt, turned, unpack, valueAt, yawOf } = await import(new URL("data.js", player).href);
 const { ticks, words } = await import(new URL("charts.js", player).href);
 const { shadow } = await import(new URL("robot_views.js", player).href);
