@@ -37,7 +37,7 @@ _READS = re.compile(
 _TURNS = (math.tau, 360.0, 1.0)
 """One turn, in units in which programs write an angle as a number."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
-_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth; not a round number, as some count coarsely
+_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth; below a turn, and exact where it counts coarsely
 _LEAST = 1e-6
 
 

@@ -51,7 +51,7 @@ _GUESSES: dict[str, dict[str, float]] = {
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
 """Measures that PathPlanner's and Choreo's settings hold for every robot, by the kinds of drives that lack them."""
 _GEARINGS = (3.0, 24.0)
-_SPEEDS = (1.0, 8.0)  # highest plausible speed of robots, with the fastest gears on sale [m/s]
+_SPEEDS = (1.0, 8.0)  # plausible top speeds of robots, up to the fastest gears on sale [m/s]
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
 """Units that positions of a tank or mecanum drive may have, judged by size [m]; odometry later confirms them."""
 

@@ -235,7 +235,7 @@ def _start_errors(folder: Path) -> Generator[None, None, None]:
 
 
 _start_failure: BaseException | None = None
-"""First start failure in this process."""
+"""Latest start failure in this process."""
 
 
 def _make_repeatable(folder: Path) -> None:

@@ -161,7 +161,7 @@ class _Schedule:
     def __init__(self, notifier: Any, callback: Callable[[], object]) -> None:
         self.callback = callback
         self.period: float | None = None
-        self._notifier = ref(notifier)  # the notifier's owner ends it
+        self._notifier = ref(notifier)  # weak: a notifier without an owner ends
         self._late: float | None = None
         self._next = 0.0
 

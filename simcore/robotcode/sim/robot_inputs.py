@@ -48,7 +48,7 @@ class DriverStationLink:
         self._message = ""
         self._color: Any = None
         self._was_enabled = False
-        self._played_after = -1  # number of field resets so far
+        self._played_after = -1  # field resets when the robot was last enabled
         match.timer.follow_driver_station()
 
     def update(self) -> None:

@@ -135,7 +135,7 @@ class RobotPhysics:
         self.robot_sim.connect(self._devices)
         self._start: float | None = None
         self._done = 0
-        self._h = TICK  # unset until ticks are divided
+        self._h = TICK  # until `_set_parts`
         self._part = 0
         self._has_periodic = _has_wpilib_loop(type(robot))
         self._may_follow = parts is None and is_timing_paused() and self._has_periodic

@@ -16,7 +16,7 @@ Timer = season.wpilib.Timer
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
-_FEED_MS = 100  # period of phoenix6's own Notifier is 10 ms
+_FEED_MS = 100  # fed by phoenix6's own Notifier, every 10 ms
 
 
 class PhoenixTime:

@@ -221,7 +221,7 @@ class CANdiEncoderSim:
             read_configuration(candi, config)
             sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
-                inverted = bool(sensor.sensor_direction)  # a flag of the CANdi
+                inverted = bool(sensor.sensor_direction)  # a flag on a CANdi
             if offset is None:
                 offset = sensor.absolute_sensor_offset
         state = candi.sim_state
