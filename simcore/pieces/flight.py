@@ -38,7 +38,7 @@ PER_TICK = 4
 LONGEST = 1200
 """Such steps after which a shot has missed: 6 s, the time of a shot to a height of 40 m."""
 SQUEEZE = 0.9
-"""Fraction of a piece's radius that must be free where it leaves: foam gives by the rest."""
+"""Fraction of a piece's radius that must be free where it leaves: foam yields by the rest."""
 _LEFT = 0.75  # fraction still in flight below which the arrays are compacted
 
 

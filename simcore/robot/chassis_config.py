@@ -133,8 +133,7 @@ class ChassisConfig:
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the carpet [m]."""
     yaw_inertia: float | None = None
-    """Moment of inertia about the vertical through the center of mass [kg m^2]; None: a uniform plate of the bumpers'
-    size."""
+    """Yaw inertia about the center of mass [kg m^2]; None: that of a uniform plate of the bumpers' size."""
     wheel_positions: tuple[tuple[float, float], ...] = (
         (0.2667, 0.2667),
         (0.2667, -0.2667),

@@ -331,7 +331,7 @@ class Shooter:
         return PartState(pos=pos, quat=multiply(robot.quat, muzzle), vel=vel, rate=rate)
 
     def after_shot(self, mass: float, speed: float) -> None:
-        """Take the momentum of a launched ball from the wheels.
+        """Slow the wheels down by the momentum of a launched ball.
 
         A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gains the momentum m v from both its sides
         together, and the spin from the difference of their impulses: J_lower + J_upper = m v and

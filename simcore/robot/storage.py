@@ -188,7 +188,7 @@ class Storage:
         """Remove the next piece to leave; return its slot.
 
         Raises:
-            CapacityError: There is none.
+            CapacityError: No piece can leave now.
         """
         if not self.pieces:
             raise CapacityError("the storage is empty")
