@@ -69,13 +69,13 @@ def test_an_error_of_a_run_is_only_in_its_row(tmp_path, monkeypatch):
     """Of one process that is killed nothing is lost and nothing comes twice, in the store either."""
     monkeypatch.setenv("SWEEP_GAME_MARK", str(tmp_path / "mark"))
     deeds = ("die_once", "fail", "hang", "die", "leave")
-    wrong = experiment(factors=(parse_factor(f"auto={','.join(deeds)}"),), seeds=(1, 2, 3), timeout=3.0)
+    wrong = experiment(factors=(parse_factor(f"auto={','.join(deeds)}"),), seeds=(1, 2, 3), timeout=6.0)
     seen = []
     results = sweep(wrong, workers=2, out=tmp_path, on_row=lambda row, stored: seen.append(row["run"]))
     assert (tmp_path / "mark").exists()
     assert sorted(seen) == [row["run"] for row in results.rows] == list(range(3 * len(deeds)))
     errors = {row["auto"]: row["error"] for row in results.failures}
-    assert errors.pop("hang") == "took longer than 3 s of wall time, and was ended"
+    assert errors.pop("hang") == "took longer than 6 s of wall time, and was ended"
     assert errors.pop("fail").startswith("ZeroDivisionError: in a team's own code (sweep_game.py, line ")
     assert errors.pop("die") == "its process died (SIGKILL(-9)); its last words: so much for that"
     assert errors.pop("leave").startswith("SystemExit: 3 (sweep_game.py, line ")
