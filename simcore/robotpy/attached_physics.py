@@ -61,6 +61,8 @@ class AttachedPhysics(RobotPhysics):
 
     folder: ClassVar[Path] = Path()
     """Where robot.py is."""
+    file_name: ClassVar[str] = FILE_NAME
+    """In the folder, of the file that describes the robot."""
     game_name: ClassVar[str | None] = None
     """As the flag `--game` says; None: it was not given."""
     engine_name: ClassVar[str | None] = None
@@ -74,7 +76,7 @@ class AttachedPhysics(RobotPhysics):
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         require_distinct_devices()
-        path = self.folder / FILE_NAME
+        path = self.folder / self.file_name
         settings = with_configuration(read_settings(path))
         drivetrain: MakersDrivetrain
         try:

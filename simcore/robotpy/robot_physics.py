@@ -176,6 +176,11 @@ class RobotPhysics:
         """Resets the field, puts pieces down, places robots: from the next tick on."""
         return self.match.control
 
+    @property
+    def part(self) -> float:
+        """How long the parts are in which a tick is done [s]."""
+        return self._h
+
     def after_tick(self) -> None:
         """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""
 

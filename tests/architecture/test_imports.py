@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
 ADAPTERS = {
-    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
+    *("bridge", "devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
@@ -61,6 +61,7 @@ ALLOWED = {
     "revlib": CORE | {"robot_file", "devices"},
     "navx": CORE | {"robot_file", "devices"},
     "phoenix6_emulator": BASE | {"loop", "robot"},  # emulates CTRE's library; knows motors, but no adapters
+    "bridge": CORE | {"devices", "robot_file", "robotpy", "show", "sweep"},
     "robotpy": CORE
     | {"devices", "robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }
