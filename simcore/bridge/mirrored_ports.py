@@ -14,7 +14,7 @@ from typing import Any
 
 from simcore import season
 from simcore.bridge import packets
-from simcore.bridge.packets import OUTPUTS, SIM_VALUE, Record, kind
+from simcore.bridge.packets import INPUTS, OUTPUTS, SIM_VALUE, Record
 from simcore.robot_file.robot_settings import RobotSettings
 
 hal: Any = season.hal
@@ -31,7 +31,9 @@ _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
 """By the HAL's code of a type: its name in WPILib, and what makes one of a number; an enumeration is its number."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
 """Gyros by the first part of their SimDevice."""
-_SEEN = "SetDriverStation"
+_INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
+_OUTPUT_NAMES = list(OUTPUTS)
+_TEXTS = ("SetGameSpecificMessage", "SetEventName")
 
 
 class MirroredPorts:
@@ -53,7 +55,7 @@ class MirroredPorts:
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
         self._sent: list[float] = []
-        self._texts = dict.fromkeys(packets.TEXTS, "")
+        self._texts = dict.fromkeys(_TEXTS, "")
         self._choices: dict[str, str] = {}
         self._names: dict[int, tuple[str, str, int, float]] = {}
         """By handle: SimDevice, value, type and what it was at first."""
@@ -82,10 +84,11 @@ class MirroredPorts:
     def take(self, found: Iterable[Record]) -> None:
         """Take what has changed in the program; from its start on, what it opens is opened here."""
         changed: list[Record] = []
+        choosers: list[list[str]] = []
         opens = False
         for record in found:
             if record.kind < len(OUTPUTS):
-                name = OUTPUTS[record.kind]
+                name = _OUTPUT_NAMES[record.kind]
                 self._state[name][record.number, record.sub] = record.value
                 opens |= "Initialized" in name or name == "GetProgramStarted"
                 changed.append(record)
@@ -95,22 +98,25 @@ class MirroredPorts:
                 device, name = record.parts
                 self._names[record.number] = (device, name, record.sub, record.value)
             elif record.kind == packets.CHOOSER:
-                self._show_chooser(*record.parts)
+                choosers += [[]] if record.sub == 0 else []
+                choosers[-1].append(record.parts[0])
             elif record.kind == packets.ERROR_TEXT:
                 self.errors.append(record.text.decode("utf-8", "replace"))
+        for texts in choosers:
+            self._show_chooser(*texts)
         self.has_started = self.has_started or bool(self._now("GetProgramStarted"))
         if not self.has_started:
             return
         if opens:
             self._open_ports()
             known = ((name, key, value) for name in self._take for key, value in self._state[name].items())
-            changed += [Record(OUTPUTS.index(name), sub, n, value) for name, (n, sub), value in known]
+            changed += [Record(_OUTPUT_NAMES.index(name), sub, n, value) for name, (n, sub), value in known]
         if len(self._values) < len(self._names):
             self._open_values()
         for record in changed:
             if record.kind == SIM_VALUE:
                 self._take_value(record.number, record.value)
-            elif take := self._take.get(OUTPUTS[record.kind]):
+            elif take := self._take.get(_OUTPUT_NAMES[record.kind]):
                 take(record.number, record.sub, record.value)
 
     def _now(self, name: str, number: int = 0) -> float:
@@ -252,10 +258,10 @@ class MirroredPorts:
         station.refreshData()
         found = self.inputs()
         said = station.getGameSpecificMessage(), station.getEventName()
-        for name, text in zip(packets.TEXTS, said, strict=True):
+        for name, text in zip(_TEXTS, said, strict=True):
             if self._texts[name] != text:
                 self._texts[name] = text
-                found.append(Record(kind(name), 0, 0, 0.0, text.encode()))
+                found.append(Record(_INPUT_KINDS[name], 0, 0, 0.0, text.encode()))
         table = season.ntcore.NetworkTableInstance.get_default()
         for key, before in self._choices.items():
             choice = table.get_entry(f"{key}/selected").get_string(before)
@@ -269,7 +275,7 @@ class MirroredPorts:
         return [*found, Record(packets.NEW_DATA, 0, 0, 0.0)]
 
     def _add(self, name: str, number: int, get: Callable[[], float], sub: int = 0) -> None:
-        self._inputs.append((kind(name) if name else SIM_VALUE, sub, number, get))
+        self._inputs.append((_INPUT_KINDS[name] if name else SIM_VALUE, sub, number, get))
         self._sent.append(math.nan)
 
     def _add_driver_station(self) -> None:
@@ -278,8 +284,8 @@ class MirroredPorts:
         if self._follows:
             return
         for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached", "DsAttached", "MatchTime"):
-            self._add(f"{_SEEN}{name}", 0, getattr(station, f"get{name}"))
-        self._add(f"{_SEEN}AllianceStationId", 0, lambda: int(station.getAllianceStationId()))
+            self._add(f"SetDriverStation{name}", 0, getattr(station, f"get{name}"))
+        self._add("SetDriverStationAllianceStationId", 0, lambda: int(station.getAllianceStationId()))
         self._add("SetMatchType", 0, lambda: int(match.getMatchType()))
         self._add("SetMatchNumber", 0, match.getMatchNumber)
         self._add("SetReplayNumber", 0, match.getReplayNumber)

@@ -1,6 +1,6 @@
 """Frames between simcore and the extension in a robot program, version 1: docs/bridge.md describes them.
 
-`INPUTS` and `OUTPUTS` are rows of tables in extension.c, in the same order; the place of a name is its kind.
+The extension knows no port: `definitions` tells it in the first frame which functions of the HAL write and which ask.
 """
 
 from __future__ import annotations
@@ -12,43 +12,60 @@ from typing import NamedTuple
 from simcore.errors import SimcoreError
 
 __all__ = [
-    "CHOOSER", "CLOCK", "END", "ERROR_TEXT", "GOODBYE", "INPUTS", "LOOK", "NEW_DATA", "OUTPUTS", "PROCESS", "SELECT",
-    "SIM_VALUE", "TEXTS", "VALUE_NAME", "VERSION", "Record", "VersionError", "frame", "frame_size", "kind", "records",
+    "CHOOSER", "CLOCK", "END", "ERROR_TEXT", "GOODBYE", "HEADER_SIZE", "INPUTS", "LOOK", "NEW_DATA", "OUTPUTS",
+    "SELECT", "SIM_VALUE", "VALUE_NAME", "VERSION", "Record", "VersionError", "definitions", "frame", "frame_size",
+    "records",
 ]  # fmt: skip
 
 VERSION = 1
 _HEADER = struct.Struct("<4sIQ")
+HEADER_SIZE = _HEADER.size
+"""[bytes]"""
 _RECORD = struct.Struct("<BBHid")
-_TEXT = 128  # kinds from here on carry text
 
-INPUTS = (
-    *("SetRoboRioVInVoltage", "SetDriverStationEnabled", "SetDriverStationAutonomous", "SetDriverStationTest"),
-    *("SetDriverStationEStop", "SetDriverStationFmsAttached", "SetDriverStationDsAttached"),
-    *("SetDriverStationAllianceStationId", "SetDriverStationMatchTime", "SetMatchType", "SetMatchNumber"),
-    *("SetReplayNumber", "SetJoystickAxisCount", "SetJoystickPOVCount", "SetJoystickButtonCount", "SetJoystickAxis"),
-    *("SetJoystickPOV", "SetJoystickButtonsValue", "SetEncoderCount", "SetEncoderPeriod", "SetEncoderDirection"),
-    *("SetDIOValue", "SetAnalogInVoltage", "SetDutyCycleOutput", "SetAnalogGyroAngle", "SetAnalogGyroRate"),
-)
-"""What simcore writes, by the name of the HAL's function without `HALSIM_`."""
-OUTPUTS = (
-    *("GetProgramStarted", "GetDriverStationEnabled", "GetDriverStationAutonomous", "GetDriverStationTest"),
-    *("GetDriverStationAllianceStationId", "GetPWMInitialized", "GetPWMSpeed", "GetPWMPosition"),
-    *("GetPWMPulseMicrosecond", "GetDIOInitialized", "GetDIOIsInput", "GetDIOValue", "GetAnalogInInitialized"),
-    *("GetAnalogGyroInitialized", "GetAnalogGyroAngle", "GetRelayInitializedForward", "GetRelayInitializedReverse"),
-    *("GetRelayForward", "GetRelayReverse", "GetEncoderDigitalChannelA", "GetEncoderDigitalChannelB"),
-    *("GetEncoderInitialized", "GetEncoderDistancePerPulse", "GetEncoderReset", "GetDutyCycleDigitalChannel"),
-    *("GetDutyCycleInitialized", "GetCTREPCMInitialized", "GetCTREPCMSolenoidOutput", "GetREVPHInitialized"),
-    "GetREVPHSolenoidOutput",
-)
-"""What the program is asked after each step; it answers with what has changed, from 0 at first."""
-TEXTS = ("SetGameSpecificMessage", "SetEventName")
-SIM_VALUE, NEW_DATA, CLOCK, END, LOOK, PROCESS = range(100, 106)
+_CALLS = ("I", "D", "NI", "ND", "NSI", "NSD", "T")
+"""What a function takes: index, second index, and integer, number or text."""
+INPUTS = {
+    "SetRoboRioVInVoltage": "D",
+    **{f"SetDriverStation{name}": "I" for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached")},
+    **{"SetDriverStationDsAttached": "I", "SetDriverStationAllianceStationId": "I", "SetDriverStationMatchTime": "D"},
+    **{"SetMatchType": "I", "SetMatchNumber": "I", "SetReplayNumber": "I"},
+    **{"SetGameSpecificMessage": "T", "SetEventName": "T"},
+    **{f"SetJoystick{name}Count": "NI" for name in ("Axis", "POV", "Button")},
+    **{"SetJoystickAxis": "NSD", "SetJoystickPOV": "NSI", "SetJoystickButtonsValue": "NI"},
+    **{"SetEncoderCount": "NI", "SetEncoderPeriod": "ND", "SetEncoderDirection": "NI"},
+    **{"SetDIOValue": "NI", "SetAnalogInVoltage": "ND", "SetDutyCycleOutput": "ND"},
+    **{"SetAnalogGyroAngle": "ND", "SetAnalogGyroRate": "ND"},
+}
+"""What simcore writes, by the name of the HAL's function without `HALSIM_`; the place of a row is its kind."""
+OUTPUTS: dict[str, tuple[str, int, int]] = {
+    "GetProgramStarted": ("I", 1, 1),
+    **{f"GetDriverStation{name}": ("I", 1, 1) for name in ("Enabled", "Autonomous", "Test", "AllianceStationId")},
+    **{"GetPWMInitialized": ("NI", 20, 1), "GetPWMPulseMicrosecond": ("NI", 20, 1)},
+    **{"GetPWMSpeed": ("ND", 20, 1), "GetPWMPosition": ("ND", 20, 1)},
+    **{f"GetDIO{name}": ("NI", 31, 1) for name in ("Initialized", "IsInput", "Value")},
+    **{"GetAnalogInInitialized": ("NI", 8, 1), "GetAnalogGyroInitialized": ("NI", 2, 1)},
+    "GetAnalogGyroAngle": ("ND", 2, 1),
+    **{f"GetRelay{name}": ("NI", 4, 1) for name in ("InitializedForward", "InitializedReverse", "Forward", "Reverse")},
+    **{f"GetEncoder{name}": ("NI", 8, 1) for name in ("DigitalChannelA", "DigitalChannelB", "Initialized", "Reset")},
+    "GetEncoderDistancePerPulse": ("ND", 8, 1),
+    **{"GetDutyCycleDigitalChannel": ("NI", 8, 1), "GetDutyCycleInitialized": ("NI", 8, 1)},
+    **{"GetCTREPCMInitialized": ("NI", 63, 1), "GetCTREPCMSolenoidOutput": ("NSI", 63, 8)},
+    **{"GetREVPHInitialized": ("NI", 63, 1), "GetREVPHSolenoidOutput": ("NSI", 63, 16)},
+}
+"""What the program is asked after each step: call, how many, how many second indices where the row before is not zero.
+
+It answers with what has changed, from 0 at first.
+"""
+_DEFINE_INPUT, _DEFINE_OUTPUT = 96, 97
+SIM_VALUE, NEW_DATA, CLOCK, END, LOOK = range(100, 105)
 """Value of a SimDevice; the driver station has sent; the clock goes by itself (1) or is stepped (0); the program ends;
-asks for the choosers; id of the program's process."""
-VALUE_NAME, CHOOSER, ERROR_TEXT = range(_TEXT, _TEXT + 3)
-"""Texts of the program, parts with zeros between: device and value; key, type, default, active, options; an error."""
-SELECT, GOODBYE = _TEXT + 10, _TEXT + 11
-"""Texts for the program besides `TEXTS`: key and option of a chooser; why it ends."""
+asks for the choosers."""
+VALUE_NAME, CHOOSER, ERROR_TEXT = 128, 129, 130
+"""Texts of the program: device and value, a zero between; one of a chooser's key, type, default, active and options (1
+as second index where it continues); an error."""
+SELECT, GOODBYE = 138, 139
+"""Texts for the program: key and option of a chooser, a zero between; why it ends."""
 
 
 class VersionError(SimcoreError):
@@ -70,9 +87,14 @@ class Record(NamedTuple):
         return self.text.decode("utf-8", "replace").split("\0")
 
 
-def kind(name: str) -> int:
-    """Return the kind of a value or text that simcore writes."""
-    return INPUTS.index(name) if name in INPUTS else _TEXT + TEXTS.index(name)
+def definitions() -> list[Record]:
+    """Return what the first frame defines: the rows of `INPUTS` and `OUTPUTS`."""
+    inputs = enumerate(INPUTS.items())
+    found = [Record(_DEFINE_INPUT, _CALLS.index(call), row, 1.0, name.encode()) for row, (name, call) in inputs]
+    rows = OUTPUTS.items()
+    return found + [
+        Record(_DEFINE_OUTPUT, _CALLS.index(call), count, subs, name.encode()) for name, (call, count, subs) in rows
+    ]
 
 
 def frame(time: int, values: list[Record]) -> bytes:
@@ -101,9 +123,6 @@ def frame_size(header: bytes) -> tuple[int, int]:
             f"{VERSION}: `simcore serve --extension` says where the right one is"
         )
     return size, time
-
-
-HEADER_SIZE = _HEADER.size
 
 
 def records(body: bytes) -> Iterator[Record]:

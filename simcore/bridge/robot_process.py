@@ -31,7 +31,7 @@ _STEP = 0.05  # wall time between two looks whether the program lives [s]
 _ENDS = 2.0  # wall time in which a program ends that is told to [s]
 _MOST_PRINTED = 2000  # lines that are passed on
 _MOST_KEPT = 10_000_000  # bytes in the file
-_LAST = 12  # lines that an error shows
+_LAST = 6  # lines that an error shows
 
 
 class ProgramError(SimcoreError, RuntimeError):
@@ -65,7 +65,6 @@ class RobotProcess:
         self._say = say
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
-        self._pid = 0
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
@@ -82,6 +81,8 @@ class RobotProcess:
                 "program's command behind --"
             ) from error
         self._listener.listen(1)
+        self.address: tuple[str, int] = self._listener.getsockname()
+        """Where it listens."""
         try:
             if command:
                 self._start(command, output)
@@ -98,8 +99,7 @@ class RobotProcess:
     # --- starting ---------------------------------------------------------------------------------------------------
 
     def _start(self, command: Sequence[str], output: Path | None) -> None:
-        port = self._listener.getsockname()[1]
-        environment = {**os.environ, "SIMCORE_PORT": str(port)}
+        environment = {**os.environ, "SIMCORE_PORT": str(self.address[1])}
         others = environment.get("HALSIM_EXTENSIONS", "")
         mine = str(extension_path())
         environment["HALSIM_EXTENSIONS"] = os.pathsep.join(filter(None, [others, mine]))
@@ -150,8 +150,7 @@ class RobotProcess:
             with contextlib.suppress(OSError):
                 self._connection.sendall(frame(0, [Record(packets.GOODBYE, 0, 0, 0.0, str(error).encode())]))
             raise
-        self._pid = next((int(r.value) for r in found if r.kind == packets.PROCESS), 0)
-        return found
+        return found + self.exchange(0, packets.definitions())
 
     # --- running ----------------------------------------------------------------------------------------------------
 
@@ -221,6 +220,7 @@ class RobotProcess:
     def close(self) -> None:
         """End the program, whatever it does, and its children."""
         self._listener.close()
+        is_told = self._connection is not None
         if self._connection is not None:
             with contextlib.suppress(OSError):
                 self._connection.sendall(frame(0, [Record(packets.END, 0, 0, 0.0)]))
@@ -228,7 +228,7 @@ class RobotProcess:
             self._connection = None
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(_ENDS if self._pid else 0.01)
+                self._process.wait(_ENDS if is_told else 0.01)
             self._end_group()
             self._process.wait()
             if self._reader is not None:

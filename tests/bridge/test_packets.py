@@ -2,26 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
-from simcore.bridge.built_extension import SOURCE
-from simcore.bridge.packets import HEADER_SIZE, INPUTS, OUTPUTS, TEXTS, Record, VersionError, frame, frame_size
+from simcore.bridge.packets import HEADER_SIZE, Record, VersionError, frame, frame_size
 from simcore.bridge.packets import records as read_records
-
-
-def _table(name: str) -> list[str]:
-    """Names of a table of the C source, in its order."""
-    body = re.search(rf"\}} {name}\[\] = \{{(.+?)\}};", SOURCE.read_text(encoding="utf-8"), re.DOTALL)
-    assert body is not None
-    return re.findall(r'"(\w+)"', body[1])
-
-
-def test_both_sides_have_one_table():
-    assert _table("INPUTS") == list(INPUTS)
-    assert _table("OUTPUTS") == list(OUTPUTS)
-    assert _table("TEXTS") == list(TEXTS)
 
 
 def test_what_is_packed_comes_out():
