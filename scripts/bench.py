@@ -36,16 +36,17 @@ from games.rebuilt.staging import Staging
 from games.reefscape import REEFSCAPE
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import entries, lineup, take_seats
 from simcore.match.scripted import ScriptedRobot, Steps
-from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
-from simcore.players.lineup import entries, lineup, take_seats
+from simcore.robotcode.networktables.limelight_table import CameraTables
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+from simcore.world.engine_choice import add_engine_option, make_engine
 
 JAVA_MS = {"real-use": 1.26, "churn": 1.81, "rest": 0.82, "shooting": 6.8}
 """Tick medians of the Java original on this class of machine, quiet [ms]."""
@@ -230,7 +231,7 @@ def cameras(seconds: float) -> dict[str, Any]:
     tables = ntcore.NetworkTableInstance.create()
     tables.startLocal()
     sends = [tables.getDoubleArrayTopic(f"/{c.name}/robot_orientation_set").publish() for c in CAMERAS[:2]]
-    with _match(engine, script=_lanes, cameras=CAMERAS, network=tables) as match:
+    with _match(engine, script=_lanes, cameras=CAMERAS, network=CameraTables(tables)) as match:
         spent: list[float] = []
         frames: list[int] = []
         tags = 0

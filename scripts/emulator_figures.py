@@ -16,7 +16,8 @@ import time
 
 from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
 
-from simcore import phoenix6_emulator, season
+from simcore import season
+from simcore.robotcode import emulator
 
 BUDGET_MS = 1.0
 TICKS = 300
@@ -25,7 +26,7 @@ TICKS = 300
 def main() -> None:
     """Measure at 1 kHz and at 200 Hz, and print."""
     season.wpilib_simulation.pause_timing()
-    world = phoenix6_emulator.install(delays=phoenix6_emulator.EnableDelays(enable=0.0, disable=0.0))
+    world = emulator.install(delays=emulator.EnableDelays(enable=0.0, disable=0.0))
     bus = CANBus("rio")
     for k in range(4):
         hardware.CANcoder(k, bus)

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt import dimensions as dim
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.obj import ObjGroup, box_group, flipped_group, format_obj, solid_group, write_obj
+from simcore.world.obj import ObjGroup, box_group, flipped_group, format_obj, solid_group, write_obj
+from simcore.world.symmetry import FieldSymmetry
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "rebuilt" / "field_collision.obj"
 

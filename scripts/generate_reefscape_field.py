@@ -19,9 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from simcore.geometry.footprints import hexagon
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.physics.obj import (
+from simcore.world.footprints import hexagon
+from simcore.world.obj import (
     ObjGroup,
     box_group,
     flipped_group,
@@ -31,6 +30,7 @@ from simcore.physics.obj import (
     solid_group,
     write_obj,
 )
+from simcore.world.symmetry import FieldSymmetry
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "reefscape" / "field_collision.obj"
 FIELD_SYMMETRY = FieldSymmetry("rotate", (dim.FIELD_LENGTH, dim.FIELD_WIDTH))

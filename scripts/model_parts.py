@@ -16,12 +16,12 @@ import numpy as np
 import trimesh.transformations
 import trimesh.visual
 
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.show.palette import rgb
 from simcore.show.solids import chassis_boxes
 from simcore.units import inches
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
 
 __all__ = [
     "BLACK", "BLUE", "CARPET", "CLEAR", "DARK", "GREEN", "ORANGE", "PURPLE", "RED", "STEEL", "WHITE", "YELLOW",

@@ -19,8 +19,8 @@ import trimesh
 from scipy.spatial import KDTree
 
 from simcore.errors import SimcoreError
-from simcore.physics.obj import ObjGroup, format_obj, read_obj
 from simcore.typing import FloatArray, IntArray
+from simcore.world.obj import ObjGroup, format_obj, read_obj
 
 KEEP = 12
 """Groups of at most so many triangles, a box, are left alone [-]."""

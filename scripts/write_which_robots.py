@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from simcore.devices.makers import installed_makers
+from simcore.robotcode.program.makers import installed_makers
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "which_robots.md"
 _BEGIN, _END = "<!-- made by scripts/write_which_robots.py -->\n", "<!-- end -->"

@@ -31,17 +31,17 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
+    "doctor": Command("simcore.robotcode.sim.doctor", "look at this computer and this folder, and say what to do"),
     "play": Command("simcore.show.play_command", "play an auto of a game: score, page and log"),
     "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
     "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
-    "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
+    "shots": Command("simcore.sweep.shots_command", "the table of a shooter: speed and elevation by distance"),
     "view": Command("simcore.show.view_command", "the page of a log, opened in the browser"),
     "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "serve": Command("simcore.bridge.serve_command", "play with a robot program in Java or C++, stepped in lock-step"),
     "check": Command(
-        "simcore.robotpy.check_command", "run each mechanism of the described robot, and say what cannot be right"
+        "simcore.robotcode.sim.check_command", "run each mechanism of the described robot, and say what cannot be right"
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }

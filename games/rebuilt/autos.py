@@ -15,8 +15,8 @@ from games.rebuilt.dimensions import (
 )
 from games.rebuilt.field import HUB_TARGET
 from simcore.match.game import Auto
+from simcore.match.players.driven_robot import DriverControls
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.players.driven_robot import DriverControls
 from simcore.units import degrees
 
 __all__ = ["AUTOS", "DRIVING", "SETTINGS"]

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from games.rebuilt import dimensions as dim
 from games.shipped import shipped
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.contact_law import POLYCARBONATE, RUBBER, WALL
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.robot.climber import Rung
+from simcore.world.contact_law import POLYCARBONATE, RUBBER, WALL
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import CylinderZone
 
 __all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "scoring_zones"]
 

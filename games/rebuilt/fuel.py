@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from simcore.physics.contact_law import FoamStiffness
-from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import inches, pounds
+from simcore.world.contact_law import FoamStiffness
+from simcore.world.shapes import Sphere
 
 __all__ = ["FUEL"]
 

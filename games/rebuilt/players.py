@@ -12,11 +12,11 @@ from games.rebuilt.field import FIELD, HUB_TARGET
 from games.rebuilt.robot import CLIMBER, climbing_robot
 from games.rebuilt.rules import RebuiltRules
 from games.rebuilt.scoring import MATCH
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
+from simcore.match.players.player import Defense, Player, idle, make_role
 from simcore.match.scripted import Steps
-from simcore.players.player import Defense, Player, idle, make_role
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.symmetry import Pose
 
 __all__ = ["ROLES"]
 

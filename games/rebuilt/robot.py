@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from simcore.geometry.linkage import Joint
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.linkage import Joint
 
 __all__ = ["CLIMBER", "MECHANISMS", "climbing_robot", "rebuilt_robot"]
 

@@ -16,8 +16,8 @@ from games.reefscape.handling import (
     take_algae,
     tuck,
 )
+from simcore.match.players.driven_robot import DriverControls
 from simcore.match.scripted import ScriptedRobot, Steps
-from simcore.players.driven_robot import DriverControls
 
 __all__ = ["DRIVING"]
 

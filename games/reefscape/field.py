@@ -6,14 +6,14 @@ from dataclasses import replace
 
 from games.reefscape import dimensions as dim
 from games.shipped import shipped
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import FieldDefinition, GameOption
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.contact_law import POLYCARBONATE, WALL
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.shapes import Box
 from simcore.robot.climber import Rung
+from simcore.world.contact_law import POLYCARBONATE, WALL
+from simcore.world.hanging import HangingConfig
+from simcore.world.shapes import Box
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 __all__ = [
     "ALLIANCES", "CAGE_OPTIONS", "FIELD", "FIELD_SIZE", "arrange", "scoring_zones"

@@ -6,12 +6,12 @@ import math
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
-from simcore.geometry.footprints import corners, hexagon, overlaps
 from simcore.match.foul_book import FoulBook, PinCounts, Releases, pins_of
 from simcore.match.game import PlayedMatch
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.units import TICK
+from simcore.world.footprints import corners, hexagon, overlaps
 
 __all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
 

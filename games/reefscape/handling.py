@@ -8,9 +8,9 @@ from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
 from games.reefscape.robot import ALGAE_REACH, CORAL_REACH, CORAL_TILT, FLOOR_PIVOT_HEIGHT, PIVOT, elevator_turns
 from games.reefscape.staging import reef_algae_places
-from simcore.geometry.symmetry import Pose
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
+from simcore.world.symmetry import Pose
 
 __all__ = [
     "NET_X", "SETTINGS", "before_algae", "before_branch", "before_station", "hang", "lower_claw", "lower_wheel",

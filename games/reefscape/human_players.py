@@ -12,7 +12,6 @@ from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
-from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import PlayedMatch
 from simcore.match.human_actions import Feeder, HumanAction
 from simcore.match.scoring import Alliance, other_alliance
@@ -20,6 +19,7 @@ from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import degrees
+from simcore.world.rotation import from_rpy, rotate
 
 __all__ = ["HumanPlayers", "station_faces"]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from games.reefscape.dimensions import ALGAE_DIAMETER, CORAL_INNER_DIAMETER, CORAL_LENGTH, CORAL_OUTER_DIAMETER
-from simcore.physics.shapes import Sphere, tube
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.world.shapes import Sphere, tube
 
 __all__ = ["ALGAE", "CORAL"]
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD
-from simcore.geometry.zones import BoxZone, CapsuleZone
 from simcore.match.scoring import Alliance
 from simcore.pieces.resting_places import RestingPlace
+from simcore.world.zones import BoxZone, CapsuleZone
 
 __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 

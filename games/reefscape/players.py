@@ -34,11 +34,11 @@ from games.reefscape.places import BRANCH_ROWS, level_of
 from games.reefscape.robot import ALGAE_REACH, PIVOT
 from games.reefscape.rules import COOP_ALGAE, CORAL_A_LEVEL, MATCH, ReefscapeRules
 from games.reefscape.staging import reef_algae_places
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Role
+from simcore.match.players.player import SKILLS, Defense, Place, Player, idle, make_role
 from simcore.match.scripted import Steps
-from simcore.players.player import SKILLS, Defense, Place, Player, idle, make_role
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.symmetry import Pose
 
 __all__ = ["ROLES"]
 

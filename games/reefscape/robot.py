@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from games.reefscape.dimensions import CAGE_SIZE
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import from_rpy
-from simcore.pieces.intake import IntakeConfig, IntakeZone
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, default_friction
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.linkage import Joint
+from simcore.world.rotation import from_rpy
 
 __all__ = [
     "ALGAE_REACH",

@@ -12,7 +12,6 @@ from games.reefscape.fouls import BARGE_ZONE, Fouls
 from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.channel import Channel
-from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import PlayedMatch, Rules
 from simcore.match.human_actions import HumanAction
@@ -20,6 +19,7 @@ from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_allia
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
+from simcore.world.footprints import overlaps
 
 __all__ = ["ASSESSMENT", "COOP_ALGAE", "CORAL_A_LEVEL", "MATCH", "ReefscapeRules"]
 

@@ -21,19 +21,19 @@ from simcore.bridge.served_robot import ServedRobot
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.runner import AutoRun, RunReport, auto_seconds, print_report
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME
-from simcore.robotpy.attached_physics import choose_game
-from simcore.robotpy.robot_test import RobotTest
-from simcore.robotpy.run_variation import run_variation, set_run_variation
+from simcore.robotcode.sim.attached_physics import choose_game
+from simcore.robotcode.sim.robot_test import RobotTest
+from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 from simcore.show.play_command import InterruptFlag
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.sweep.results import Condition
 from simcore.sweep.run_metrics import METRICS, measure
 from simcore.units import TICK
+from simcore.world.engine_choice import add_engine_option
 
 __all__ = ["add_arguments", "run", "takes_command"]
 

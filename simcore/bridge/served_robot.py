@@ -17,9 +17,9 @@ from simcore.bridge.robot_process import ProgramError, RobotProcess
 from simcore.errors import ConfigError
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings
-from simcore.robotpy.attach import PhysicsHook, watch_program
-from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.robot_test import RobotTest
+from simcore.robotcode.sim.attach import PhysicsHook, watch_program
+from simcore.robotcode.sim.attached_physics import AttachedPhysics
+from simcore.robotcode.sim.robot_test import RobotTest
 from simcore.units import TICK
 
 hal_simulation = season.hal_simulation

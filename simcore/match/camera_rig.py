@@ -12,21 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, rotate
 from simcore.match.scatter import ScatterDraws
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
-from simcore.season import NetworkTables
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, PiecePipeline
 from simcore.vision.camera_frame import Frame
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
-from simcore.vision.limelight import LimelightSim
-from simcore.vision.network_clock import NetworkClock
+from simcore.vision.limelight import CameraNetwork, LimelightSim
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
+from simcore.world.rotation import Quaternion, Vector, rotate
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["CameraRig", "direction_line", "sighting_lines", "tag_layout"]
 
@@ -73,7 +71,7 @@ class CameraRig:
         field_size: tuple[float, float],
         tags: str | Path,
         rng: np.random.Generator,
-        network: NetworkTables | None = None,
+        network: CameraNetwork | None = None,
     ) -> None:
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
@@ -83,8 +81,6 @@ class CameraRig:
         self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
         """Of QuestNav, in the order in which they were added."""
-        self.clock = NetworkClock()
-        """From simulated time to that of NetworkTables."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
         self._robots = robots
@@ -118,9 +114,7 @@ class CameraRig:
         self.cameras[config.name] = camera
         self._histories.setdefault(robot, PoseHistory())
         if self._network is not None and config.maker == "limelight":
-            from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
-
-            camera.ports.append(LimelightTable(self._network, config, self.layout.field_size, self.clock))
+            camera.ports.append(self._network.port(config, self.layout.field_size))
         return camera
 
     def add_headset(self, config: QuestConfig, *, robot: int = 0, ports: Sequence[HeadsetPort] = ()) -> QuestHeadset:

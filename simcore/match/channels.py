@@ -17,14 +17,14 @@ from simcore.loop.robot_state import DUTY
 from simcore.match.run_record import Placement
 from simcore.match.scoring import FoulEvent
 from simcore.match.starts import pose_text
-from simcore.physics.hanging import HangingBody
-from simcore.pieces.intake import Intake
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shooter import Shooter
 from simcore.robot.climber import Climber
+from simcore.robot.intake import Intake
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim, ShaftSim
+from simcore.robot.shooter import Shooter
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.hanging import HangingBody
 
 __all__ = ["MATCH", "MECHANISM", "PART", "PIECES", "ROBOT"]
 

@@ -19,7 +19,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.match.clock import Mode
 from simcore.match.game import PlayedMatch, RobotEntry
 from simcore.match.human_actions import HumanAction
@@ -32,6 +31,7 @@ from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.symmetry import Pose
 
 __all__ = ["ACTIONS", "Action", "CommandResult", "ControlledMatch", "FieldControl"]
 

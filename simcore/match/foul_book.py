@@ -10,8 +10,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import rotate
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, FoulEvent
 from simcore.pieces.pool import ON_FIELD
@@ -19,6 +17,8 @@ from simcore.robot.chassis import ground_clearance
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import inches
+from simcore.world.footprints import corners, overlaps
+from simcore.world.rotation import rotate
 
 __all__ = [
     "FoulBook",

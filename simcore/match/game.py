@@ -14,15 +14,9 @@ import numpy as np
 
 from simcore.channel import Channel
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import FieldSymmetry, Pose
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.human_actions import HumanAction
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
-from simcore.physics.contact_law import TerrainSurface
-from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Cylinder, Hull, Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
@@ -42,6 +36,12 @@ from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
+from simcore.world.contact_law import TerrainSurface
+from simcore.world.field import FieldBoundary, FieldElement, FieldGeometry
+from simcore.world.hanging import HangingConfig
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Cylinder, Hull, Sphere
+from simcore.world.symmetry import FieldSymmetry, Pose
 
 if TYPE_CHECKING:
     from simcore.match.clock import MatchTimer
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from simcore.match.run_record import RunRecord
     from simcore.match.scatter import ScatterDraws
     from simcore.match.scoring import ScoringTracker
-    from simcore.physics.hanging import HangingBody
-    from simcore.physics.world import PhysicsWorld
     from simcore.pieces.piece_manager import GamePieceManager
     from simcore.robot.robot import Robot
+    from simcore.world.hanging import HangingBody
+    from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "Auto",
@@ -283,7 +283,7 @@ class PlayedMatch(Protocol):
 
 @runtime_checkable
 class Driving(Protocol):
-    """Buttons of a person who drives a robot of a game; see `simcore.players.driven_robot.DriverControls`."""
+    """Buttons of a person who drives a robot of a game; see `simcore.match.players.driven_robot.DriverControls`."""
 
     @property
     def actions(self) -> Collection[str]:

@@ -13,8 +13,6 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.run_record import RunRecord
 from simcore.match.scoring import Alliance
@@ -24,6 +22,8 @@ from simcore.pieces.shot_solver import solve_shot
 from simcore.quantities import DELAY, DURATION, require_fields
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.rotation import Vector
+from simcore.world.symmetry import FieldSymmetry
 
 __all__ = ["Feeder", "HumanAction"]
 

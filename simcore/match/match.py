@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.footprints import corners
-from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.field_control import FieldControl
@@ -38,19 +36,21 @@ from simcore.match.starts import (
     require_playable,
     require_settings,
 )
-from simcore.physics.engine import Engine
-from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.resting_places import RestingPlace
-from simcore.quantities import POSE, Quantity, checked_number, require, require_row, shown
+from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
-from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.vision.limelight import CameraNetwork
+from simcore.world.engine import Engine
+from simcore.world.field import FieldElement
+from simcore.world.footprints import corners
+from simcore.world.hanging import HangingBody
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["Match"]
 
@@ -75,7 +75,7 @@ class Match:
         practice: Every piece counts, whatever the match clock says.
         sinks: Who wants telemetry.
         engine: The physics engine, or the name of one; None: see `engine_choice`. It is closed with the match.
-        network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
+        network: On which cameras publish and listen, e.g. `CameraTables`; None: frames are read from `cameras` only.
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
         never_sleep: Pieces stay awake: for measurements.
@@ -104,7 +104,7 @@ class Match:
         practice: bool = False,
         sinks: Sequence[TelemetrySink] = (),
         engine: Engine | str | None = None,
-        network: NetworkTables | None = None,
+        network: CameraNetwork | None = None,
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         never_sleep: bool = False,
@@ -121,7 +121,10 @@ class Match:
         self.scatter = scatter or Scatter.none()
         """By how much things differ from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
-        self._network = network
+        if network is not None and not callable(getattr(network, "port", None)):
+            raise ConfigError(f"network must be CameraTables(instance) or None, got {shown(network)}")
+        self.network = network
+        """Where cameras publish and listen."""
         self._tags = tags or game.field.tags
         self._never_sleep = never_sleep
         self._controllers: list[Controller | None] = [None] * len(self.entries)
@@ -284,7 +287,7 @@ class Match:
             field_size=game.field.size,
             tags=self._tags,
             rng=camera_rng,
-            network=self._network,
+            network=self.network,
         )
         self._begin_rules()
         self._publisher: Publisher | None = None
@@ -617,10 +620,6 @@ class Match:
         self._begin_rules()
         if self._started is not None:
             self.rules.start_mode(self._started)
-
-    def set_network_time(self, now: float) -> None:
-        """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
-        self.cameras.clock.offset = checked_number("network time", now) - (self.ticks + 1) * TICK
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
         """Begin the match anew in the same engine; robots, pieces and rules are new objects.

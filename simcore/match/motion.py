@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 
-from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.units import TICK
+from simcore.world.field import FieldElement
+from simcore.world.hanging import HangingBody
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["STEP", "Motion", "RobotContacts"]
 

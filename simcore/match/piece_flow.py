@@ -8,21 +8,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.geometry.linkage import PartState
-from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.run_record import RunRecord
-from simcore.physics.shapes import Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight import SQUEEZE, muzzle_obstacle
-from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.placer import Placer
-from simcore.pieces.shooter import Shooter, ShooterConfig
+from simcore.robot.intake import Intake, field_to_robot, on_part
+from simcore.robot.placer import Placer
 from simcore.robot.robot import Robot
+from simcore.robot.shooter import Shooter, ShooterConfig
 from simcore.typing import BoolArray, IntArray
 from simcore.units import TICK
+from simcore.world.linkage import PartState
+from simcore.world.rotation import IDENTITY, multiply, rotate
+from simcore.world.shapes import Sphere
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["PieceFlow"]
 

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import ScoreEvent
 from simcore.match.shortfalls import Shortfalls
 from simcore.pieces.piece_manager import GamePieceManager
@@ -23,6 +22,7 @@ from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.typing import Alliance, IntArray
+from simcore.world.symmetry import Pose
 
 __all__ = [
     "PieceCount",

@@ -17,9 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.pieces.kinds import PieceVariation
-from simcore.pieces.shooter import ShotErrors
 from simcore.quantities import FACTOR, Quantity, require, require_fields, shown
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.dc_motor import MotorModel
@@ -28,9 +26,11 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.gyro import GyroConfig
 from simcore.robot.mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import BuiltRobot, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShotErrors
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray, FloatSupplier
 from simcore.units import degrees
+from simcore.world.symmetry import Pose
 
 __all__ = ["Scatter", "ScatterDraws", "built_robot", "piece_variation", "start_error"]
 

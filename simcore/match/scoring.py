@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import Zone
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import Alliance, BoolArray, FloatArray, IntArray
+from simcore.world.zones import Zone
 
 __all__ = ["Alliance", "FoulEvent", "Score", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
 

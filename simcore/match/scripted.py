@@ -16,8 +16,6 @@ from typing import TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import wrap_angle
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
@@ -29,6 +27,8 @@ from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
+from simcore.world.rotation import wrap_angle
+from simcore.world.symmetry import Pose
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from simcore.pieces.intake import Intake, is_deployed
-from simcore.pieces.shooter import Shooter
+from simcore.robot.intake import Intake, is_deployed
 from simcore.robot.mechanisms import ShaftSim, place_text
 from simcore.robot.robot import Robot
+from simcore.robot.shooter import Shooter
 
 __all__ = ["Shortfalls"]
 

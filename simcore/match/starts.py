@@ -10,19 +10,19 @@ from typing import TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.footprints import corners, overlaps
-from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, multiply
-from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
-from simcore.physics.engine_choice import ENGINES
-from simcore.physics.world import PhysicsWorld
 from simcore.quantities import shown
 from simcore.robot.robot import Robot
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
+from simcore.world.engine_choice import ENGINES
+from simcore.world.footprints import corners, overlaps
+from simcore.world.rotation import Quaternion, Vector, from_yaw, matrix, multiply
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "BeliefCheck",

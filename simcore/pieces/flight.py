@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
-from simcore.geometry.zones import Zone
 from simcore.loop.state import IN_FLIGHT, Balls, make_balls, make_memory
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.rotation import Vector
+from simcore.world.world import PhysicsWorld
+from simcore.world.zones import Zone
 
 __all__ = [
     "FLIGHT_STEP",

@@ -9,9 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion
-from simcore.physics.contact_law import FOAM, FOAM_STIFFNESS, FoamStiffness, TerrainSurface
-from simcore.physics.shapes import (
+from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
+from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, STIFFNESS, require, require_fields
+from simcore.typing import FloatArray
+from simcore.world.contact_law import FOAM, FOAM_STIFFNESS, FoamStiffness, TerrainSurface
+from simcore.world.rotation import Quaternion
+from simcore.world.shapes import (
     Box,
     Compound,
     Cylinder,
@@ -25,9 +28,6 @@ from simcore.physics.shapes import (
     stands,
     support_height,
 )
-from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
-from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, STIFFNESS, require, require_fields
-from simcore.typing import FloatArray
 
 __all__ = ["GamePieceConfig", "PieceVariation"]
 
@@ -44,7 +44,7 @@ class GamePieceConfig:
     name: str
     """As the manual and the telemetry keys say it, e.g. `Ball`."""
     shape: Sphere | Cylinder | Box | Hull | Compound
-    """Collision shape, with its center of mass in its origin (`simcore.physics.shapes` has tubes, rings and
+    """Collision shape, with its center of mass in its origin (`simcore.world.shapes` has tubes, rings and
     cones, and `centered`). The piece stands on the ground with the z axis of its shape up."""
     mass: float
     """Mass [kg]."""
@@ -90,7 +90,7 @@ class GamePieceConfig:
             x, y, z = center.tolist()
             raise ConfigError(
                 f"{self.name}: the origin of its shape must be its center of mass, which is at ({x:.4g}, {y:.4g}, "
-                f"{z:.4g}) m; give `centered(shape)` of simcore.physics.shapes"
+                f"{z:.4g}) m; give `centered(shape)` of simcore.world.shapes"
             )
         thickness = smallest_thickness(shape)
         if thickness < _THINNEST:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import matrix
 from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import matrix
 
 __all__ = ["Aim", "Launch", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
 

@@ -15,9 +15,6 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
@@ -25,6 +22,9 @@ from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.quantities import COUNT, FORCE, Quantity, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
+from simcore.world.rotation import IDENTITY, Quaternion, Vector
+from simcore.world.shapes import Box, Compound, Shape, Sphere, parts_of
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["Footprint", "GamePieceManager"]
 

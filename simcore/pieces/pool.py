@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError
-from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.loop.state import JUST_PUT, make_balls
-from simcore.physics.shapes import Sphere
-from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.world.rotation import IDENTITY, Quaternion
+from simcore.world.shapes import Sphere
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus", "ShownPieces"]
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Vector, rotate
-from simcore.geometry.zones import Zone
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import Alliance, IntArray
+from simcore.world.rotation import Vector, rotate
+from simcore.world.zones import Zone
 
 __all__ = ["PlaceEvent", "RestingPlace", "RestingPlaces"]
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Vector
 from simcore.quantities import ANGLE, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
+from simcore.world.rotation import Vector
 
 __all__ = ["ShotOpening"]
 

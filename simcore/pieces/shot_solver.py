@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from typing import SupportsFloat, TypeAlias
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
-from simcore.geometry.rotation import wrap_angle
 from simcore.loop.compiled import compiled
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
+from simcore.world.rotation import wrap_angle
 
 __all__ = ["NoShotError", "Shot", "solve_shot"]
 

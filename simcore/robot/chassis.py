@@ -14,7 +14,13 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.rotation import (
+from simcore.quantities import POSE, checked_number, require_count, require_row
+from simcore.robot.chassis_config import ChassisConfig, MassDistribution
+from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.wheel_config import RobotMass
+from simcore.robot.wheeled_drive import WheeledDrive, static_loads
+from simcore.typing import FloatArray
+from simcore.world.rotation import (
     Quaternion,
     Vector,
     from_yaw,
@@ -24,13 +30,7 @@ from simcore.geometry.rotation import (
     rpy,
     yaw_of,
 )
-from simcore.physics.world import PhysicsWorld
-from simcore.quantities import POSE, checked_number, require_count, require_row
-from simcore.robot.chassis_config import ChassisConfig, MassDistribution
-from simcore.robot.mechanisms import ShaftSim
-from simcore.robot.wheel_config import RobotMass
-from simcore.robot.wheeled_drive import WheeledDrive, static_loads
-from simcore.typing import FloatArray
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["ChassisSimulation", "GroundClearance", "ground_clearance"]
 

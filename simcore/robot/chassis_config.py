@@ -14,15 +14,15 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
-from simcore.geometry.rotation import Vector
-from simcore.physics.contact_law import BUMPER, BUMPER_CLOTH, RUBBER, TerrainSurface
-from simcore.physics.robot_dynamics import BumperPart
-from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.fixed_wheel_config import FixedWheelConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.units import plain_sum
+from simcore.world.contact_law import BUMPER, BUMPER_CLOTH, RUBBER, TerrainSurface
+from simcore.world.linkage import Joint, MechanismMotion, part_pose
+from simcore.world.robot_dynamics import BumperPart
+from simcore.world.rotation import Vector
+from simcore.world.shapes import Box, Compound, Part, Sphere
 
 __all__ = [
     "BUMPER_STIFFNESS",

@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
-from simcore.geometry.rotation import Vector, minus, rotate, rotate_back
-from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.mechanisms import ShaftSim
 from simcore.typing import Alliance
+from simcore.world.hanging import HangingBody
+from simcore.world.linkage import Joint, part_pose, part_state, require_mechanisms
+from simcore.world.rotation import Vector, minus, rotate, rotate_back
 
 __all__ = ["Climber", "ClimberConfig", "Rung"]
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.loop.body import rotate
 from simcore.loop.compiled import compiled
 from simcore.loop.robot_state import Records
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import Vector
 
 __all__ = ["Components", "carried"]
 
@@ -28,7 +28,7 @@ _JOINT = np.dtype(
     ],
     align=True,
 )
-"""A joint of a chain; see `simcore.geometry.linkage.Joint`."""
+"""A joint of a chain; see `simcore.world.linkage.Joint`."""
 
 
 class Components:
@@ -111,7 +111,7 @@ def _multiply(
 def _place(
     shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray, rows: FloatArray
 ) -> None:
-    """Write the pose of each part: the chain of joints before it, as `simcore.geometry.linkage.part_pose` has it."""
+    """Write the pose of each part: the chain of joints before it, as `simcore.world.linkage.part_pose` has it."""
     last = -1
     x = y = z = 0.0
     w, a, b, c = 1.0, 0.0, 0.0, 0.0

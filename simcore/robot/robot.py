@@ -10,25 +10,25 @@ import numpy as np
 
 from simcore.channel import Channel
 from simcore.errors import UnknownNameError
-from simcore.geometry.linkage import MechanismMotion, PartState
-from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
-from simcore.geometry.symmetry import Pose
-from simcore.physics.hanging import HangingBody
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import Intake, IntakeConfig
-from simcore.pieces.placer import Placer, PlacerConfig
-from simcore.pieces.shooter import Shooter, ShooterConfig
-from simcore.pieces.storage import Storage
 from simcore.quantities import ANGLE, require, require_row
 from simcore.robot.battery import Battery, BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import MassDistribution, MovingMass, PointMass, moved_points, with_points
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
+from simcore.robot.intake import Intake, IntakeConfig
 from simcore.robot.mechanisms import ShaftSim
+from simcore.robot.placer import Placer, PlacerConfig
 from simcore.robot.robot_config import BuiltRobot, RobotConfig, build_drivetrain, build_mechanism
+from simcore.robot.shooter import Shooter, ShooterConfig
+from simcore.robot.storage import Storage
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK, plain_sum
+from simcore.world.hanging import HangingBody
+from simcore.world.linkage import MechanismMotion, PartState
+from simcore.world.rotation import Quaternion, Vector, interpolate, multiply, rotate, rotate_back, wrap_angle
+from simcore.world.symmetry import Pose
+from simcore.world.world import PhysicsWorld
 
 __all__ = [
     "Controller",

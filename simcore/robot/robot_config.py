@@ -11,13 +11,7 @@ from functools import cache
 from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint, part_pose, require_mechanisms
-from simcore.geometry.rotation import Vector
-from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig, ShotErrors
-from simcore.pieces.storage import StorageConfig
 from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.chassis_config import (
@@ -32,6 +26,7 @@ from simcore.robot.climber import ClimberConfig
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
 from simcore.robot.gyro import GyroConfig, gyro_config
+from simcore.robot.intake import IntakeConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -49,10 +44,15 @@ from simcore.robot.mechanisms import (
     ServoSim,
     ShaftSim,
 )
+from simcore.robot.placer import PlacerConfig
+from simcore.robot.shooter import ShooterConfig, ShotErrors
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import GRAVITY
 from simcore.vision.camera import CameraConfig
+from simcore.world.linkage import Joint, part_pose, require_mechanisms
+from simcore.world.rotation import Vector
 
 __all__ = [
     "BuiltRobot",
@@ -103,7 +103,6 @@ def build_drivetrain(
     return TankDrive(config, battery=battery, built=built)
 
 
-@cache
 @cache
 def telemetry_name(mechanism: str) -> str:
     """The name of a mechanism as telemetry keys spell it.

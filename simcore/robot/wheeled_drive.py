@@ -14,7 +14,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.geometry.rotation import Vector
 from simcore.loop.robot_state import NEUTRAL, ROBOT, SHAFT, WHEEL, WHEELS, Records, records
 from simcore.loop.tires import share_loads
 from simcore.quantities import checked_number
@@ -22,6 +21,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, RobotMass, WheelConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, plain_sum
+from simcore.world.rotation import Vector
 
 __all__ = [
     "DriveShaft",

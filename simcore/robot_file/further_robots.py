@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import ME, WhileEnabled, find_role, lineup, read_player
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
 from simcore.robot.robot import Controller
 from simcore.robot_file.key_tables import Key, KeyTable, Table
+from simcore.world.symmetry import Pose
 
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 

@@ -274,7 +274,7 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
 
     Args:
         robot_file: Its robot.py.
-        options: Of `simcore.robotpy.robot_survey`.
+        options: Of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
         The answer; with `error` or `not_modelled` in it, and nothing else for certain, where the program cannot be
@@ -301,7 +301,7 @@ def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
             _link_contents(project, Path(scratch))
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.robot_survey", str(robot_file), *options],
+                [sys.executable, "-m", "simcore.robotcode.sim.robot_survey", str(robot_file), *options],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,

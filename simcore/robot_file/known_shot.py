@@ -12,10 +12,10 @@ from simcore.errors import ConfigError
 from simcore.match.game import Game
 from simcore.match.scoring import ScoringZone
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.shot_solver import NoShotError, solve_shot
 from simcore.quantities import COUNT, DEGREES, FIELD_LENGTH, RATE, Quantity, require
 from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
 
 __all__ = ["KnownShot", "NeededSpeed", "elevations", "exit_efficiency", "goal_of", "needed_speeds"]
 

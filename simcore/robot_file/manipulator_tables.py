@@ -6,14 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import from_rpy
-from simcore.pieces.hopper import FACES, HopperConfig
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.quantities import (
     DEGREES,
     EFFICIENCY,
@@ -27,11 +20,18 @@ from simcore.quantities import (
     Quantity,
 )
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.hopper import FACES, HopperConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import ComponentConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot_file.key_tables import REQUIRED, Key, KeyTable, Named, Names, Several, Table
 from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.robot_settings import MechanismSettings
+from simcore.world.linkage import Joint
+from simcore.world.rotation import from_rpy
 
 __all__ = [
     "CLAW", "CLIMBER", "COMPONENT", "INTAKE", "MANIPULATORS", "SHOOTER", "STORAGE", "read_claw", "read_climber",

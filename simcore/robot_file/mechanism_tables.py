@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint
 from simcore.quantities import (
     DEGREES,
     DURATION,
@@ -45,6 +44,7 @@ from simcore.robot_file.drivetrain_table import OLD_CONTROLLERS
 from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
 from simcore.units import GRAVITY, plain_sum
+from simcore.world.linkage import Joint
 
 __all__ = [
     "CAN_ID", "KINDS", "MECHANISM", "MOTORS", "PLACE", "joints_to", "moving_masses",

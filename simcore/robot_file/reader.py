@@ -8,7 +8,6 @@ from pathlib import Path
 from simcore.errors import ConfigError
 from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES
 from simcore.quantities import DEGREES, FACTOR, FIELD_PLACE, FRICTION, VOLTAGE_OR_NONE, DeviceKey, Quantity
 from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.camera_table import read_cameras
@@ -27,6 +26,7 @@ from simcore.robot_file.mechanism_tables import moving_masses, read_mechanism, r
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import read_sensors
 from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
+from simcore.world.engine_choice import ENGINES
 
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 

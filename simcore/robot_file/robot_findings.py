@@ -14,12 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.footprints import box_corners
-from simcore.geometry.linkage import part_pose
-from simcore.geometry.rotation import rotate
-from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.intake import Intake, IntakeConfig
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -31,9 +27,13 @@ from simcore.robot.mechanisms import (
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
 from simcore.robot_file.known_shot import goal_of, needed_speeds
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
+from simcore.world.footprints import box_corners
+from simcore.world.linkage import part_pose
+from simcore.world.rotation import rotate
 
 if TYPE_CHECKING:
     from simcore.match.game import Game

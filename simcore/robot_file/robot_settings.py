@@ -7,17 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import Vector
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import NO_GAME, practice_field
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place
-from simcore.pieces.intake import IntakeConfig
-from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.quantities import DeviceAddress, DeviceKey
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
@@ -25,16 +19,22 @@ from simcore.robot.dc_motor import MotorModel
 from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
 from simcore.robot.gearbox import default_friction, friction_from_volts
 from simcore.robot.gyro import gyro_config
+from simcore.robot.intake import IntakeConfig
 from simcore.robot.mechanisms import FlywheelConfig, PistonConfig, ServoConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.further_robots import FurtherRobot, add_controllers, players_beside
 from simcore.robot_file.sensor_tables import SensorSettings
-from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
+from simcore.vision.limelight import CameraNetwork
 from simcore.vision.quest_headset import QuestConfig
+from simcore.world.linkage import Joint
+from simcore.world.rotation import Vector
 
 DrivetrainConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
 
@@ -344,7 +344,7 @@ def practice_match(
     scatter: Scatter | None = None,
     vary: Callable[[RobotConfig], RobotConfig] | None = None,
     sinks: Sequence[TelemetrySink] = (),
-    network: NetworkTables | None = None,
+    network: CameraNetwork | None = None,
 ) -> Match:
     """A match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
 

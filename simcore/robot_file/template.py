@@ -26,7 +26,7 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
     """Return a file that says what was found, and drives as no file does.
 
     Args:
-        found: What the program has, as `simcore.robotpy.robot_survey` answers; None: nobody has looked.
+        found: What the program has, as `simcore.robotcode.sim.robot_survey` answers; None: nobody has looked.
         game: Name of the game to play; empty: the file leaves it out.
         every: Whether all other keys follow in comments.
     """

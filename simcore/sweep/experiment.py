@@ -19,11 +19,11 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.match.registry import find_game, game_point
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES, engine_label
 from simcore.quantities import COUNT, DURATION, Quantity, require_fields
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import PROJECT, Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name, named_object
+from simcore.world.engine_choice import ENGINES, engine_label
 
 __all__ = ["Experiment", "PlannedRun", "programs_outside"]
 
@@ -62,7 +62,7 @@ class Experiment:
     """Name of an auto of the game, or in the chooser of a project; None: the first, or what is chosen."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""
-    """Scripted players of a whole match, as `simcore.players.lineup.lineup` reads them; `me` plays the auto."""
+    """Scripted players of a whole match, as `simcore.match.players.lineup.lineup` reads them; `me` plays the auto."""
     blue: str = ""
     """The same. Both empty, and no factor of these names: one robot plays the auto."""
     seconds: float | None = None

@@ -19,12 +19,12 @@ from typing import Any, Literal, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PieceSupply
+from simcore.match.players.lineup import Seat, lineup
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
-from simcore.physics.engine_choice import engine_label
-from simcore.players.lineup import Seat, lineup
 from simcore.quantities import DURATION, FACTOR, MASS, Quantity, require, require_fields, shown
 from simcore.robot.robot_config import RobotConfig
+from simcore.world.engine_choice import engine_label
 
 __all__ = [
     "CONFIGS", "PLAYED", "PROJECT", "Distribution", "Factor", "FactorValue", "RunSetup", "parse_factor", "vary",

@@ -15,10 +15,10 @@ from typing import Any
 from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
 from simcore.match.game import Game
+from simcore.match.players.lineup import ME, play_match, plays
 from simcore.match.registry import find_game
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.starts import require_playable
-from simcore.players.lineup import ME, play_match, plays
 from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
@@ -230,7 +230,7 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
         VendorError: RobotPy is not installed.
     """
     try:
-        adapter = import_module("simcore.robotpy.project_run")
+        adapter = import_module("simcore.robotcode.sim.project_run")
     except ImportError as error:
         raise VendorError(f"robot projects need RobotPy: {install_command('robotpy')}") from error
     values = planned.values

@@ -18,7 +18,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
@@ -33,6 +32,7 @@ from simcore.sweep.run_store import RunStore
 from simcore.sweep.sweep_page import summary_text, sweep_page
 from simcore.sweep.workers import Crew
 from simcore.telemetry.sinks import write_text
+from simcore.world.engine_choice import add_engine_option
 
 __all__ = [
     "PAGE_NAME", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "play_aloud",

@@ -191,7 +191,7 @@ def _begin(parent: int, said: str) -> None:
 
 def _prepare(is_project: bool) -> None:
     """Import what plays, which is no part of a run's time."""
-    import_module("simcore.robotpy.project_run" if is_project else "simcore.match.runner")
+    import_module("simcore.robotcode.sim.project_run" if is_project else "simcore.match.runner")
 
 
 # --- who asks for processes -----------------------------------------------------------------------------------------

@@ -191,8 +191,13 @@ class WpilogSink:
         """
 
         def is_due(key: str, rows: FloatArray | IntArray) -> bool:
+            if self._arrays.get(key) is rows and not rows.flags.writeable:
+                return False  # this very array is what was written last: its bytes need not be compared
             is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
-            return (is_so or key not in self._entries) and not self._is_same(key, rows)
+            if is_so or key not in self._entries:
+                self._arrays[key] = rows
+                return True
+            return False
 
         for type_name, arrays in snapshot.struct_arrays:
             for key, rows in arrays.items():
@@ -219,13 +224,6 @@ class WpilogSink:
         records["head"], records["entry"], records["size"] = head, entries[columns], block[0].nbytes
         records["time"], records["value"] = micros, block
         self._buffer += records.tobytes()
-
-    def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
-        """Whether this very array is what was written last, so that its bytes need not be compared."""
-        if not rows.flags.writeable and self._arrays.get(key) is rows:
-            return True
-        self._arrays[key] = rows
-        return False
 
     def _append_changed(self, key: str, type_name: str, payload: bytes, micros: int) -> None:
         entry = self._entry(key, type_name, micros)

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from simcore.geometry.rotation import Vector, cross, from_yaw, rotate, rotate_back
 from simcore.loop.robot_state import STEP
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.units import GRAVITY
+from simcore.world.rotation import Vector, cross, from_yaw, rotate, rotate_back
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["DriveBench", "LoneChassis", "hold"]
 

@@ -12,11 +12,11 @@ from simcore.match.game import Game, PlayedMatch, Rules
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.scoring import Alliance
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
+from simcore.world.shapes import Sphere
 
 __all__ = [
     "check_conserved",

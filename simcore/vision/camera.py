@@ -13,7 +13,6 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, matrix, multiply, rotate
 from simcore.quantities import (
     COUNT,
     DEGREES,
@@ -31,6 +30,7 @@ from simcore.quantities import (
     require_fields,
 )
 from simcore.typing import FloatArray
+from simcore.world.rotation import Quaternion, Vector, from_rpy, matrix, multiply, rotate
 
 __all__ = [
     "FULL_CROP",
@@ -324,7 +324,7 @@ class CameraConfig:
     name: str = "limelight"
     """Its NetworkTables table: what robot code calls it."""
     maker: Literal["limelight", "photonvision"] = "limelight"
-    """Which protocol it speaks. One of PhotonVision gets its port from `simcore.photonvision`."""
+    """Which protocol it speaks. One of PhotonVision gets its port from `simcore.robotcode.makers.photonvision`."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
     """Where it is, but for its bias; robot code can tell it something else by `camerapose_robotspace_set`."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.typing import FloatArray
+from simcore.world.rotation import Vector
 
 __all__ = [
     "Corners",

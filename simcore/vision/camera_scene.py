@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.vision.camera import LimelightType, PiecePipeline, crop_pixels
 from simcore.vision.camera_frame import PieceSighting
+from simcore.world.rotation import Vector
 
 __all__ = ["MOST_DETECTIONS", "CameraScene", "SightLines", "find_pieces", "hidden_by_spheres"]
 

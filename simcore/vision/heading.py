@@ -10,10 +10,10 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
+from simcore.world.rotation import Quaternion, Vector, from_rpy, interpolate, matrix, rotate_back, rpy
 
 __all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
 

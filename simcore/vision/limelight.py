@@ -12,7 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import nearest
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rotation
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
@@ -22,6 +21,7 @@ from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, Ca
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, find_tags
+from simcore.world.rotation import Quaternion, Vector, from_rpy
 
 __all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 
@@ -55,6 +55,14 @@ class CameraPort(Protocol):
 
     def close(self) -> None:
         """Withdraw all topics."""
+        ...
+
+
+class CameraNetwork(Protocol):
+    """Where cameras meet robot code, e.g. `CameraTables` on NetworkTables."""
+
+    def port(self, config: CameraConfig, field_size: tuple[float, float]) -> CameraPort:
+        """Open what a camera speaks through, on a field of this length and width [m]."""
         ...
 
 

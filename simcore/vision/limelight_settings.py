@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy
 from simcore.vision.camera import FULL_CROP, CameraConfig, CameraMount
+from simcore.world.rotation import Quaternion, Vector, from_rpy
 
 __all__ = ["INPUTS", "NOT_MODELED", "NO_EFFECT", "CameraSettings", "limelight_mount"]
 

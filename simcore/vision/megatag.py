@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
 from simcore.vision.camera import OPTICAL, LimelightType, quad_area
 from simcore.vision.camera_frame import PoseEstimate, StdDevs, TagPose, TagSighting, as_pixels
 from simcore.vision.tag_layout import TagLayout, cross_matrices, rotation_matrices
+from simcore.world.rotation import Quaternion, Vector, matrix
 
 __all__ = ["Mounting", "TagPicture", "flip_pose", "solve_tags"]
 

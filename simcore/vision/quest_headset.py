@@ -9,10 +9,10 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply, rotate, rotate_back, rpy
 from simcore.quantities import FRAME_RATE, NOISE_DEGREES, ROBOT_HEIGHT, require_fields
 from simcore.vision.camera import CameraMount, camera_pose
 from simcore.vision.heading import PoseHistory
+from simcore.world.rotation import Quaternion, Vector, from_rpy, multiply, rotate, rotate_back, rpy
 
 __all__ = ["HeadsetPort", "PoseReset", "QuestConfig", "QuestFrame", "QuestHeadset"]
 

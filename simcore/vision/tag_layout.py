@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, Quantity, require, require_row, shown
 from simcore.typing import FloatArray, IntArray
 from simcore.units import inches, plain_sum
+from simcore.world.rotation import Quaternion, Vector, matrix
 
 __all__ = [
     "OFFICIAL_LAYOUTS",

@@ -7,11 +7,11 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.typing import BoolArray, FloatArray
 from simcore.vision.camera import FULL_CROP, LimelightType, crop_pixels, project
 from simcore.vision.camera_scene import CameraScene, SightLines, hidden_by_spheres
 from simcore.vision.tag_layout import TagLayout
+from simcore.world.rotation import Vector
 
 __all__ = ["Occlusion", "find_tags"]
 

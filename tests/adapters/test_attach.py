@@ -143,7 +143,7 @@ def test_alone(control, robot):
     with control.run_robot():
         control.step_timing(seconds=0.5, autonomous=False, enabled=True)
         assert robot.calls > 10
-    from simcore.robotpy.robot_physics import latest_physics
+    from simcore.robotcode.sim.robot_physics import latest_physics
     assert latest_physics() is None
 """
     )

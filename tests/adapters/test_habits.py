@@ -165,7 +165,7 @@ def test_the_last_one_counts_and_teleop_moves_nobody(sim, caplog):
     caplog.set_level(logging.INFO, "simcore")
     sim.start()
     before = sim.pose
-    from simcore.robotpy.driver_controls import choose_auto
+    from simcore.robotcode.sim.driver_controls import choose_auto
     for name in ("left", "right"):
         choose_auto(name)
         sim.run(0.1)

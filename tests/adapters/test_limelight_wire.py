@@ -13,20 +13,20 @@ import time
 import numpy as np
 import pytest
 
-from simcore.geometry.rotation import from_yaw
+from simcore.robotcode.networktables.limelight_table import TOPICS
+from simcore.robotcode.networktables.network_clock import NetworkClock
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.limelight_table import TOPICS
-from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tag_layout import official_layout
+from simcore.world.rotation import from_yaw
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables_sink import start_local_server  # noqa: E402
-from simcore.vision.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.networktables_sink import start_local_server  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
@@ -181,8 +181,9 @@ def test_target_spaces_fit_together(told):
     assert (pitch, roll) == pytest.approx((0.0, 0.0), abs=4.0)
     ahead = (tag[0] - PLACE[0]) * math.cos(YAW) + (tag[1] - PLACE[1]) * math.sin(YAW)
     assert values["targetpose_robotspace"][2] == pytest.approx(ahead, abs=0.1)
-    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"])
-    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"])
+    # Each within the noise of a frame: a busy computer reads them from two.
+    assert math.hypot(*values["targetpose_cameraspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
+    assert math.hypot(*values["camerapose_targetspace"][:3]) == pytest.approx(values["tdist"], abs=0.02)
     assert values["camerapose_robotspace"] == pytest.approx([0.1, 0.2, 0.5, 0.0, 15.0, 0.0])
 
 

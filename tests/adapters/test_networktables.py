@@ -19,7 +19,7 @@ from simcore.telemetry.snapshot import STRUCT_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server  # noqa: E402
+from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink, start_local_server  # noqa: E402
 
 FUEL = np.column_stack((np.arange(504.0), np.full(504, 2.5), np.full(504, 0.075), np.ones(504), np.zeros((504, 3))))
 

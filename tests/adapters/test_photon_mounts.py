@@ -10,7 +10,13 @@ import pytest
 
 geometry = pytest.importorskip("wpimath.geometry")
 
-from simcore.photonvision.photon_program import PhotonProgram, SeenEstimator, lens_of, mounts, pipeline_of  # noqa: E402  # noqa: E402
+from simcore.robotcode.makers.photonvision.photon_program import (  # noqa: E402  # noqa: E402
+    PhotonProgram,
+    SeenEstimator,
+    lens_of,
+    mounts,
+    pipeline_of,
+)
 from simcore.vision.camera import PHOTON_LENS  # noqa: E402
 
 

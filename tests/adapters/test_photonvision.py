@@ -27,8 +27,9 @@ from wpimath.geometry import (  # noqa: E402
 )
 from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition  # noqa: E402
 
-from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision.photon_port import PhotonCameraPort, pipeline_result  # noqa: E402
+from simcore.robotcode.makers.photonvision.photon_port import PhotonCameraPort, pipeline_result  # noqa: E402
+from simcore.robotcode.networktables.limelight_table import LimelightTable  # noqa: E402
+from simcore.robotcode.networktables.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraBias,
     CameraConfig,
@@ -43,10 +44,9 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
 from simcore.vision.camera_scene import CameraScene  # noqa: E402
 from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
-from simcore.vision.limelight_table import LimelightTable  # noqa: E402
-from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.tag_layout import official_layout  # noqa: E402
 from simcore.vision.tag_visibility import find_tags  # noqa: E402
+from simcore.world.rotation import from_rpy, from_yaw  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(

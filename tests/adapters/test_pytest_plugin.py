@@ -8,7 +8,7 @@ import pytest
 from page_reader import PageReader
 
 from simcore.quantities import text_flag
-from simcore.robotpy import pytest_plugin
+from simcore.robotcode.sim import pytest_plugin
 
 pytestmark = pytest.mark.slow
 

@@ -12,18 +12,18 @@ import pytest
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 pytest.importorskip("wpimath.geometry")
 
-from simcore.geometry.rotation import from_rpy  # noqa: E402
-from simcore.vision.camera import CameraMount, camera_pose  # noqa: E402
-from simcore.vision.heading import PoseHistory  # noqa: E402
-from simcore.vision.network_clock import NetworkClock  # noqa: E402
-from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestFrame, QuestHeadset  # noqa: E402
-from simcore.vision.questnav_table import (  # noqa: E402
+from simcore.robotcode.networktables.network_clock import NetworkClock  # noqa: E402
+from simcore.robotcode.networktables.questnav_table import (  # noqa: E402
     QuestNavTable,
     device_message,
     frame_message,
     read_command,
     response_message,
 )
+from simcore.vision.camera import CameraMount, camera_pose  # noqa: E402
+from simcore.vision.heading import PoseHistory  # noqa: E402
+from simcore.vision.quest_headset import PoseReset, QuestConfig, QuestFrame, QuestHeadset  # noqa: E402
+from simcore.world.rotation import from_rpy  # noqa: E402
 
 MOUNT = CameraMount(x=-0.2, y=0.1, z=0.6, yaw_deg=180.0)
 QUIET = {"position_noise": 0.0, "angle_noise_deg": 0.0, "position_drift": 0.0, "yaw_drift_deg": 0.0}

@@ -64,7 +64,7 @@ def test_a_robot_that_believes_to_be_3_m_away_is_on_the_truth_in_2_s(sim, caplog
     assert sim.pose.X() < 1.7 and off(sim) < 0.05
 
     # Its own simulation: updated in every loop with what the robot believes, and shown the truth instead.
-    from simcore.photonvision.photon_program import photon_program
+    from simcore.robotcode.makers.photonvision.photon_program import photon_program
 
     shown = sim.robot.vision_sim.getRobotPose(sim.time - 0.02)
     assert shown.X() == pytest.approx(sim.pose.X(), abs=0.02)

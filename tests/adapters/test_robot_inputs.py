@@ -13,8 +13,8 @@ from wpilib import PowerDistribution, RobotController
 from simcore import Match
 from simcore.loop.battery import draw
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.robot_physics import LatenessReport
-from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
+from simcore.robotcode.sim.robot_physics import LatenessReport
+from simcore.robotcode.sim.robot_power import PowerDistributionView, RoboRioPower
 
 
 def test_a_brown_out_switches_the_rails_and_counts():

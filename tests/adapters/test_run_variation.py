@@ -7,7 +7,7 @@ import pytest
 from simcore.errors import SimcoreError
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.robotpy.run_variation import RunVariation, require_varied, run_variation, set_run_variation
+from simcore.robotcode.sim.run_variation import RunVariation, require_varied, run_variation, set_run_variation
 
 pytestmark = pytest.mark.slow
 

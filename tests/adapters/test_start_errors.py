@@ -76,4 +76,4 @@ def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, python
         assert words in last, said
     assert last.removeprefix("robotpy sim: ") not in before, said
     assert code == 1, said
-    assert said.count("Traceback") == (name == "physics.py that fails") and "simcore/robotpy" not in said, said
+    assert said.count("Traceback") == (name == "physics.py that fails") and "simcore/robotcode/sim" not in said, said

@@ -14,7 +14,7 @@ import json, sys
 from pathlib import Path
 import ntcore
 import early
-from simcore.robotpy.table_watch import table_watch
+from simcore.robotcode.sim.table_watch import table_watch
 
 watch = table_watch()
 watch.search(Path(sys.argv[1]))

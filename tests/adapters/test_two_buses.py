@@ -176,7 +176,7 @@ ENABLES_ITSELF = """
         import json
         import os
 
-        from simcore.robotpy.robot_physics import latest_physics
+        from simcore.robotcode.sim.robot_physics import latest_physics
         from wpilib.simulation import DriverStationSim
 
         super().robotPeriodic()

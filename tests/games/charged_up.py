@@ -12,9 +12,6 @@ from itertools import product
 
 import numpy as np
 
-from simcore.geometry.linkage import Joint
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import (
     Auto,
@@ -28,20 +25,23 @@ from simcore.match.game import (
 )
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.physics.field import FieldBoundary, FieldElement, box_element, slope_element
-from simcore.physics.hanging import HangingConfig
-from simcore.physics.shapes import Box, Cylinder, hollow_cone
-from simcore.pieces.intake import IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeZone
 from simcore.robot.mechanisms import ArmConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees, inches
+from simcore.world.field import FieldBoundary, FieldElement, box_element, slope_element
+from simcore.world.hanging import HangingConfig
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Box, Cylinder, hollow_cone
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 SIZE = (inches(651.25), inches(315.5))
 SYMMETRY = FieldSymmetry("mirror", SIZE)

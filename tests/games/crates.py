@@ -12,29 +12,29 @@ from itertools import product
 import numpy as np
 
 from simcore.channel import Channel
-from simcore.geometry.linkage import Joint
-from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Auto, FieldDefinition, Game, GameOption, PieceSupply, RobotEntry, Rules, StagedPieces
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
-from simcore.physics.field import FieldBoundary, FieldElement
-from simcore.physics.shapes import Box, Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
-from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.storage import StorageConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.intake import IntakeConfig, IntakeZone
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
+from simcore.robot.placer import PlacerConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.shooter import ShooterConfig
+from simcore.robot.storage import StorageConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
+from simcore.world.field import FieldBoundary, FieldElement
+from simcore.world.linkage import Joint
+from simcore.world.shapes import Box, Sphere
+from simcore.world.symmetry import FieldSymmetry
+from simcore.world.zones import BoxZone
 
 SIZE = (12.0, 6.0)
 SYMMETRY = FieldSymmetry("mirror", SIZE)

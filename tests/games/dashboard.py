@@ -30,7 +30,7 @@ class Dashboard:
 
     def __init__(self) -> None:
         pytest.importorskip("ntcore")
-        from simcore.telemetry.networktables_sink import start_local_server
+        from simcore.robotcode.networktables.networktables_sink import start_local_server
 
         self.server, self.client = (season.ntcore.NetworkTableInstance.create() for _ in range(2))
         self.port = free_port()

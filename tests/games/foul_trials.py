@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from match_laws import show_time
 
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.world.symmetry import Pose
 
 
 def flipped(game: Game, alliance: str, pose: Pose) -> Pose:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from simcore.match.match import Match
+from simcore.match.players.lineup import entries, lineup, take_seats
 from simcore.pieces.pool import PieceStatus
-from simcore.players.lineup import entries, lineup, take_seats
 
 
 def require_one_owner(match):

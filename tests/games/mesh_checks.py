@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
-from simcore.physics.shapes import Box
+from simcore.world.shapes import Box
 
 
 def points(element):

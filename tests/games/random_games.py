@@ -15,13 +15,10 @@ import numpy as np
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore.errors import SimcoreError
-from simcore.geometry.footprints import corners
-from simcore.geometry.rotation import rotate
 from simcore.loop.battery import open_voltage
 from simcore.loop.contact import foam_force
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import mass_properties
 from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import BUMPER_STIFFNESS, ChassisConfig
@@ -31,6 +28,9 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.world.footprints import corners
+from simcore.world.rotation import rotate
+from simcore.world.shapes import mass_properties
 
 G = 9.80665
 _SETTLES = 10  # ticks after people have put something somewhere, in which it may still give way

@@ -12,12 +12,12 @@ from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
 from simcore.vision.camera import CameraBias, CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
 from simcore.vision.tag_visibility import find_tags
+from simcore.world.rotation import from_yaw
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 

@@ -8,7 +8,7 @@ from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
-from simcore.players.driven_robot import DrivenRobot, DriverInput
+from simcore.match.players.driven_robot import DrivenRobot, DriverInput
 
 
 def driven(game, alliance, start):

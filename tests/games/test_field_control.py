@@ -14,13 +14,13 @@ from dashboard import Dashboard
 from game_table import GAMES
 
 from simcore.errors import ConfigError
-from simcore.match.control_topics import ControlTopics
 from simcore.match.game import PieceSupply, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.robot_config import RobotConfig
+from simcore.robotcode.networktables.control_topics import ControlTopics
+from simcore.world.shapes import Sphere
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
 

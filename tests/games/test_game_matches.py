@@ -12,8 +12,8 @@ from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shapes import outline_points
 from simcore.pieces.pool import PieceStatus
+from simcore.world.shapes import outline_points
 
 
 def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:

@@ -19,9 +19,9 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.places import branch_ends
 from games.reefscape.staging import mark_places, reef_algae_places
-from simcore.physics.obj import read_obj
-from simcore.physics.shapes import Box, Hull
 from simcore.units import inches
+from simcore.world.obj import read_obj
+from simcore.world.shapes import Box, Hull
 
 ROOT = Path(__file__).resolve().parents[2]
 FIELDS = {game.name: game.field.load() for game in (REBUILT, REEFSCAPE)}

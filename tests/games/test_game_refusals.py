@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from game_table import GAMES
 
-from simcore.errors import ConfigError, EngineError, FieldMeshError, NonFiniteError, UnknownNameError
+from simcore.errors import ConfigError, EngineError, FieldMeshError, UnknownNameError
 from simcore.match.game import Auto, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
@@ -79,7 +79,6 @@ def of_match(match):
     yield from (
         (lambda: match.reset(seed=-1), ConfigError, "seed must be"),
         (lambda: match.reset(sinks=[5]), ConfigError, "sinks must be"),
-        (lambda: match.set_network_time(math.nan), NonFiniteError, "network time must be a finite number"),
         (lambda: match.set_controller(1, None), ConfigError, "there are robots 0 to 0, got 1"),
         (lambda: match.carry_to(0, (100.0, 50.0, 0.0)), ConfigError, "outside of the field"),
         (lambda: match.carry_to(0, INSIDE[match.game.name]), ConfigError, r"inside of a field element.* m is free"),

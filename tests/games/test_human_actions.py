@@ -15,8 +15,8 @@ from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as reefscape
 from games.reefscape.human_players import station_faces
 from simcore import Match, RobotEntry
-from simcore.match.control_topics import ControlTopics
 from simcore.pieces.pool import PieceStatus
+from simcore.robotcode.networktables.control_topics import ControlTopics
 
 
 def outposts(**settings) -> Match:

@@ -19,9 +19,9 @@ import pytest
 from games.rebuilt import REBUILT
 from games.reefscape import REEFSCAPE
 from simcore import Match, RobotEntry, season
+from simcore.robotcode.networktables.networktables_sink import NetworkTablesSink
 from simcore.show.scope_layout import scope_layout
 from simcore.show.view_models import load_models
-from simcore.telemetry.networktables_sink import NetworkTablesSink
 from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink, read_log
 

@@ -18,7 +18,7 @@ import pytest
 from games.rebuilt import REBUILT
 from simcore.pieces.flight import ShotOutcomes
 from simcore.pieces.launch import LaunchParameters
-from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.sweep.shot_task import ShotTask, Stand
 from simcore.units import degrees, inches
 
 BEARING = degrees(44.0)

@@ -9,10 +9,10 @@ import pytest
 from crates import CRATE, CRATES, FIELD, SYMMETRY
 
 from simcore import play_auto
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import StagedPieces
 from simcore.pieces.resting_places import RestingPlace
 from simcore.testing.game_laws import check_placed
+from simcore.world.zones import BoxZone
 
 _DOCK = np.array([[0.0, 4.4, 0.5], [0.5, 5.6, 0.8]])
 _DOCKS = {"blue": _DOCK, "red": np.sort(SYMMETRY.flip_points(_DOCK), axis=0)}

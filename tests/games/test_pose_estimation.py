@@ -21,6 +21,7 @@ from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.robot.gyro import gyro_config
 from simcore.robot.robot_config import RobotConfig
+from simcore.robotcode.networktables.limelight_table import CameraTables
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
 
@@ -112,7 +113,7 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
     entry = RobotEntry(start=auto.start, preload=auto.preload, config=replace(rebuilt_robot(), cameras=cameras))
-    with Match(REBUILT, seed=3, robots=(entry,), network=instance) as match:
+    with Match(REBUILT, seed=3, robots=(entry,), network=CameraTables(instance)) as match:
         code = LocalizingRobot(auto.controller(match, "blue"), instance, sends_heading=sends_heading)
         match.play(seconds, controllers=[code])
     code.close()

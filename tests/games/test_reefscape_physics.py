@@ -10,10 +10,10 @@ import pytest
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.places import branch_ends
-from simcore.geometry.rotation import from_rpy, multiply
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
+from simcore.world.rotation import from_rpy, multiply
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
 _BEFORE = 0.01  # [m], from a branch's end to the near end of the coral

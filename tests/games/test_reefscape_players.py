@@ -13,8 +13,8 @@ from games.reefscape.handling import lower_claw, make_ready
 from games.reefscape.rules import MATCH
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.players.lineup import lineup, play_match
 from simcore.match.scripted import ScriptedRobot
-from simcore.players.lineup import lineup, play_match
 
 SIX = {"red": "scorer:3,scorer:2,defender", "blue": "scorer:3,algae:2,parker"}
 

@@ -13,9 +13,9 @@ from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
 from games.reefscape.robot import reefscape_robot
 from simcore import Match, RobotEntry
-from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.camera_rig import tag_layout
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
+from simcore.world.symmetry import FieldSymmetry
 
 BLUE_REEF = dict(zip((18, 19, 20, 21, 22, 17), dim.REEF_FACE_YAWS_DEG, strict=True))
 RED = {1: 13, 2: 12, 3: 16, 4: 15, 5: 14, 6: 19, 7: 18, 8: 17, 9: 22, 10: 21, 11: 20}

@@ -7,14 +7,14 @@ import math
 import pytest
 from crates import BALL, crates_robot
 
-from simcore.geometry.zones import BoxZone
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scoring import ScoringZone
 from simcore.match.scripted import ScriptSettings
 from simcore.pieces.shot_opening import ShotOpening
-from simcore.shooting.shot_table import make_table
-from simcore.shooting.shot_task import ShotTask
+from simcore.sweep.shot_table import make_table
+from simcore.sweep.shot_task import ShotTask
+from simcore.world.zones import BoxZone
 
 FACE, LOW, HIGH = 0.5, 1.3, 2.1
 TARGET = (FACE, 4.0, 0.5 * (LOW + HIGH))

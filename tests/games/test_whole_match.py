@@ -11,8 +11,8 @@ from match_laws import match_of
 from games.rebuilt import REBUILT
 from games.rebuilt.autos import SETTINGS
 from games.rebuilt.scoring import MATCH
-from simcore.players.lineup import lineup, play_match
-from simcore.players.player import SKILLS, Player
+from simcore.match.players.lineup import lineup, play_match
+from simcore.match.players.player import SKILLS, Player
 
 SIX = {"red": "collector:3,shuttle:2,defender:3", "blue": "collector:3,climber:2,idle"}
 played = partial(match_of, REBUILT, options=("hub_exits", "human_players"))

@@ -9,7 +9,7 @@ import pytest
 def test_the_library_gets_its_native_side_back(bench):
     from phoenix6.phoenix_native import Native
 
-    from simcore.phoenix6_emulator import install, installed, uninstall
+    from simcore.robotcode.emulator import install, installed, uninstall
 
     assert type(Native.instance()).__name__ == "EmulatedNative"
     assert install() is installed()
@@ -37,7 +37,7 @@ def test_the_library_gets_its_native_side_back(bench):
 def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
     from phoenix6.phoenix_native import Native
 
-    from simcore.phoenix6_emulator.installation import SeamError, check_seam
+    from simcore.robotcode.emulator.installation import SeamError, check_seam
 
     check_seam()
     monkeypatch.setattr(Native, "_Native__c_args", change(Native._Native__c_args))
@@ -51,7 +51,7 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(bench, cls):
     from phoenix6 import configs
 
-    from simcore.phoenix6_emulator.emulated_device import parse_config
+    from simcore.robotcode.emulator.emulated_device import parse_config
 
     make = getattr(configs, f"{cls}Configuration")
     device = bench.device(cls, 1)
@@ -92,8 +92,8 @@ def test_devices_drive_only_while_enabled_and_a_little_late(bench):
     """The wall clock shows 49 ms from enable to volts and 86 ms from disable to none."""
     from phoenix6 import controls, unmanaged
 
-    from simcore.phoenix6_emulator import EnableDelays
-    from simcore.phoenix6_emulator.emulated_device import EnableState
+    from simcore.robotcode.emulator import EnableDelays
+    from simcore.robotcode.emulator.emulated_device import EnableState
 
     bench.emulator.enable = EnableState(bench.emulator.clock, EnableDelays())
     talon = bench.talon()
@@ -167,7 +167,7 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     from phoenix6 import controls
 
     from simcore import season
-    from simcore.phoenix6_emulator import EnableDelays, install, uninstall
+    from simcore.robotcode.emulator import EnableDelays, install, uninstall
 
     uninstall()
     bench.emulator = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)

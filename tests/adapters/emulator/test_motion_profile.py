@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
 
-from simcore.phoenix6_emulator.control_laws import Expo, SCurve, VelocityRamp
+from simcore.robotcode.emulator.control_laws import Expo, SCurve, VelocityRamp
 
 number = st.floats(-20.0, 20.0)
 DT = 0.005

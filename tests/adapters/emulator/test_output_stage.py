@@ -211,10 +211,10 @@ def test_over_voltage_turns_the_bridge_off(bench):
 def test_a_mechanism_keeps_the_limits_of_its_controller_which_reports_its_amperes(bench, request_of, amps):
     from phoenix6 import controls, unmanaged
 
-    from simcore.phoenix6.talon_motor import TalonFXMotorSim
     from simcore.robot.dc_motor import motor
     from simcore.robot.gearbox import GearboxConfig
     from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
+    from simcore.robotcode.makers.phoenix6.talon_motor import TalonFXMotorSim
 
     talon = bench.talon(current_limits__stator_current_limit_enable=True, current_limits__stator_current_limit=40.0)
     wheel = FlywheelSim(FlywheelConfig(gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=1.0), inertia=0.05))

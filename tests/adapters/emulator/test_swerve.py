@@ -9,7 +9,7 @@ from simcore.robot.dc_motor import motor
 
 
 def test_constants_become_a_model_by_their_attribute_names(bench):
-    from simcore.phoenix6.swerve import swerve_config
+    from simcore.robotcode.makers.phoenix6.swerve import swerve_config
 
     limits = SimpleNamespace(
         stator_current_limit=120.0,

@@ -85,9 +85,9 @@ def test_gyros_ranges_and_motors_with_own_encoders_are_told_apart(bench, on):
 
 
 def test_physics_and_a_team_s_own_simulation_reach_the_device_of_the_right_bus(bench, on):
-    from simcore.phoenix6.built_devices import watch_simulations
-    from simcore.phoenix6.sensor_ports import sim_state_of
     from simcore.quantities import DeviceAddress
+    from simcore.robotcode.makers.phoenix6.built_devices import watch_simulations
+    from simcore.robotcode.makers.phoenix6.sensor_ports import sim_state_of
 
     own, far = on("rio", "TalonFX", 3), on("canivore", "TalonFX", 3)
     asked = []

@@ -1,0 +1,121 @@
+"""One run of a robot project for a sweep, in this process.
+
+The robot is built, put on its field and driven as in a robot test (`pytest_plugin`), of which this is one.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simcore import season
+from simcore.errors import SimcoreError, start_sentence
+from simcore.match.runner import auto_seconds
+from simcore.robotcode.sim.pytest_plugin import INIT_TIMEOUT
+from simcore.robotcode.sim.robot_program import load_robot_class
+from simcore.robotcode.sim.robot_test import RobotTest
+from simcore.sweep.run_metrics import measure
+from simcore.telemetry.wpilog import WpilogSink
+from simcore.units import TICK
+
+__all__ = ["ProjectRun", "play_project", "test_auto"]
+
+
+class ProjectRun:
+    """A plugin of pytest for one run.
+
+    Args:
+        task: As `simcore.sweep.one_run` describes it.
+    """
+
+    def __init__(self, task: dict[str, Any]) -> None:
+        self._task = task
+        self._folder = Path(task["project"])
+        self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
+        """Metrics and digest, or an error."""
+
+    @pytest.fixture
+    def project_run(self) -> ProjectRun:
+        """For the test."""
+        return self
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note why the robot could not be built."""
+        if report.failed and report.when == "setup":
+            lines = [line for line in report.longreprtext.splitlines() if line.strip()]
+            self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
+
+    def play(self, sim: RobotTest) -> None:
+        """Play the auto with the robot of a test."""
+        try:
+            self.answer = self._played(sim)
+        except (Exception, pytest.fail.Exception) as error:  # the latter for what a project must mend
+            self.answer = {"error": _sentence(error, self._folder)}
+
+    def _played(self, sim: RobotTest) -> dict[str, Any]:
+        task = self._task
+        sim.alliance(task["alliance"])
+        if task["log"] is not None:
+            sim.add_sink(WpilogSink(task["log"]))
+        sim.start()
+        seconds = task["seconds"] or auto_seconds(sim.match.game)
+        sim.autonomous(task["auto"], seconds=0.0)
+        sim.run(max(1, round(seconds / TICK)) * TICK)
+        metrics = measure(sim.match, task["metrics"])
+        return {**metrics, "digest": sim.digest}
+
+
+def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
+    """The robot test that is the run: pytest finds it in this file. Play the auto, and measure what came of it."""
+    project_run.play(sim)
+
+
+def play_project(task: dict[str, Any]) -> dict[str, Any]:
+    """Play a run in this process, in which none can follow, and return its metrics and digest.
+
+    Args:
+        task: As `ProjectRun` takes it.
+
+    Raises:
+        SimcoreError: The robot's code has failed; the text says how.
+    """
+    run = ProjectRun(task)
+    folder = Path(task["project"])
+    os.chdir(folder)
+    sys.path.insert(0, str(folder))
+    del sys.argv[1:]
+    try:
+        _play(task, run, folder)
+    except Exception as error:
+        raise SimcoreError(_sentence(error, folder)) from error
+    if "error" in run.answer:
+        raise SimcoreError(run.answer["error"])
+    return run.answer
+
+
+def _sentence(error: BaseException, folder: Path) -> str:
+    text = str(error) if isinstance(error, pytest.fail.Exception) else start_sentence(error, folder)
+    return " ".join(text.split())
+
+
+def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
+    from simcore.robotcode.sim.attach import watch_program
+    from simcore.robotcode.sim.attached_physics import AttachedPhysics
+    from simcore.robotcode.sim.repeatable_runs import seed_generators
+    from simcore.robotcode.sim.run_variation import set_factors
+
+    AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
+    set_factors(task["values"])
+    seed_generators()  # a program may draw while it is imported
+    watch_program(simulated=True)
+    robot_file = folder / "robot.py"
+    robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
+    spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
+    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
+    without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
+    varied = [f"--sim-seed={task['seed']}", *spreads]
+    pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])

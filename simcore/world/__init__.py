@@ -1,0 +1,1 @@
+"""Space and what fills it: rotations, zones, symmetry; bodies, fields and engines. One module imports each engine."""

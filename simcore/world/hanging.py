@@ -1,0 +1,243 @@
+"""What hangs from the field and swings on a chain, or is hinged to it and tips: robots and pieces push it aside.
+
+The engine holds it at its pivot and moves it as it moves robots and pieces. What the engine does not know is here: the
+friction of the chain, which also turns the body back to where it faces at rest, that and the spring of a hinge, what
+climbers pull, and sleep. A hinge keeps to its line because the engine is told of a large inertia about the others.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
+from simcore.typing import Alliance
+from simcore.world.contact_law import WALL, TerrainSurface
+from simcore.world.rotation import Quaternion, Vector, cross, matrix, minus, rotate, rotate_back, yaw_of
+from simcore.world.shapes import Box, Cylinder, Sphere, bounding_box, bounding_radius, mass_properties
+from simcore.world.world import PhysicsWorld
+
+__all__ = ["HangingBody", "HangingConfig"]
+
+_DAMPING = Quantity("1/s", 0.0, 100.0)
+_SPRING = Quantity("N m/rad", 0.0, 1e5)
+_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm under a chain of 1 m, and
+_STILL_TIME = 0.5  # [s] for which it must be so
+_TOUCHING_SPEED = 0.3  # [m/s]; slower, the engine wakes what it touches in time: as beside a robot that pushes slowly
+_TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without a swing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HangingConfig:
+    """A body that hangs on a chain, or turns about a hinge: a bar, a seesaw that robots drive on."""
+
+    name: str
+    shape: Box | Cylinder | Sphere
+    """Its origin is the center of mass; its axes are the field's while it hangs at rest."""
+    mass: float
+    """[kg]"""
+    pivot: Vector
+    """Where its chain is fastened, or the middle of its hinge, field frame [m]."""
+    drop: float
+    """From the pivot down to the center of mass [m]; of a hinge also 0, or below 0 of what is hinged from below."""
+    hinge: Literal["x", "y"] | None = None
+    """Along which axis of the field its hinge is; None: it hangs on a chain. A hinged body turns until it meets the
+    carpet or an element of the field: these are its stops."""
+    spring: float = 0.0
+    """Of a hinge: torque for an angle back to where it is at rest [N m/rad]."""
+    drivable: bool = False
+    """Of a hinge: whether robots drive on it."""
+    alliance: Alliance | None = None
+    """Whose it is; None: nobody's."""
+    surface: TerrainSurface = WALL
+    damping: float = 0.3
+    """Part of its angular velocity that friction and air take in a second [1/s]; a swing decays with half of it."""
+
+    def __post_init__(self) -> None:
+        owner = f"HangingConfig {self.name!r}"
+        drop = FIELD_LENGTH if self.hinge is None else FIELD_PLACE
+        require_fields(self, owner, mass=MASS, pivot=(FIELD_PLACE,) * 3, drop=drop, damping=_DAMPING, spring=_SPRING)
+        if self.hinge not in (None, "x", "y"):
+            raise ConfigError(f"{owner}: hinge must be along 'x' or 'y', or None for a chain, got {self.hinge!r}")
+        if self.hinge is None and (self.spring or self.drivable):
+            raise ConfigError(f"{owner}: only what has a hinge has a spring, or carries robots")
+
+
+class HangingBody:
+    """One of them in a world; it hangs at rest and sleeps until something touches it.
+
+    Args:
+        world: With the field.
+        config: What it is.
+    """
+
+    def __init__(self, world: PhysicsWorld, config: HangingConfig) -> None:
+        self.config = config
+        self._engine = world.engine
+        x, y, z = config.pivot
+        self.row = world.add_hanging_body(
+            config.name,
+            config.shape,
+            mass=config.mass,
+            surface=config.surface,
+            pos=(x, y, z - config.drop),
+            pivot=config.pivot,
+            hinge=config.hinge,
+            drivable=config.drivable,
+        )
+        self._axis = 0 if config.hinge is None else "xy".index(config.hinge)
+        across = config.mass * float(mass_properties(config.shape).inertia[self._axis, self._axis])
+        self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
+        self._own_share = across / self._inertia
+        self.radius = bounding_radius(config.shape)
+        """Of a ball about the center of mass that holds all of it [m]."""
+        self._half = bounding_box(config.shape)[1]
+        self._torque = (0.0, 0.0, 0.0)
+        self._still = 0.0
+        self.is_awake = False
+        """Whether it moves."""
+        self.pos: Vector = (x, y, z - config.drop)
+        """Center of mass, field frame [m]."""
+        self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+        self.rate: Vector = (0.0, 0.0, 0.0)
+        """Angular velocity, field frame [rad/s]."""
+        self._engine.sleep(self.row)
+
+    # --- what a climber asks --------------------------------------------------------------------------------------
+
+    def to_rest(self, place: Vector) -> Vector:
+        """Where a place of the field would be if the body hung at rest and took it along [m]."""
+        return self._from_pivot(rotate_back(self.quat, self._arm(place)))
+
+    def from_rest(self, place: Vector) -> Vector:
+        """Where a place of the body is now, from where it is at rest [m]."""
+        return self._from_pivot(rotate(self.quat, self._arm(place)))
+
+    def velocity_at(self, place: Vector) -> Vector:
+        """Velocity of a place of the body, field frame [m/s]."""
+        return cross(self.rate, self._arm(place))
+
+    def mobility_at(self, place: Vector) -> float:
+        """Inverse of the mass that is felt at a place, across the line to the pivot [1/kg]."""
+        arm = self._arm(place)
+        return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
+
+    def pull(self, place: Vector, force: Vector) -> None:
+        """Pull at a place in the next sub-step, field frame [m, N]; what goes along the chain, the pivot bears."""
+        tx, ty, tz = cross(self._arm(place), force)
+        x, y, z = self._torque
+        self._torque = (x + tx, y + ty, z + tz)
+        self._wake()
+
+    # --- motion ---------------------------------------------------------------------------------------------------
+
+    def read(self) -> None:
+        """Take pose and velocity from the engine, before climbers ask for them."""
+        if self.is_awake:
+            self.pos, self.quat = self._engine.pose(self.row)
+            vel, rate = self._engine.velocity(self.row)
+            if self.config.hinge is not None:
+                self.rate = self._about_hinge(rate[self._axis])
+                return
+            # The rate of its angular momentum about the pivot, which the joint leaves as it is while the two disagree.
+            arm, own = self._arm(self.pos), self._own_share
+            length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
+            along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
+            x, y, z = cross(arm, vel)
+            share = (1.0 - own) / length2
+            self.rate = (
+                share * x + own * (rate[0] - along * arm[0]) + along * arm[0],
+                share * y + own * (rate[1] - along * arm[1]) + along * arm[1],
+                share * z + own * (rate[2] - along * arm[2]) + along * arm[2],
+            )
+
+    def before_substep(self, h: float) -> None:
+        """Friction, and what climbers pull, for the next sub-step of h [s]."""
+        if not self.is_awake:
+            return
+        arm = self._arm(self.pos)
+        if self.config.hinge is not None:
+            spring, axis = self.config.spring / self._inertia, self._axis
+            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on motion, not on the spring
+            turn = kept + (self._torque[axis] / self._inertia - spring * self.angle) * h
+            self.rate = self._about_hinge(turn / (1.0 + spring * h * h))
+            self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
+            self._torque = (0.0, 0.0, 0.0)
+            return
+        length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
+        along = self.rate[0] * arm[0] + self.rate[1] * arm[1] + self.rate[2] * arm[2]
+        keep = math.exp(-self.config.damping * h)
+        twist = -along / math.sqrt(length2)  # about the line up to the pivot
+        wanted = (twist - _TWIST_RATE**2 * yaw_of(self.quat) * h) / (1.0 + _TWIST_RATE * h) ** 2
+        more = -wanted / math.sqrt(length2)
+        rate = [keep * (w - along * a / length2) + more * a for w, a in zip(self.rate, arm, strict=True)]
+        self.rate = (rate[0], rate[1], rate[2])
+        self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
+        if self._torque != (0.0, 0.0, 0.0):
+            fx, fy, fz = cross(self._torque, arm)
+            self._engine.apply_forces([self.row], np.array([[fx, fy, fz]]) / length2)
+            self._torque = (0.0, 0.0, 0.0)
+
+    def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
+        """See whether it was touched in a tick of dt [s], or has hung still for long enough to sleep.
+
+        Args:
+            dt: Length of the tick [s].
+            in_reach: Whether anything that moves could have touched it.
+        """
+        is_hinged = self.config.hinge is not None
+        if not self.is_awake:
+            if in_reach and (is_hinged or any(map(any, self._engine.velocity(self.row)))):
+                self._wake()
+            return
+        self.read()
+        if is_hinged:  # it rests at any angle, and what drives on it may be slow
+            is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
+        else:
+            x, y, _ = self._arm(self.pos)
+            tilt = math.hypot(x, y) / self.config.drop
+            is_still = max(tilt, abs(yaw_of(self.quat))) < _STILL_ANGLE and math.hypot(*self.rate) < _STILL_RATE
+        self._still = self._still + dt if is_still else 0.0
+        if self._still > _STILL_TIME:
+            self.is_awake, self.rate = False, (0.0, 0.0, 0.0)
+            self._engine.sleep(self.row)
+
+    @property
+    def angle(self) -> float:
+        """Of a hinge: how far it has turned from where it is at rest, about the positive axis [rad]."""
+        return 2.0 * math.atan2(self.quat[self._axis], self.quat[3])
+
+    @property
+    def speed(self) -> float:
+        """Of its fastest part, at most [m/s]."""
+        return math.hypot(*self.rate) * (abs(self.config.drop) + self.radius)
+
+    @property
+    def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
+        """What the pieces need to know.
+
+        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest part [m], and the speed below which
+        it wakes by touch alone, because it swings for half a minute [m/s].
+        """
+        dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
+        x, y, z = self.pos
+        return x, y, 0.0, dx, dy, self.speed, (z - dz, z + dz), _TOUCHING_SPEED
+
+    def _wake(self) -> None:
+        if not self.is_awake:
+            self.is_awake, self._still = True, 0.0
+            self._engine.wake(self.row)
+
+    def _about_hinge(self, rate: float) -> Vector:
+        return (rate, 0.0, 0.0) if self._axis == 0 else (0.0, rate, 0.0)
+
+    def _arm(self, place: Vector) -> Vector:
+        return minus(place, self.config.pivot)
+
+    def _from_pivot(self, arm: Vector) -> Vector:
+        x, y, z = self.config.pivot
+        return (x + arm[0], y + arm[1], z + arm[2])

@@ -1,0 +1,619 @@
+"""The world: floor, statics, robots and pieces, and the step that moves them.
+
+The loop moves robots and balls. The engine is the host of all other bodies, and begins with the first of them: it gets
+what stands on the field, and the robots as bodies that touch only these.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
+from simcore.loop.contact import DAMPING_RATIOS
+from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
+from simcore.loop.step import advance
+from simcore.quantities import MASS, require
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, plain_sum
+from simcore.world.ball_dynamics import BallDynamics, factors
+from simcore.world.bodies import Bodies
+from simcore.world.contact_law import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.world.engine import BodyDefinition, Engine
+from simcore.world.engine_choice import VARIABLE, make_engine, require_known
+from simcore.world.footprints import corners, overlaps
+from simcore.world.robot_dynamics import BumperPart, RobotDynamics, is_met_in_plan
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.world.shapes import (
+    Box,
+    Cylinder,
+    Shape,
+    Sphere,
+    bounding_box,
+    bounding_radius,
+    mass_properties,
+    principal_axes,
+)
+from simcore.world.solids_builder import SolidsBuilder
+
+if TYPE_CHECKING:
+    from simcore.world.field import FieldElement
+
+__all__ = ["CollisionGroup", "PhysicsWorld"]
+
+_STEP = 0.005  # [s], of a world in which nothing is driven
+_FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
+_FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
+
+
+class CollisionGroup:
+    """Collision groups of the engine's bodies, one bit each."""
+
+    STATIC = 1
+    """The field."""
+    PIECE = 2
+    """Pieces that are no balls, and what hangs; balls are not in the engine."""
+    ROBOT = 4
+
+
+_HINGED = 1e4  # times its largest moment of inertia that a hinged body has about what is not its hinge
+_PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
+_SWINGS = 0.03  # [m]; what hangs as near as this is hit, and a robot is thrown by what it is put into
+
+
+class PhysicsWorld:
+    """A rigid-body world with gravity. Use as a context manager, or call `close`.
+
+    Args:
+        engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
+        floor: Surface of the floor at z = 0, which has no end, or None for no floor.
+        gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+
+    def __init__(
+        self,
+        *,
+        engine: Engine | str | None = None,
+        floor: TerrainSurface | None = CARPET,
+        gravity: float | None = None,
+    ) -> None:
+        self._engine: Engine | None = None
+        self._engine_name: str | None = None
+        if engine is None or isinstance(engine, str):
+            self._engine_name = engine or os.environ.get(VARIABLE) or None
+            if self._engine_name is not None:
+                require_known(self._engine_name)
+        elif gravity is not None and gravity != engine.gravity:
+            raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
+        else:
+            self._engine, gravity = engine, engine.gravity
+        self.gravity: float = GRAVITY if gravity is None else gravity
+        self.floor = floor
+        """Material of the floor at z = 0, None where there is none."""
+        self._begin()
+
+    def _begin(self) -> None:
+        """The floor alone."""
+        self._names: list[str] = []  # by row
+        self._definitions: list[BodyDefinition] = []  # by row
+        self.has_engine = False
+        """Whether the engine has begun: there are bodies that are neither balls nor robots."""
+        self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
+        self._hanging: dict[int, FloatArray] = {}  # half extents along its own axes [m]
+        self.robot_rows: list[int] = []
+        """Rows of the robots."""
+        self.hanging: list[tuple[int, Vector, float]] = []
+        """Of what hangs: row, pivot [m], and how far from there it reaches [m]."""
+        self._builder = SolidsBuilder()
+        self.bodies = Bodies(self._builder)
+        """Robots, and the engine's bodies that balls may touch."""
+        self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
+        """The pieces that are balls."""
+        self.robots = RobotDynamics(self.bodies)
+        """The robots, and what their bumpers touch."""
+        if self.floor is not None:
+            box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
+            self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
+
+    @property
+    def engine(self) -> Engine:
+        """The engine, which begins when it is first asked for.
+
+        Raises:
+            EngineError: It is not installed.
+        """
+        if not self.has_engine:
+            if self._engine is None:
+                self._engine = make_engine(self._engine_name, gravity=self.gravity)
+            self.has_engine = True
+            for row, definition in enumerate(self._definitions):
+                assert self._engine.add_body(definition) == row
+            for number in self.bodies.robots:
+                body = self.bodies.records[number]
+                self._engine.set_pose(self.bodies.rows[number], body["pos"].tolist(), body["quat"].tolist())
+        assert self._engine is not None
+        return self._engine
+
+    @property
+    def engine_name(self) -> str:
+        """Name of the engine, `none` while it has not begun."""
+        return self.engine.name if self.has_engine else "none"
+
+    @property
+    def solids(self) -> Solids:
+        """What stands on the field, and of what bodies consist."""
+        return self._builder.solids
+
+    def __enter__(self) -> PhysicsWorld:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def reset(self) -> None:
+        """Remove everything but the floor."""
+        if self._engine is not None:
+            self._engine.reset()
+        self._begin()
+
+    def close(self) -> None:
+        """Free the engine; may be called twice."""
+        if self._engine is not None:
+            self._engine.close()
+
+    def add_static(
+        self,
+        name: str,
+        shape: Shape,
+        pos: Sequence[float] | FloatArray,
+        *,
+        surface: TerrainSurface,
+        quat: Quaternion = IDENTITY,
+        drivable: bool = False,
+    ) -> int:
+        """Add something that never moves; returns its row.
+
+        Args:
+            name: For messages.
+            shape: Collision shape.
+            pos: Origin of the shape, field frame [m].
+            surface: Its material.
+            quat: Its attitude.
+            drivable: Whether robots drive on it; then it has no friction for them.
+        """
+        at = _checked_pos(name, pos)
+        row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
+        in_plan = not drivable and is_met_in_plan(shape, at, quat)
+        self._builder.add(shape, at, quat, factors(surface), row=row, drivable=drivable, in_plan=in_plan)
+        if in_plan:
+            self.robots.add_static(row, shape, at, quat, surface)
+        return row
+
+    def _add(
+        self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
+    ) -> int:
+        """Add a body of a name, with further fields of its `BodyDefinition`."""
+        at = _checked_pos(name, pos)
+        row = len(self._definitions)
+        self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
+        self._names.append(name)
+        if self.has_engine:
+            assert self.engine.add_body(self._definitions[-1]) == row
+        return row
+
+    def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
+        """Add all elements of a field.
+
+        Args:
+            elements: For example `FieldGeometry.elements`.
+            drivable: Name patterns (`*`, `?`) of what robots drive on.
+
+        Raises:
+            UnknownNameError: A pattern matches no element.
+        """
+        elements = list(elements)
+        names = [element.name for element in elements]
+        for pattern in drivable:
+            if not any(fnmatchcase(name, pattern) for name in names):
+                raise UnknownNameError("field element", pattern, names)
+        for element in elements:
+            self.add_static(
+                element.name,
+                element.shape,
+                element.position,
+                surface=element.surface,
+                drivable=any(fnmatchcase(element.name, pattern) for pattern in drivable),
+            )
+
+    def add_robot_body(
+        self,
+        name: str,
+        shape: Shape,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        center_of_mass: Vector,
+        inertia: Vector,
+        pos: Sequence[float],
+        quat: Quaternion = IDENTITY,
+        bumpers: Sequence[BumperPart] = (),
+    ) -> int:
+        """Add the body of a robot; returns its row. Without bumpers it meets neither walls nor robots."""
+        require(name, "mass", mass, MASS)
+        row = self._add(
+            *(name, shape, pos, surface),
+            mass=mass,
+            center_of_mass=center_of_mass,
+            inertia=inertia,
+            keeps_spin=False,
+            quat=quat,
+            group=CollisionGroup.ROBOT,
+            mask=CollisionGroup.PIECE,
+        )
+        self.robot_rows.append(row)
+        body = self.bodies.add(row, shape, factors(surface), mass, inertia, center=center_of_mass, is_robot=True)
+        self.robots.add_robot(row, body, bumpers)
+        self.robots.put(row, pos, quat)
+        return row
+
+    def add_piece_body(
+        self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
+    ) -> int:
+        """Add the body of a game piece that is no ball, awake and touchable; returns its row.
+
+        Its mass is spread evenly; the origin of its shape must be its center of mass.
+        """
+        require(name, "mass", mass, MASS)
+        moments, axes = principal_axes(mass * mass_properties(shape).inertia)
+        row = self._add(
+            *(name, shape, pos, surface), mass=mass, inertia=moments, inertia_axes=axes, group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK,
+        )  # fmt: skip
+        self.bodies.add(row, shape, factors(surface), mass, moments, inertia_axes=axes, pos=_checked_pos(name, pos))
+        self.engine.wake(row)
+        return row
+
+    def add_hanging_body(
+        self,
+        name: str,
+        shape: Box | Cylinder | Sphere,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        pos: Sequence[float],
+        pivot: Vector,
+        hinge: str | None = None,
+        drivable: bool = False,
+    ) -> int:
+        """Add a body that swings about a place of the field, or turns about a line there; returns its row.
+
+        Lines of sight pass it.
+
+        Args:
+            name: For messages.
+            shape: Its origin is the center of mass.
+            mass: [kg]
+            surface: Its material.
+            pos: Center of mass at rest, field frame [m].
+            pivot: The place that stays [m].
+            hinge: `x` or `y`, the axis that it turns about; None: any.
+            drivable: Whether robots drive on it; then it has no friction for bodies.
+        """
+        moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
+        if hinge is not None:
+            stiff = _HINGED * max(moments)
+            moments = [moment if axis == hinge else stiff for axis, moment in zip("xyz", moments, strict=True)]
+        ix, iy, iz = moments
+        row = self._add(
+            *(name, shape, pos, FRICTIONLESS if drivable else surface),
+            mass=mass,
+            inertia=(ix, iy, iz) if hinge else None,
+            pivot=pivot,
+            group=CollisionGroup.PIECE,
+            mask=_PIECE_MASK & ~CollisionGroup.ROBOT if drivable else _PIECE_MASK,
+        )
+        far = math.dist(pos, pivot) + bounding_radius(shape)
+        if not drivable:
+            self._hanging[row] = bounding_box(shape)[1]
+        swing = mass * math.dist(pos, pivot) ** 2
+        self.bodies.add(
+            row, shape, factors(surface), mass, (ix + swing, iy + swing, iz), pivot=pivot,
+            pos=_checked_pos(name, pos), drivable=drivable,
+        )  # fmt: skip
+        self.hanging.append((row, pivot, far))
+        self.engine.wake(row)
+        return row
+
+    def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
+        """Put a piece into the world of contacts, with robots or without, or take it out of it."""
+        mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
+        self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
+
+    def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
+        """Put a body somewhere, at rest and awake.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity; nothing is moved.
+        """
+        at = _checked_pos(self._names[row], pos)
+        norm = math.sqrt(plain_sum(c * c for c in quat))
+        if not math.isfinite(norm) or norm < 1e-9:
+            raise NonFiniteError(f"{self._names[row]}: attitude must be a finite quaternion, got {quat}")
+        a, b, c, d = quat
+        if row in self.robot_rows:
+            self.robots.put(row, at, (a / norm, b / norm, c / norm, d / norm))
+            return
+        self.engine.set_pose(row, at, (a / norm, b / norm, c / norm, d / norm))
+        self.engine.wake(row)
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        """Give a body a velocity [m/s, rad/s], field frame, and wake it.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity; nothing is changed.
+        """
+        if not all(map(math.isfinite, (*linear, *angular))):
+            raise NonFiniteError(
+                f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
+            )
+        if row in self.robot_rows:
+            body = self.bodies.of(row)
+            body["vel"], body["rate"] = linear, angular
+            return
+        self.engine.wake(row)
+        self.engine.set_velocity(row, linear, angular)
+
+    def obstacles(
+        self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> tuple[bool, bool]:
+        """Whether a wall, what hangs or another robot than `row` reaches into an upright box, and whether a ramp does.
+
+        Args:
+            row: Of the robot.
+            x: Middle of the box, field frame [m].
+            y: The same [m].
+            yaw: Of its length [rad].
+            half_length: [m]
+            half_width: [m]
+            bottom: Lowest height [m].
+            top: Highest [m].
+        """
+        is_solid, is_ramp = self._met(x, y, yaw, half_length, half_width, bottom, top)
+        if is_solid:
+            return True, is_ramp
+        reach = math.hypot(half_length, half_width)
+        low, high = np.array((x - reach, y - reach, bottom)), np.array((x + reach, y + reach, top))
+        for other in self.robot_rows:
+            body = self.bodies.of(other)
+            if other != row and _is_near(low, high, body["pos"][0], float(body["reach"][0])):
+                corner_a, corner_b = self._extent(other)
+                if (corner_a < high).all() and (corner_b > low).all():
+                    return True, is_ramp
+        hanging = self._hanging.keys() & self.engine.overlapping(low.tolist(), high.tolist()) if self._hanging else ()
+        return bool(hanging), is_ramp
+
+    def _extent(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """Return the lowest and highest corner of the bounding box of a robot, field frame [m]."""
+        body, solids = self.bodies.of(row)[0], self.solids
+        boxes = solids.box[int(body["first_solid"]) : int(body["last_solid"])]
+        low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        axes = matrix(tuple(body["quat"].tolist()))
+        middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
+        return middle - half, middle + half
+
+    def _met(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> tuple[bool, bool]:
+        """Return whether what stands on the field reaches into an upright box: what is solid, and what is driven on."""
+        solids = self.solids
+        met = np.zeros(len(solids.body), np.uint8)
+        find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
+        is_ramp = solids.is_drivable.astype(bool)
+        is_met = met.astype(bool)
+        return bool((is_met & ~is_ramp).any()), bool((is_met & is_ramp).any())
+
+    def is_in_solid(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> bool:
+        """Return whether an upright box meets what stands or hangs on the field and is not driven over.
+
+        The arguments are those of `obstacles`.
+        """
+        reach = math.hypot(half_length, half_width)
+        low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
+        outline = corners(x, y, yaw, 2.0 * half_length, 2.0 * half_width)
+        for row in self._hanging.keys() & self.engine.overlapping(low, high) if self._hanging else ():
+            (hx, hy, _), quat = self.engine.pose(row)
+            dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
+            if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
+                return True
+        return self._met(x, y, yaw, half_length, half_width, bottom, top)[0]
+
+    def is_flat(self, x: float, y: float, reach: float) -> bool:
+        """Return whether robots drive on nothing but the floor within reach of a place of the field [m].
+
+        By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
+        """
+        return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
+
+    @property
+    def _ramps(self) -> FloatArray:
+        """Bounding boxes of what robots drive over, shape (n, 6) [m]."""
+        solids = self.solids
+        if self._ramps_of[0] is not solids:
+            self._ramps_of = solids, solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
+        return self._ramps_of[1]
+
+    def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return the same of several places [m], shapes (n, 2) and (n,)."""
+        if self.floor is None:
+            return np.zeros(len(places), dtype=bool)
+        ramps = self._ramps
+        away = np.maximum(np.maximum(ramps[:, :2] - places[:, None], places[:, None] - ramps[:, 3:5]), 0.0)
+        flat: BoolArray = ~(np.einsum("nij,nij->ni", away, away) < np.square(reach)[:, None]).any(axis=1)
+        for row, pivot, far in self.hanging:
+            if row not in self._hanging:
+                flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
+        return flat
+
+    def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return whether the bounding box of something that stands on the field is near places, shape (n,).
+
+        Args:
+            pos: Places [m], shape (n, 3).
+            reach: How near, of each [m], shape (n,).
+        """
+        boxes = self.solids.box[self.solids.body == FIELD]
+        place = pos[:, None, :]
+        away = np.maximum(np.maximum(boxes[:, :3] - place, place - boxes[:, 3:]), 0.0)
+        near: BoolArray = (np.einsum("ijk,ijk->ij", away, away) < np.square(reach)[:, None]).any(axis=1)
+        return near
+
+    def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
+        """Return whether no bounding box of the field, the floor left out, reaches into this box [m]."""
+        return not self.field_in(low, high)
+
+    def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Return rows of what stands on the field, the floor left out, that reaches into this box [m]."""
+        solids = self.solids
+        is_in = (solids.box[:, :3] <= high).all(axis=1) & (solids.box[:, 3:] >= low).all(axis=1)
+        rows: list[int] = np.unique(solids.row[is_in & (solids.body == FIELD)]).tolist()
+        return rows
+
+    def ground_under(self, places: FloatArray, depth: float) -> FloatArray:
+        """Return heights of what robots drive on under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
+        end = places - (0.0, 0.0, depth)
+        fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, places, end, False, -1, True, fraction, row)
+        ground: FloatArray = places[:, 2] - depth * fraction
+        return ground
+
+    def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
+        """Return which straight lines from `start` to n `ends` meet the field or a robot.
+
+        Args:
+            start: Field frame [m].
+            ends: Field frame [m].
+            ignore: Row of a robot that is transparent: the one that carries the camera.
+        """
+        there = np.array(ends).reshape(-1, 3)
+        here = np.repeat(np.array([start]), len(there), axis=0)
+        return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
+
+    def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
+        """Find what segments, (n, 3) each [m], meet first of the field and of robots.
+
+        Args:
+            start: Field frame [m]; what it is inside of is not met.
+            end: Field frame [m].
+            ignore: Row of a robot that is transparent.
+
+        Returns:
+            Part of each segment before the hit, 1.0 where nothing is met, shape (n,), and the row of what it meets,
+            -1 for nothing, shape (n,).
+        """
+        fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
+        has_floor = self.floor is not None
+        first_hits(self.solids, self.bodies.records, has_floor, start, end, True, ignore, False, fraction, row)
+        return fraction, row
+
+    def standing(self, number: int, pose: Vector) -> tuple[Vector, Quaternion]:
+        """Return place of the origin and attitude of a robot as it would stand at a pose [m, m, rad].
+
+        Args:
+            number: Of the robot.
+            pose: Field frame.
+        """
+        x, y, _ = pose
+        reach = float(self.robots.robots["reach"][number])
+        if self.is_flat(x, y, reach):
+            return (x, y, 0.0), from_yaw(pose[2])
+        ramps = self._ramps
+        place = np.array((x, y))
+        is_near = (ramps[:, :2] < place + reach).all(axis=1) & (ramps[:, 3:5] > place - reach).all(axis=1)
+        height = float(ramps[is_near, 5].max(initial=0.0))
+        for plate in self.bodies.carriers:
+            body = self.bodies.records[plate]
+            if math.dist((x, y), body["pos"][:2].tolist()) < reach + float(body["reach"]):
+                height = max(height, float(body["pos"][2] + body["reach"]))
+        return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
+
+    def touching(self, row: int) -> set[int]:
+        """Return rows of the bodies and elements that a robot was in contact with in the last step."""
+        others = self.engine.touching(row) if self.has_engine else ()
+        return {*others, *self.robots.touching(row)}
+
+    def body_name(self, row: int) -> str:
+        """Name of a body, as it was added."""
+        return self._names[row]
+
+    def step(self, dt: float, *, substeps: int | None = None) -> None:
+        """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.
+
+        Args:
+            dt: Time to advance [s].
+            substeps: How many steps of the engine; None: of 5 ms or less.
+
+        Raises:
+            ConfigError: dt is not a positive finite number, or there are no steps.
+        """
+        if not (math.isfinite(dt) and dt > 0.0):
+            raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
+        n = math.ceil(dt / _STEP - 1e-9) if substeps is None else substeps
+        if n < 1:
+            raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
+        for _ in range(n):
+            self.advance(dt / n)
+            if self.has_engine:
+                self.begin_engine(dt / n)
+                self.engine.step(dt / n)
+                self.end_engine(dt / n)
+
+    def advance(self, h: float) -> None:
+        """Move robots and balls for h [s], before the engine's steps of as long.
+
+        Raises:
+            EngineError: A robot is lost (a value is not finite).
+        """
+        bodies = self.bodies
+        if self.has_engine:
+            self.balls.read_bodies(self.engine, h)
+            self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
+        self.robots.choose_outlines()
+        lost = advance(
+            self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor,
+            DAMPING_RATIOS, h,
+        )  # fmt: skip
+        if lost >= 0:
+            self.robots.fail(lost)
+        self.robots.report_brownouts()
+
+    def begin_engine(self, h: float) -> None:
+        """Show the engine, before its steps of together h [s], what robots and balls did in the same time."""
+        self.balls.push_bodies(self.engine)
+        self.robots.show_to(self.engine, self._before, h, self.gravity)
+
+    def end_engine(self, h: float) -> None:
+        """Add what the engine's bodies did to robots in its steps of together h [s]."""
+        self.robots.take_from(self.engine, h)
+
+
+def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:
+    """Return whether a ball around a place is near a box [m]."""
+    away = np.maximum(np.maximum(low - pos, pos - high), 0.0)
+    return bool(away @ away < reach * reach)
+
+
+def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
+    if len(pos) != 3 or not all(map(math.isfinite, pos)):
+        raise NonFiniteError(f"{name}: position must be three finite numbers [m], got {tuple(pos)}")
+    return (float(pos[0]), float(pos[1]), float(pos[2]))
