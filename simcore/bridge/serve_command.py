@@ -172,6 +172,8 @@ def _play(
             except ProgramError as error:
                 failure = error
                 match.record.failure = str(error)
+                for sink in match.sinks:
+                    sink.write(match.snapshot())
             wall = time.perf_counter() - began
             report = RunReport(match, plan.name, startup_seconds=began - start, wall_seconds=wall, ticks=times.ticks)
             played = AutoRun(report, match, np.array(times.path).reshape(-1, 3), pieces, interrupted())

@@ -64,7 +64,7 @@ class ServedRobot(RobotTest):
         **choices: Any,
     ) -> None:
         settings = read_settings(file)
-        require_ports(settings, real_time=real_time)
+        require_ports(settings)
         AttachedPhysics.ownership = watch_program()
         AttachedPhysics.folder, AttachedPhysics.file_name = file.parent, file.name
         AttachedPhysics.game_name = game
@@ -139,7 +139,7 @@ class ServedRobot(RobotTest):
         yield
 
 
-def require_ports(settings: RobotSettings, *, real_time: bool) -> None:
+def require_ports(settings: RobotSettings) -> None:
     """Refuse what cannot be stepped from outside, by name.
 
     Raises:
@@ -154,7 +154,6 @@ def require_ports(settings: RobotSettings, *, real_time: bool) -> None:
         for prefix, why in _REFUSED.items():
             if model.startswith(prefix):
                 raise ConfigError(f"simcore.toml {where}: {model} {why}; {_WORKS}")
-    del real_time
 
 
 _WORKS = (

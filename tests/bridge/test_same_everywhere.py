@@ -57,3 +57,24 @@ def test_cpp_and_python_do_the_same(name, compiled, play, tmp_path):
     way = here.pop("way")
     if way > 1.0:
         assert math.dist(cpp["pose"][:2], here["pose"][:2]) < 0.005 * way
+
+
+def _jdk_17() -> str:
+    """The folder of libraries that a JVM loads; skips without JDK 17, which has these foreign functions."""
+    found = shutil.which("javac") and subprocess.run(["javac", "-version"], capture_output=True, text=True, check=False)
+    if not found or not (found.stdout + found.stderr).startswith("javac 17"):
+        pytest.skip("needs JDK 17, whose foreign functions stand for WPILib's Java")
+    native = find_spec("native.wpihal")
+    if native is None or not native.submodule_search_locations:
+        pytest.skip("needs the libraries that come with wpilib: pip install .[robotpy]")
+    return str(Path(native.submodule_search_locations[0]).parent)
+
+
+@pytest.mark.slow
+def test_a_jvm_does_the_same(compiled, play, tmp_path):
+    native = _jdk_17()
+    module = ("--add-modules", "jdk.incubator.foreign")
+    subprocess.run(["javac", *module, "-d", str(tmp_path), str(PROGRAMS / "HalTank.java")], check=True)
+    libraries = [f"{native}/wpiutil/lib/libwpiutil.so", f"{native}/wpihal/lib/libwpiHal.so"]
+    java = play("tank.toml", 5.0, "java", *module, "-cp", str(tmp_path), "HalTank", *libraries)
+    assert java["digest"] == play("tank.toml", 5.0, str(compiled("tank")))["digest"]
