@@ -15,6 +15,7 @@
 #include <windows.h>
 #define EXPORT __declspec(dllexport)
 #define sleep_ms Sleep
+#define process_id GetCurrentProcessId
 typedef SOCKET socket_t;
 #else
 #include <arpa/inet.h>
@@ -26,6 +27,7 @@ typedef SOCKET socket_t;
 #define EXPORT __attribute__((visibility("default")))
 #define sleep_ms(ms) usleep((ms) * 1000)
 #define closesocket close
+#define process_id getpid
 typedef int socket_t;
 #endif
 #ifdef __APPLE__
@@ -40,7 +42,7 @@ typedef int socket_t;
 #define LARGEST (1 << 20) /* bytes of a frame */
 #define VALUES 2048       /* of SimDevices */
 #define KINDS 96          /* that the first frame may define; other kinds follow */
-enum { DEFINE_INPUT = 96, DEFINE_OUTPUT, SIM_VALUE = 100, NEW_DATA, CLOCK, END, LOOK };
+enum { DEFINE_INPUT = 96, DEFINE_OUTPUT, SIM_VALUE = 100, NEW_DATA, CLOCK, END, LOOK, PROCESS };
 enum { VALUE_NAME = 128, CHOOSER, ERROR_TEXT, SELECT = 138, GOODBYE };
 /* What a function takes: index (N), second index (S), and integer (I), number (D) or text (T); what it returns: I or D. */
 enum call { I, D, NI, ND, NSI, NSD, T };
@@ -326,6 +328,7 @@ static void serve(void) {
 #endif
   socket_t s = connect_to_simcore(getenv("SIMCORE_PORT") ? atoi(getenv("SIMCORE_PORT")) : PORT);
   length = sizeof header;
+  put(PROCESS, 0, 0, (double)process_id(), NULL, 0);
   for (;;) {
     answer(s);
     transfer(s, (char *)&header, sizeof header, 0);

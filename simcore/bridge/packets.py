@@ -13,8 +13,8 @@ from simcore.errors import SimcoreError
 
 __all__ = [
     "CHOOSER", "CLOCK", "END", "ERROR_TEXT", "GOODBYE", "HEADER_SIZE", "INPUTS", "LOOK", "NEW_DATA", "OUTPUTS",
-    "SELECT", "SIM_VALUE", "VALUE_NAME", "VERSION", "Record", "VersionError", "definitions", "frame", "frame_size",
-    "records",
+    "PROCESS", "SELECT", "SIM_VALUE", "VALUE_NAME", "VERSION", "Record", "VersionError", "definitions", "frame",
+    "frame_size", "records",
 ]  # fmt: skip
 
 VERSION = 1
@@ -58,9 +58,9 @@ OUTPUTS: dict[str, tuple[str, int, int]] = {
 It answers with what has changed, from 0 at first.
 """
 _DEFINE_INPUT, _DEFINE_OUTPUT = 96, 97
-SIM_VALUE, NEW_DATA, CLOCK, END, LOOK = range(100, 105)
+SIM_VALUE, NEW_DATA, CLOCK, END, LOOK, PROCESS = range(100, 106)
 """Value of a SimDevice; the driver station has sent; the clock goes by itself (1) or is stepped (0); the program ends;
-asks for the choosers."""
+asks for the choosers; id of the program's process."""
 VALUE_NAME, CHOOSER, ERROR_TEXT = 128, 129, 130
 """Texts of the program: device and value, a zero between; one of a chooser's key, type, default, active and options (1
 as second index where it continues); an error."""

@@ -65,6 +65,8 @@ class RobotProcess:
         self._say = say
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
+        self._pid = 0
+        """Of the program itself, which another process may have started, such as Gradle's daemon."""
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
@@ -150,6 +152,7 @@ class RobotProcess:
             with contextlib.suppress(OSError):
                 self._connection.sendall(frame(0, [Record(packets.GOODBYE, 0, 0, 0.0, str(error).encode())]))
             raise
+        self._pid = next((int(r.value) for r in found if r.kind == packets.PROCESS), 0)
         return found + self.exchange(0, packets.definitions())
 
     # --- running ----------------------------------------------------------------------------------------------------
@@ -220,7 +223,6 @@ class RobotProcess:
     def close(self) -> None:
         """End the program, whatever it does, and its children."""
         self._listener.close()
-        is_told = self._connection is not None
         if self._connection is not None:
             with contextlib.suppress(OSError):
                 self._connection.sendall(frame(0, [Record(packets.END, 0, 0, 0.0)]))
@@ -228,9 +230,12 @@ class RobotProcess:
             self._connection = None
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(_ENDS if is_told else 0.01)
+                self._process.wait(_ENDS if self._pid else 0.01)
             self._end_group()
             self._process.wait()
+            if self._pid not in (0, self._process.pid) and sys.platform != "win32":
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.kill(self._pid, signal.SIGKILL)
             if self._reader is not None:
                 self._reader.join(_ENDS)
             self._process = None

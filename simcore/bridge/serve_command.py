@@ -18,13 +18,15 @@ from simcore import season
 from simcore.bridge.built_extension import extension_path
 from simcore.bridge.robot_process import ProgramError, RobotProcess
 from simcore.bridge.served_robot import ServedRobot
-from simcore.errors import ConfigError, SimcoreError, UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.runner import AutoRun, RunReport, auto_seconds, print_report
 from simcore.match.scatter import Scatter
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME
 from simcore.robotcode.sim.attached_physics import choose_game
+from simcore.robotcode.sim.built_ports import built_ports
+from simcore.robotcode.sim.driver_controls import auto_choices
 from simcore.robotcode.sim.robot_test import RobotTest
 from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 from simcore.show.play_command import InterruptFlag
@@ -75,6 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--hang", type=_SECONDS, default=20.0, metavar="S", help="for one of its loops (default: 20)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: out/NAME.html")
+    parser.add_argument("--check", action="store_true", help="list what the program has opened, and stop")
     parser.add_argument("--extension", action="store_true", help="say where the extension is, and stop")
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
@@ -92,6 +95,8 @@ def run(options: argparse.Namespace) -> int:
         print(extension_path())
         return 0
     condition = None if options.expect is None else _condition(options.expect)
+    if options.check:
+        return _check(options)
     if not options.robot.is_file():
         raise ConfigError(f"there is no {options.robot}: a file says what is at which port (docs/java.md)")
     logging.basicConfig(level=logging.INFO, format="%(message)s")
@@ -113,6 +118,24 @@ def run(options: argparse.Namespace) -> int:
     finally:
         watch.close()
     return _judge(condition, played)
+
+
+def _check(options: argparse.Namespace) -> int:
+    """List what the program has opened, whether or not there is a file yet."""
+    _connect_tables(real_time=False)
+    process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, say=_say)
+    with process, _robot(options, process, follows=False) as robot:
+        robot.connect()
+        robot.choosers()
+        rows = [(port.model, " ".join(map(str, port.channels)), port.made_by) for port in built_ports()]
+        rows += [("SimDevice", name, "") for name in season.wpilib_simulation.SimDeviceSim.enumerate_devices("")]
+        rows += [("autos", key, ", ".join(autos)) for key, autos in auto_choices().items()]
+    for model, place, what in rows:
+        what = "" if model == "PWM" else what  # the HAL does not know the class
+        print(f"{model:10} {place:12} {what}".rstrip())
+    if not rows:
+        print("the program has opened no port")
+    return 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +174,7 @@ def _play(
     start = time.perf_counter()
     printed = None if outputs.log is None else outputs.log.with_suffix(".txt")
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, output=printed, say=_say)
-    with process, _robot(options, process, plan) as robot:
+    with process, _robot(options, process, follows=not plan.modes) as robot:
         for sink in (*outputs.sinks(), *watch.sinks()):
             robot.add_sink(sink)
         robot.alliance(options.alliance)
@@ -186,13 +209,13 @@ def _play(
         return played
 
 
-def _robot(options: argparse.Namespace, process: RobotProcess, plan: _Plan) -> ServedRobot:
+def _robot(options: argparse.Namespace, process: RobotProcess, *, follows: bool) -> ServedRobot:
     return ServedRobot(
         process,
         options.robot.resolve(),
         game=options.game,
         real_time=options.real_time,
-        follows=not plan.modes,
+        follows=follows,
         engine=options.engine,
         match=options.match,
     )
@@ -254,6 +277,3 @@ def _print(options: argparse.Namespace, report: RunReport) -> None:
 
 def _say(sentence: str) -> None:
     print(f"simcore: {sentence}", file=sys.stderr, flush=True)
-
-
-assert issubclass(ProgramError, SimcoreError)

@@ -80,8 +80,12 @@ class ServedRobot(RobotTest):
         control = SimpleNamespace(_thread=None, _reraise=SimpleNamespace(exception=None), robot_is_alive=True)
         super().__init__(control, _Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
-    def _run_robot(self) -> None:
-        """Wait for the program's loop, then build what it has opened, and put it on the field."""
+    def connect(self) -> None:
+        """Wait for the program's loop, and open what it has opened.
+
+        Raises:
+            ProgramError: It has not come to its loop in time.
+        """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())
         self._exchange(0.0, [Record(CLOCK, 0, 0, float(self._is_real_time))])
@@ -93,6 +97,14 @@ class ServedRobot(RobotTest):
                 )
             time.sleep(_POLL)
             self._exchange(0.0, [])
+
+    def choosers(self) -> None:
+        """Ask the program for its choosers, which are on NetworkTables here from then on."""
+        self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
+
+    def _run_robot(self) -> None:
+        """Build the physics of what the program has opened, and put it on the field."""
+        self.connect()
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -19,6 +18,7 @@ import simcore
 
 collect_ignore_glob = ["programs/*", "play.py"]
 PROGRAMS = Path(__file__).parent / "programs"
+TANK = Path(__file__).parents[2] / "examples" / "cpp_tank"
 PACKAGES = str(Path(simcore.__file__).resolve().parents[1])
 LIBRARIES = {
     **{"wpiutil": "wpiutil", "wpinet": "wpinet", "ntcore": "ntcore"},
@@ -49,7 +49,8 @@ def compiled(tmp_path_factory) -> Callable[[str], Path]:
             paths = [str(path) for path in folders.values()]
             flags = [f"-I{path}/include" for path in paths] + [f"-L{path}/lib" for path in paths]
             flags += [f"-Wl,-rpath,{path}/lib" for path in paths] + [f"-l{library}" for library in folders]
-            command = ["g++", "-std=c++20", "-O1", str(PROGRAMS / f"{name}.cpp"), "-o", str(folder / name)]
+            source = TANK / "src" / "main" / "cpp" / "Robot.cpp" if name == "tank" else PROGRAMS / f"{name}.cpp"
+            command = ["g++", "-std=c++20", "-O1", str(source), "-o", str(folder / name)]
             subprocess.run([*command, "-Wl,--no-as-needed", *flags], check=True)
             done[name] = folder / name
         return done[name]
@@ -57,12 +58,17 @@ def compiled(tmp_path_factory) -> Callable[[str], Path]:
     return compile_program
 
 
+def robot_file(name: str) -> str:
+    """The file of a robot by its name; that of the tank is of the example."""
+    return str(TANK / "simcore.toml" if name == "tank.toml" else PROGRAMS / name)
+
+
 @pytest.fixture
 def serve(tmp_path) -> Callable[..., tuple[int, str, str]]:
     """Run `simcore serve` in a folder; returns its status, and what is on stdout and stderr."""
 
     def run(file: str, *options: str, command: Sequence[str] = (), timeout: float = 300.0, **environment: str) -> Any:
-        words = ["serve", "--robot", str(PROGRAMS / file), *options, *(["--", *command] if command else [])]
+        words = ["serve", "--robot", robot_file(file), *options, *(["--", *command] if command else [])]
         done = subprocess.run(
             [sys.executable, "-m", "simcore", *words],
             cwd=tmp_path, env={**os.environ, "PYTHONPATH": PACKAGES, **environment}, capture_output=True,
@@ -79,7 +85,7 @@ def play(tmp_path) -> Callable[..., dict[str, Any]]:
 
     def run(file: str, seconds: float, *command: str) -> dict[str, Any]:
         done = subprocess.run(
-            [sys.executable, str(PROGRAMS.parent / "play.py"), str(PROGRAMS / file), str(seconds), *command],
+            [sys.executable, str(PROGRAMS.parent / "play.py"), robot_file(file), str(seconds), *command],
             cwd=tmp_path, env={**os.environ, "PYTHONPATH": PACKAGES}, capture_output=True, text=True, timeout=300,
             check=False,
         )  # fmt: skip
@@ -87,6 +93,3 @@ def play(tmp_path) -> Callable[..., dict[str, Any]]:
         return dict(json.loads(done.stdout.splitlines()[-1]))
 
     return run
-
-
-IS_LINUX_PC = sys.platform == "linux" and platform.machine() == "x86_64"

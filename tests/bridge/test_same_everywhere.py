@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 PROGRAMS = Path(__file__).parent / "programs"
+TANK = Path(__file__).parents[2] / "examples" / "cpp_tank"
 SECONDS = 10.0
 
 IN_PROCESS = """
@@ -31,7 +32,8 @@ def _in_process(name: str, folder: Path) -> dict[str, object]:
     """The same program as a robot project, with simcore in its own process."""
     (folder / "tests").mkdir()
     shutil.copy(PROGRAMS / f"{name}.py", folder / "robot.py")
-    shutil.copy(PROGRAMS / f"{name}.toml", folder / "simcore.toml")
+    file = TANK / "simcore.toml" if name == "tank" else PROGRAMS / f"{name}.toml"
+    shutil.copy(file, folder / "simcore.toml")
     (folder / "tests" / "test_auto.py").write_text(IN_PROCESS.format(seconds=SECONDS))
     done = subprocess.run(
         [sys.executable, "-m", "robotpy", "test", "--", "-q"], cwd=folder, capture_output=True, text=True, timeout=300,
@@ -68,6 +70,11 @@ def _jdk_17() -> str:
     if native is None or not native.submodule_search_locations:
         pytest.skip("needs the libraries that come with wpilib: pip install .[robotpy]")
     return str(Path(native.submodule_search_locations[0]).parent)
+
+
+def test_the_java_example_is_described_as_the_one_in_cpp():
+    """Its robot is the same."""
+    assert (TANK.parent / "java_tank" / "simcore.toml").read_text() == (TANK / "simcore.toml").read_text()
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ import jdk.incubator.foreign.MemorySegment;
 import jdk.incubator.foreign.ResourceScope;
 import jdk.incubator.foreign.SymbolLookup;
 
-/** The tank of tank.cpp on a JVM without WPILib's Java: its HAL by the foreign functions of JDK 17. */
+/** The tank of examples/cpp_tank on a JVM without WPILib's Java: its HAL by the foreign functions of JDK 17. */
 public class HalTank {
   static final Class<?> I = int.class, D = double.class, J = long.class, V = void.class, A = MemoryAddress.class;
 

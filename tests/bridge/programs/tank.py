@@ -1,4 +1,4 @@
-"""As tank.cpp."""
+"""As examples/cpp_tank."""
 
 import wpilib
 from wpimath.controller import PIDController
