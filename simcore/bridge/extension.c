@@ -37,21 +37,16 @@ typedef int socket_t;
 #endif
 
 #define VERSION '1'
-#define PORT 9810
-#define PATIENCE 60       /* [s] in which simcore may start */
-#define LARGEST (1 << 20) /* bytes of a frame */
-#define VALUES 2048       /* of SimDevices */
-#define KINDS 96          /* that the first frame may define; other kinds follow */
+enum { PORT = 9810, PATIENCE = 60, LARGEST = 1 << 20, VALUES = 2048, KINDS = 96 }; /* seconds, bytes of a frame, rows */
 enum { DEFINE_INPUT = 96, DEFINE_OUTPUT, SIM_VALUE = 100, NEW_DATA, CLOCK, END, LOOK, PROCESS };
-enum { VALUE_NAME = 128, CHOOSER, ERROR_TEXT, SELECT = 138, GOODBYE };
+enum { VALUE_NAME = 128, CHOOSER, ERROR_TEXT, SELECT = 138 };
 /* What a function takes: index (N), second index (S), and integer (I), number (D) or text (T); what it returns: I or D. */
 enum call { I, D, NI, ND, NSI, NSD, T };
 
 struct header { char magic[4]; uint32_t size; uint64_t time; }; /* `size` bytes of records follow; time in microseconds */
 struct record { uint8_t kind, sub; uint16_t size; int32_t number; double value; }; /* `size` bytes of text follow */
 struct text { const char *str; size_t len; };                                      /* WPI_String */
-struct sim_value { union { int32_t i; int64_t l; double d; } data; int32_t type; }; /* HAL_Value */
-enum { DOUBLE_TYPE = 2, LONG_TYPE = 16 };
+struct sim_value { union { int32_t i; int64_t l; double d; } data; enum { DOUBLE_TYPE = 2, LONG_TYPE = 16 } type; };
 
 /* --- functions of the program ------------------------------------------------------------------------------------- */
 
@@ -71,13 +66,9 @@ static void note_library(const char *path) {
   if (file && (strstr(file, "wpiHal") || strstr(file, "ntcore")) && count_libraries < 64) libraries[count_libraries++] = path;
 }
 #ifdef __APPLE__
-static void note_libraries(void) {
-  for (uint32_t i = 0; i < _dyld_image_count(); i++) note_library(_dyld_get_image_name(i));
-}
+static void note_libraries(void) { for (uint32_t i = 0; i < _dyld_image_count(); i++) note_library(_dyld_get_image_name(i)); }
 #else
-static int note_object(struct dl_phdr_info *info, size_t size, void *unused) {
-  return (void)size, (void)unused, note_library(info->dlpi_name), 0;
-}
+static int note_object(struct dl_phdr_info *info, size_t n, void *p) { return (void)n, (void)p, note_library(info->dlpi_name), 0; }
 static void note_libraries(void) { dl_iterate_phdr(note_object, NULL); }
 #endif
 static void *find(const char *name) {
@@ -130,7 +121,7 @@ static int look_up(void) {
 static struct row { int call, count, subs; void *f; double *last; } inputs[KINDS], outputs[KINDS];
 static int count_outputs;
 static struct { int32_t handle; double value; } values[VALUES];
-static int count_values, next_value;
+static int count_values;
 static char frame[LARGEST + 65536], errors[16384]; /* texts of errors, each with a zero behind it */
 static size_t length, errors_length;
 static char errors_lock;
@@ -161,14 +152,11 @@ static void poll_ports(void) {
       }
 }
 
-/* SimDevices are listed in the order in which they were made, so a new one is behind those that are known. */
 static void poll_value(const char *name, void *device, int32_t handle, int32_t direction, const struct sim_value *value) {
   double now = value->type == DOUBLE_TYPE ? value->data.d : value->type == LONG_TYPE ? (double)value->data.l : value->data.i;
-  int row = next_value;
+  int row = 0;
   (void)direction;
-  if (row >= count_values || values[row].handle != handle)
-    for (row = 0; row < count_values && values[row].handle != handle;) row++;
-  next_value = row + 1;
+  while (row < count_values && values[row].handle != handle) row++;
   if (row == VALUES) return;
   if (row == count_values) {
     char text[512];
@@ -179,9 +167,7 @@ static void poll_value(const char *name, void *device, int32_t handle, int32_t d
   values[row].value = now;
 }
 
-static void poll_device(const char *name, void *unused, int32_t handle) {
-  (void)unused, HALSIM_EnumerateSimValues(handle, (void *)name, poll_value);
-}
+static void poll_device(const char *name, void *p, int32_t handle) { (void)p, HALSIM_EnumerateSimValues(handle, (void *)name, poll_value); }
 
 static int32_t note_error(int32_t is_error, int32_t code, int32_t is_labview, const char *details, const char *location,
                           const char *stack, int32_t prints) {
@@ -205,9 +191,8 @@ static void put_errors(void) {
 
 static int32_t entry_at(const char *key, size_t size, const char *name) {
   char full[512];
-  int used = snprintf(full, sizeof full, "%.*s/%s", (int)size, key, name);
-  struct text text = {full, used < (int)sizeof full ? (size_t)used : sizeof full - 1};
-  return NT_GetEntry(NT_GetDefaultInstance(), &text);
+  snprintf(full, sizeof full, "%.*s/%s", (int)size, key, name);
+  return NT_GetEntry(NT_GetDefaultInstance(), &(struct text){full, strlen(full)});
 }
 
 /* A chooser is a row of texts: key, type, default, active, options. WPILib's copies of them stay in memory. */
@@ -246,20 +231,17 @@ static void write_value(int32_t handle, double number) {
   else if (value.type == LONG_TYPE) value.data.l = (int64_t)number;
   else value.data.i = (int32_t)number;
   HAL_SetSimValue(handle, &value);
-  for (int row = 0; row < count_values; row++)
-    if (values[row].handle == handle) values[row].value = number;
 }
 
 static void write_input(int call, void *f, const struct record *r, const char *text) {
   int32_t n = r->number, i = (int32_t)(int64_t)r->value; /* by way of 64 bits: a mask of buttons has no sign */
-  struct text string = {text, r->size};
   if (call == I) ((void (*)(int32_t))f)(i);
   else if (call == D) ((void (*)(double))f)(r->value);
   else if (call == NI) ((void (*)(int32_t, int32_t))f)(n, i);
   else if (call == ND) ((void (*)(int32_t, double))f)(n, r->value);
   else if (call == NSI) ((void (*)(int32_t, int32_t, int32_t))f)(n, r->sub, i);
   else if (call == NSD) ((void (*)(int32_t, int32_t, double))f)(n, r->sub, r->value);
-  else ((void (*)(const struct text *))f)(&string);
+  else ((void (*)(const struct text *))f)(&(struct text){text, r->size});
 }
 
 static void take(const struct record *r, const char *text) {
@@ -270,7 +252,6 @@ static void take(const struct record *r, const char *text) {
   else if (r->kind == CLOCK) (r->value != 0.0 ? HALSIM_ResumeTiming : HALSIM_PauseTiming)();
   else if (r->kind == LOOK) put_choosers();
   else if (r->kind == END) _Exit(0);
-  else if (r->kind == GOODBYE) complain(text, ""), _Exit(1);
   else if (r->kind == SELECT && NT_SetString && memchr(text, 0, r->size)) {
     size_t key = strlen(text);
     struct text choice = {text + key + 1, r->size - key - 1};
@@ -290,22 +271,19 @@ static void transfer(socket_t s, char *bytes, size_t size, int sends) {
 
 static void answer(socket_t s) {
   struct header header = {{'S', 'C', 'B', VERSION}, 0, 0};
-  int32_t status = 0;
   poll_ports();
-  next_value = 0;
   HALSIM_EnumerateSimDevices("", NULL, poll_device);
   put_errors();
   header.size = (uint32_t)(length - sizeof header);
-  header.time = HAL_GetFPGATime(&status);
+  header.time = HAL_GetFPGATime(&(int32_t){0});
   memcpy(frame, &header, sizeof header);
   transfer(s, frame, length, 1);
   length = sizeof header;
 }
 
 static socket_t connect_to_simcore(int port) {
-  struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+  struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port), .sin_addr.s_addr = htonl(0x7f000001)};
   int one = 1;
-  address.sin_addr.s_addr = htonl(0x7f000001);
   for (int tries = 0; tries < PATIENCE * 20; tries++) {
     socket_t s = socket(AF_INET, SOCK_STREAM, 0);
     if (!connect(s, (struct sockaddr *)&address, sizeof address))
@@ -358,8 +336,7 @@ static void leave(int status, void *unused) { (void)unused, fflush(NULL), _exit(
 
 EXPORT int HALSIM_InitExtension(void) {
   if (look_up()) return -1;
-  HALSIM_PauseTiming();
-  HALSIM_SetSendError(note_error);
+  HALSIM_PauseTiming(), HALSIM_SetSendError(note_error);
   on_exit(leave, NULL);
 #ifdef _WIN32
   CreateThread(NULL, 0, run, NULL, 0, NULL);

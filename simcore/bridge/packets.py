@@ -12,7 +12,7 @@ from typing import NamedTuple
 from simcore.errors import SimcoreError
 
 __all__ = [
-    "CHOOSER", "CLOCK", "END", "ERROR_TEXT", "GOODBYE", "HEADER_SIZE", "INPUTS", "LOOK", "NEW_DATA", "OUTPUTS",
+    "CHOOSER", "CLOCK", "END", "ERROR_TEXT", "HEADER_SIZE", "INPUTS", "LOOK", "NEW_DATA", "OUTPUTS",
     "PROCESS", "SELECT", "SIM_VALUE", "VALUE_NAME", "VERSION", "Record", "VersionError", "definitions", "frame",
     "frame_size", "records",
 ]  # fmt: skip
@@ -64,8 +64,8 @@ asks for the choosers; id of the program's process."""
 VALUE_NAME, CHOOSER, ERROR_TEXT = 128, 129, 130
 """Texts of the program: device and value, a zero between; one of a chooser's key, type, default, active and options (1
 as second index where it continues); an error."""
-SELECT, GOODBYE = 138, 139
-"""Texts for the program: key and option of a chooser, a zero between; why it ends."""
+SELECT = 138
+"""Text for the program: key and option of a chooser, a zero between."""
 
 
 class VersionError(SimcoreError):

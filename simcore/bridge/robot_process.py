@@ -20,7 +20,7 @@ from typing import IO
 
 from simcore.bridge import packets
 from simcore.bridge.built_extension import extension_path
-from simcore.bridge.packets import HEADER_SIZE, Record, VersionError, frame, frame_size, records
+from simcore.bridge.packets import HEADER_SIZE, Record, frame, frame_size, records
 from simcore.errors import SimcoreError
 
 __all__ = ["PORT", "ProgramError", "RobotProcess"]
@@ -146,12 +146,7 @@ class RobotProcess:
         self._connection, _ = self._listener.accept()
         self._listener.close()
         self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        try:
-            found = self._receive(_patient(end))
-        except VersionError as error:
-            with contextlib.suppress(OSError):
-                self._connection.sendall(frame(0, [Record(packets.GOODBYE, 0, 0, 0.0, str(error).encode())]))
-            raise
+        found = self._receive(_patient(end))
         self._pid = next((int(r.value) for r in found if r.kind == packets.PROCESS), 0)
         return found + self.exchange(0, packets.definitions())
 
