@@ -46,6 +46,7 @@ class RobotProcess:
         patience: Wall time in which it must connect and come to its first loop [s].
         hang: Wall time in which a step must be done [s].
         output: File for what it prints; None: none.
+        shows: How many lines of that are passed on to stderr.
         say: Told what a person wants to know meanwhile.
 
     Raises:
@@ -59,10 +60,11 @@ class RobotProcess:
         patience: float,
         hang: float,
         output: Path | None = None,
+        shows: int = _MOST_PRINTED,
         say: Callable[[str], None] = lambda sentence: None,
     ) -> None:
         self.patience, self._hang = patience, hang
-        self._say = say
+        self._say, self._shows = say, shows
         self._connection: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._pid = 0
@@ -260,9 +262,9 @@ class RobotProcess:
                 lines += 1
                 text = line.decode("utf-8", "replace").rstrip()
                 self._last.append(text[:300])
-                if lines <= _MOST_PRINTED:
-                    print(text, file=sys.stderr)
-                elif lines == _MOST_PRINTED + 1:
+                if lines <= self._shows:
+                    sys.stderr.write(f"{text}\n")
+                elif lines == _MOST_PRINTED + 1 and self._shows:
                     self._say(f"the program prints a lot: after {_MOST_PRINTED} lines it is not passed on")
                 if file is not None and kept < _MOST_KEPT:
                     kept += file.write(line)

@@ -16,7 +16,7 @@ import pytest
 
 import simcore
 
-collect_ignore_glob = ["programs/*", "play.py"]
+collect_ignore_glob = ["programs/*", "play*.py"]
 PROGRAMS = Path(__file__).parent / "programs"
 TANK = Path(__file__).parents[2] / "examples" / "cpp_tank"
 PACKAGES = str(Path(simcore.__file__).resolve().parents[1])

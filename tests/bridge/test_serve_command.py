@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import os
+import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+import simcore
 from simcore.errors import ConfigError
 from simcore.robot_file.reader import read_settings
 
 PROGRAMS = Path(__file__).parent / "programs"
 pytestmark = pytest.mark.skipif(find_spec("wpilib") is None, reason="needs wpilib: pip install .[robotpy]")
+TANK_FOLDER = Path(__file__).parents[2] / "examples" / "cpp_tank"
+PACKAGES = str(Path(simcore.__file__).resolve().parents[1])
 TANK = [sys.executable, str(PROGRAMS / "tank.py")]
 
 
@@ -85,3 +91,20 @@ def test_devices_that_cannot_be_stepped_are_refused_by_name(table, tmp_path):
 def test_the_command_says_where_the_extension_is(serve):
     status, out, _ = serve("tank.toml", "--extension")
     assert status == 0 and Path(out.strip()).is_file()
+
+
+@pytest.mark.slow
+def test_a_sweep_plays_a_program_with_seeds(compiled, tmp_path):
+    """Seeds differ by the scatter; one of them again is the same to the last bit."""
+    (tmp_path / "simcore.toml").write_text((TANK_FOLDER / "simcore.toml").read_text())
+    words = ["--serve", "--seconds", "2", "--seeds", "2", "--csv", "-j", "1", "--", str(compiled("tank"))]
+    rows = []
+    for out in ("first", "second"):
+        done = subprocess.run(
+            [sys.executable, "-m", "simcore", "sweep", "--out", out, *words], cwd=tmp_path, capture_output=True,
+            text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": PACKAGES},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        with next((tmp_path / out).glob("*.csv")).open() as file:
+            rows.append([row["digest"] for row in csv.DictReader(file)])
+    assert rows[0] == rows[1] and len({*rows[0]}) == 2
