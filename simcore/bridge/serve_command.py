@@ -6,7 +6,7 @@ import argparse
 import logging
 import sys
 import time
-from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ takes_command = True
 """Words behind `--` are the program's command."""
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
+_TABLES = 5810  # port of NetworkTables
 _MODES = ("auto", "teleop", "match", "test")
 _SCORES = ("score.blue", "score.red", "score.total")
 
@@ -95,6 +96,11 @@ def run(options: argparse.Namespace) -> int:
         print(extension_path())
         return 0
     condition = None if options.expect is None else _condition(options.expect)
+    if options.live and options.nt_port == _TABLES:
+        raise ConfigError(
+            f"--live: port {_TABLES} is the program's own: give --nt-port {_TABLES + 1}, or --real-time, with which "
+            "simcore's telemetry is beside the program's"
+        )
     if options.check:
         return _check(options)
     if not options.robot.is_file():
@@ -110,10 +116,9 @@ def run(options: argparse.Namespace) -> int:
     )
     watch = Watch(options, game)
     try:
+        played = _play(options, plan, outputs, watch)  # Ctrl-C ends at once until the program drives
         with InterruptFlag() as interrupted:
-            watch.wait(interrupted)
-            played = _play(options, plan, outputs, watch, interrupted)
-            if watch.next_seed(outputs.recording, interrupted) is not None:
+            if not played.was_interrupted and watch.next_seed(outputs.recording, interrupted) is not None:
                 _say("another run is another start of the command")
     finally:
         watch.close()
@@ -126,7 +131,7 @@ def _check(options: argparse.Namespace) -> int:
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, say=_say)
     with process, _robot(options, process, follows=False) as robot:
         robot.connect()
-        robot.choosers()
+        robot.ask_choosers()
         rows = [(port.model, " ".join(map(str, port.channels)), port.made_by) for port in built_ports()]
         rows += [("SimDevice", name, "") for name in season.wpilib_simulation.SimDeviceSim.enumerate_devices("")]
         rows += [("autos", key, ", ".join(autos)) for key, autos in auto_choices().items()]
@@ -168,18 +173,18 @@ class _Times:
     ticks: list[tuple[float, int, int]] = field(default_factory=list)
 
 
-def _play(
-    options: argparse.Namespace, plan: _Plan, outputs: RunOutputs, watch: Watch, interrupted: Callable[[], bool]
-) -> AutoRun:
+def _play(options: argparse.Namespace, plan: _Plan, outputs: RunOutputs, watch: Watch) -> AutoRun:
     start = time.perf_counter()
     printed = None if outputs.log is None else outputs.log.with_suffix(".txt")
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, output=printed, say=_say)
-    with process, _robot(options, process, follows=not plan.modes) as robot:
+    with process, _robot(options, process, follows=not plan.modes) as robot, ExitStack() as stack:
         for sink in (*outputs.sinks(), *watch.sinks()):
             robot.add_sink(sink)
         robot.alliance(options.alliance)
         robot.start()
         match, times = robot.match, _Times()
+        interrupted = stack.enter_context(InterruptFlag())
+        watch.wait(interrupted)
         try:
             pieces = match.pieces.state.pos[match.pieces.on_field()].copy()
             began = time.perf_counter()

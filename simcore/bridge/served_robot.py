@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 from simcore import season
 from simcore.bridge.mirrored_ports import MirroredPorts
@@ -22,8 +21,6 @@ from simcore.robotcode.sim.attached_physics import AttachedPhysics
 from simcore.robotcode.sim.robot_test import RobotTest
 from simcore.units import TICK
 
-hal_simulation = season.hal_simulation
-ntcore = season.ntcore
 Timer = season.wpilib.Timer
 simulation = season.wpilib_simulation
 
@@ -35,7 +32,7 @@ _LOOK = 5  # ticks between two looks at the dashboard's choosers, while the robo
 _POLL = 0.005  # wall time between two questions whether the program has started [s]
 
 
-class _Program:
+class Program:
     """Stands for the robot object, which is in another process."""
 
 
@@ -46,6 +43,8 @@ class ServedRobot(RobotTest):
         process: Started, and not connected yet.
         file: That describes the robot.
         game: Name of the game; None: as the file says.
+        engine: Name of the physics engine; None: as the file says.
+        match: A whole match with scripted players, by its name; None: as the file says.
         real_time: Whether the program's clock goes by itself, on the wall clock.
         follows: Whether the program's own driver station enables it, such as that of WPILib's window.
 
@@ -59,16 +58,16 @@ class ServedRobot(RobotTest):
         file: Path,
         *,
         game: str | None = None,
+        engine: str | None = None,
+        match: str | None = None,
         real_time: bool = False,
         follows: bool = False,
-        **choices: Any,
     ) -> None:
         settings = read_settings(file)
         require_ports(settings)
         AttachedPhysics.ownership = watch_program()
         AttachedPhysics.folder, AttachedPhysics.file_name = file.parent, file.name
-        AttachedPhysics.game_name = game
-        AttachedPhysics.engine_name, AttachedPhysics.match_name = choices.get("engine"), choices.get("match")
+        AttachedPhysics.game_name, AttachedPhysics.engine_name, AttachedPhysics.match_name = game, engine, match
         season.initialize_hal()
         if not real_time:
             simulation.pause_timing()
@@ -77,8 +76,9 @@ class ServedRobot(RobotTest):
         self._is_real_time = real_time
         self._served: AttachedPhysics | None = None
         self._ticked = 0
+        self._due = 0.0
         control = SimpleNamespace(_thread=None, _reraise=SimpleNamespace(exception=None), robot_is_alive=True)
-        super().__init__(control, _Program(), PhysicsHook([AttachedPhysics], nullcontext))
+        super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
     def connect(self) -> None:
         """Wait for the program's loop, and open what it has opened.
@@ -98,7 +98,7 @@ class ServedRobot(RobotTest):
             time.sleep(_POLL)
             self._exchange(0.0, [])
 
-    def choosers(self) -> None:
+    def ask_choosers(self) -> None:
         """Ask the program for its choosers, which are on NetworkTables here from then on."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
@@ -120,7 +120,10 @@ class ServedRobot(RobotTest):
         assert physics is not None
         parts = round(seconds / physics.part)
         for number in range(parts):
-            simulation.step_timing(physics.part + 0.5e-6) if not self._is_real_time else self._wait_for(physics.part)
+            if self._is_real_time:
+                self._wait_for(physics.part)
+            else:
+                simulation.step_timing(physics.part + 0.5e-6)  # which cuts to whole microseconds
             physics.do_due()
             values = self._ports.inputs()
             if number == parts - 1:
@@ -142,7 +145,7 @@ class ServedRobot(RobotTest):
 
     def _wait_for(self, seconds: float) -> None:
         """Wait on the wall clock until the next part is due."""
-        self._due = max(getattr(self, "_due", 0.0) + seconds, time.monotonic() - TICK)
+        self._due = max(self._due + seconds, time.monotonic() - TICK)
         time.sleep(max(0.0, self._due - time.monotonic()))
 
     @contextmanager

@@ -1,8 +1,8 @@
-"""A hopper: the pieces in a robot as balls that fall, roll and jam in a box, in the robot's frame.
+"""Hopper: the pieces in a robot as balls that fall, roll and jam in a box, in the robot frame.
 
-A solver of positions (Macklin and Mueller, "Small steps in physics simulation", 2019): in each of a few sub-steps balls
-go where gravity, the robot's own acceleration and the belt take them, and are then pushed out of walls and out of one
-another. Rates, fill and jams follow from the geometry; nothing is drawn by chance.
+Position-based dynamics (Macklin and Mueller, "Small steps in physics simulation", 2019): in each of a few sub-steps,
+gravity, the robot's acceleration and the belt move the balls, and then contacts push them out of walls and each other.
+Rates, fill and jams follow from the geometry; nothing is random.
 """
 
 from __future__ import annotations
@@ -27,52 +27,54 @@ Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
 FACES: dict[str, tuple[int, int]] = {
     "front": (0, 1), "back": (0, -1), "left": (1, 1), "right": (1, -1), "bottom": (2, -1)
 }  # fmt: skip
-"""Axis of each side's normal, and which way it points."""
+"""Axis and sign of each side's outward normal."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
 _LEAN = Quantity("rad", 0.0, 1.2)
-_STEPS = 5  # of a tick; 50 balls take 0.9 ms
+_STEPS = 5  # per tick; 50 balls take 0.9 ms
 _SHARE = 0.5
-"""Of its overlap that a contact gives back in a step [-]; with more, balls with six neighbors tremble. So one with
-k balls on it overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k."""
-_LEVER = pair_rolling(FOAM.rolling, FOAM.friction, WALL.rolling, WALL.friction)  # [m]; of a ball that rolls in the box
+"""Fraction of its overlap that a contact corrects in a step [-]; with more, balls with six neighbors tremble. A ball
+with k balls on it therefore overlaps by 2 k g (TICK / _STEPS)^2 / _SHARE = 0.6 mm times k."""
+_LEVER = pair_rolling(FOAM.rolling, FOAM.friction, WALL.rolling, WALL.friction)  # [m]; rolling resistance in the box
 _STANDS = 0.01  # [m/s]; on a slower belt balls roll, a faster one carries them
-_ENTRY = 1.0  # [m/s]; at which intakes throw pieces in, away from the wall. Estimate, within a factor of two
-_RUBBING = 6.0  # [1/s]; rate at which two balls that touch take on one velocity. Estimate, factor of two
-_FASTEST = 5.0  # [m/s]; in the robot. A third of a ball's radius in a step
-_TOUCH = 0.03  # [-] of a radius; foam gives, so that balls touch that are so far apart
+_ENTRY = 1.0  # [m/s]; speed at which intakes feed pieces in, away from the wall. Estimate, within a factor of two
+_RUBBING = 6.0  # [1/s]; rate at which friction equalizes the velocities of two touching balls. Estimate, factor of two
+_FASTEST = 5.0  # [m/s]; speed limit in the robot: a third of a ball's radius per step
+_TOUCH = 0.03  # [-] of a radius; foam gives, so balls touch up to this gap
 _ASIDE = 0.04
-"""Of its radius within which each ball comes in beside its place [-], by its slot: none stands exactly on another."""
-_FREE = 0.9  # [-] of two radii; a place is free where a ball is pressed into no other by more than a tenth
+"""Fraction of its radius by which a ball enters off its place, depending on its slot [-]: none is exactly above
+another."""
+_FREE = 0.9  # [-] of two radii; a place is free if a ball there would overlap no other by more than a tenth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HopperConfig:
-    """How pieces move through a storage; the box is that of its `StorageConfig`."""
+    """Outlet, inlet, belt and friction of a storage; `StorageConfig` has the box."""
 
     outlet: Side = "front"
     """Side with the opening to the shooter."""
     outlet_width: float
-    """Across, along y (in the left or right side along x) [m]. Two balls can bridge one below two diameters."""
+    """Width of the outlet along y, or along x in the left or right side [m]. Below two diameters two balls can bridge
+    it."""
     outlet_height: float | None = None
-    """Of the opening, of one in the bottom along x [m]; None: as the width."""
+    """Height of the outlet, or its length along x in the bottom [m]; None: equal to the width."""
     outlet_place: tuple[float, float] | None = None
-    """Its middle, across and up (of one in the bottom along y and x), robot frame [m]; None: in the middle of the side,
-    down at the floor."""
+    """Center of the outlet, across and up (in the bottom: along y and x), robot frame [m]; None: in the middle of the
+    side, at the floor."""
     inlet: Side | None = None
-    """Wall at whose top intakes put pieces in; None: opposite the outlet."""
+    """Wall at the top of which intakes feed pieces in; None: opposite the outlet."""
     belt: str | None = None
-    """Mechanism that moves what lies on the floor toward the outlet, or away from the inlet if the outlet is in the
-    bottom; None: nothing does."""
+    """Mechanism that moves the pieces on the floor toward the outlet, or away from the inlet if the outlet is in the
+    bottom; None: no belt."""
     belt_travel: float = 0.025
-    """Way of a piece per radian of that mechanism [m]: radius of its roller, half of it where pieces roll along a fixed
-    ceiling; negative if it turns backward to feed."""
+    """Travel of a piece per radian of that mechanism [m]: the radius of its roller, or half of it where pieces roll
+    along a fixed ceiling; negative if it turns backward to feed."""
     funnel: float = 0.0
-    """By which angle the walls beside the opening lean toward it [rad]; 0: pieces in its dead corners stay there."""
+    """Angle by which the walls next to the outlet lean toward it [rad]; 0: pieces in the dead corners stay there."""
     slope: float = 0.0
-    """Of the floor, down to an outlet in a wall [rad]."""
+    """Slope of the floor, down to an outlet in a wall [rad]."""
     friction: float = pair_friction(FOAM.friction, WALL.friction)
-    """Coulomb coefficient of pieces on the belt, and in an arch at its ends and between them [-]. Estimate: 0.4, as of
-    foam on a wall; of foam on foam it may be 0.6."""
+    """Coulomb coefficient of pieces on the belt, and within an arch at its ends and between them [-]. Estimate: 0.4,
+    that of foam on a wall; foam on foam may have 0.6."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -86,7 +88,7 @@ class HopperConfig:
 
 
 class Hopper:
-    """The balls in one robot's hopper.
+    """Balls in one robot's hopper.
 
     Args:
         config: Outlet, belt and floor.
@@ -97,13 +99,13 @@ class Hopper:
     def __init__(self, config: HopperConfig, low: Vector, high: Vector) -> None:
         self.config = config
         self.slots: list[int] = []
-        """Of the balls that are placed."""
+        """Slots of the balls in the hopper."""
         self.pos: FloatArray = np.zeros((0, 3))
-        """Their centers, robot frame [m], shape (n, 3)."""
+        """Centers of the balls, robot frame [m], shape (n, 3)."""
         self.vel: FloatArray = np.zeros((0, 3))
-        """Relative to the robot [m/s], shape (n, 3)."""
+        """Velocities relative to the robot [m/s], shape (n, 3)."""
         self.radius: FloatArray = np.zeros(0)
-        """[m], shape (n,)"""
+        """Radii [m], shape (n,)."""
         self.is_jammed = False
         """Whether two balls bridge the outlet."""
         self._low, self._high = np.array(low), np.array(high)
@@ -121,20 +123,20 @@ class Hopper:
         axis, sign = FACES[OPPOSITE[inlet] if config.outlet == "bottom" else config.outlet]
         self._belt = np.zeros(3)
         self._belt[axis] = sign
-        # how far before the outlet its funnel begins
+        # distance before the outlet at which its funnel begins
         self._fore = -math.tan(config.funnel) * float(self._high[self._across] - self._low[self._across])
         self._limits = self.pos, self.pos  # of the centers in the box
         self._innermost = self.radius
 
-    # --- which balls ------------------------------------------------------------------------------------------------
+    # --- contents ---------------------------------------------------------------------------------------------------
 
     def follow(self, slots: Sequence[int], radii: Sequence[float], places: Sequence[Vector]) -> None:
-        """Hold these and no others. New ones come in at the inlet, or elsewhere in the box if that is taken.
+        """Update the contents. New balls enter at the inlet, or elsewhere in the box if it is occupied.
 
         Args:
-            slots: Of all pieces that it holds.
-            radii: Theirs [m].
-            places: Where there could be room for one, robot frame [m].
+            slots: Slots of all pieces in the hopper.
+            radii: Radii of these pieces [m].
+            places: Places to try when the inlet is occupied, robot frame [m].
         """
         sizes = np.array(radii)
         if slots == self.slots and np.array_equal(sizes, self.radius):
@@ -150,12 +152,12 @@ class Hopper:
                 continue
             size = float(sizes[number])
             inlets = self._inlets(size)
-            ways = np.vstack((inlets, *places))
-            spare = _spare(ways, size, pos[placed], sizes[placed])
-            free = np.nonzero(spare >= 0.0)[0]
-            chosen = int(free[0]) if len(free) else int(np.argmax(spare))
+            candidates = np.vstack((inlets, *places))
+            clearances = _clearances(candidates, size, pos[placed], sizes[placed])
+            free = np.nonzero(clearances >= 0.0)[0]
+            chosen = int(free[0]) if len(free) else int(np.argmax(clearances))
             aside = (math.fmod(0.618 * slot, 1.0) - 0.5, math.fmod(0.755 * slot, 1.0) - 0.5, 0.0)
-            pos[number] = ways[chosen] + _ASIDE * size * np.array(aside)
+            pos[number] = candidates[chosen] + _ASIDE * size * np.array(aside)
             if chosen < len(inlets):
                 vel[number, self._inlet[0]] = -_ENTRY * self._inlet[1]
             placed.append(number)
@@ -166,22 +168,24 @@ class Hopper:
         self._innermost = np.minimum(self._sign * low[:, self._axis], self._sign * high[:, self._axis])
 
     def room_at_inlet(self, size: float) -> int:
-        """How many balls of a radius [m] can come in side by side now."""
-        ways = self._inlets(size)
+        """Return how many balls of a radius [m] can enter at the same time now."""
+        candidates = self._inlets(size)
         count, last = 0, -math.inf
-        for place in ways[_spare(ways, size, self.pos, self.radius) >= 0.0, 1 - self._inlet[0]].tolist():
+        for place in candidates[
+            _clearances(candidates, size, self.pos, self.radius) >= 0.0, 1 - self._inlet[0]
+        ].tolist():
             if place - last >= 2.0 * _FREE * size:
                 count, last = count + 1, place
         return count
 
     def at_outlet(self) -> list[int]:
-        """Slots of the balls whose middle is through the outlet, the foremost first."""
+        """Return slots of the balls whose center is past the outlet, the foremost first."""
         ahead = self._sign * self.pos[:, self._axis] - self._plane
         rows = np.argsort(-ahead, kind="stable")
         return [self.slots[row] for row in rows.tolist() if ahead[row] >= 0.0]
 
     def _inlets(self, size: float) -> FloatArray:
-        """Places along the top of the inlet's wall, closer than balls are wide [m], shape (m, 3)."""
+        """Return places along the top of the inlet's wall, spaced closer than a diameter [m], shape (m, 3)."""
         axis, sign = self._inlet
         low, high = self._low + size, self._high - size
         places = np.tile(high if sign > 0 else low, (1 + max(0, math.floor((high - low)[1 - axis] / (0.5 * size))), 1))
@@ -192,13 +196,13 @@ class Hopper:
     # --- motion -----------------------------------------------------------------------------------------------------
 
     def advance(self, pull: Vector, spin: Vector, turn: Vector, belt_speed: float) -> bool:
-        """Move the balls on by a tick.
+        """Advance the balls by one tick.
 
         Args:
-            pull: Gravity less the acceleration of the robot's origin, robot frame [m/s^2].
+            pull: Gravity minus the acceleration of the robot's origin, robot frame [m/s^2].
             spin: Angular velocity of the robot, robot frame [rad/s].
-            turn: Its rate [rad/s^2].
-            belt_speed: Of the belt toward its wall [m/s].
+            turn: Angular acceleration of the robot, robot frame [rad/s^2].
+            belt_speed: Speed of the belt toward its wall [m/s].
 
         Returns:
             Whether the outlet has just jammed.
@@ -212,9 +216,9 @@ class Hopper:
         return self.is_jammed and not was_jammed
 
     def _step(self, pull: FloatArray, belt_speed: float) -> bool:
-        """As `advance`, with what pulls at each ball, shape (n, 3); whether the outlet is jammed."""
+        """Advance by one tick under accelerations (n, 3); return whether the outlet is jammed."""
         h, grip = TICK / _STEPS, self.config.friction if abs(belt_speed) > _STANDS else _LEVER / (1.4 * self.radius)
-        drag = grip * np.maximum(0.0, -pull[:, 2])  # of what lies on the floor
+        drag = grip * np.maximum(0.0, -pull[:, 2])  # [m/s^2]; friction of balls on the floor
         belt = belt_speed * self._belt
         jammed = np.zeros(len(self.slots), dtype=np.bool_)
         n, (i, j) = len(self.slots), self._pairs(pull)
@@ -234,7 +238,7 @@ class Hopper:
             gap = np.sqrt(np.einsum("ij,ij->i", between, between))
             deep = _SHARE * np.maximum(0.0, touch / np.maximum(gap, 1e-6) - 1.0)
             away = deep[:, None] * between
-            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # what is held gives no way
+            gives = np.where(jammed[ends], 0.0, np.where(jammed[others], 1.0, 0.5))  # a held ball does not yield
             pos += _sums(ends, gives[:, None] * np.concatenate((away, -away)), n)
             self._keep_inside(pos)
             pos[jammed] = self.pos[jammed]
@@ -245,7 +249,7 @@ class Hopper:
         return bool(jammed.any())
 
     def _pairs(self, pull: FloatArray) -> tuple[IntArray, IntArray]:
-        """Which balls may come to touch each other in a tick."""
+        """Return the pairs of balls that may touch within a tick."""
         between = self.pos[:, None] - self.pos[None]
         gap = np.sqrt(np.einsum("ijk,ijk->ij", between, between))
         fastest = min(_FASTEST, float(np.abs(self.vel).max()) + TICK * float(np.abs(pull).max()))
@@ -284,28 +288,28 @@ class Hopper:
         pos[:, axis] = sign * np.maximum(ahead, self._innermost)
 
     def _beside_outlet(self, ahead: FloatArray, across: FloatArray) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
-        """How far balls are from the wall on one side of the opening [m], and which way they are pushed out of it.
+        """Return normal and distance [m] of one side's wall, funnel or edge for each ball.
 
         Args:
-            ahead: Through the outlet [m], shape (n,).
-            across: From its middle toward that side [m], shape (n,).
+            ahead: Distance through the outlet [m], shape (n,).
+            across: Distance from its center toward that side [m], shape (n,).
         """
         c, s = math.cos(self.config.funnel), math.sin(self.config.funnel)
         out = across - self._half[0]
-        at_edge = out * c < ahead * s  # nearest to them is the edge, not the wall
+        at_edge = out * c < ahead * s  # the edge is nearer than the wall
         away = np.where(at_edge, np.hypot(ahead, out), -ahead * c - out * s)
         size = np.maximum(away, 1e-9)
         return (np.where(at_edge, ahead / size, -c), np.where(at_edge, out / size, -s)), away
 
     def _at_opening(self, pos: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-        """How far balls are through the outlet, across and up from its middle [m], and which are before or in it."""
+        """Return distances through the outlet, across and up from its center [m], and a mask of aligned balls."""
         ahead = self._sign * pos[:, self._axis] - self._plane
         across, up = pos[:, self._across] - self._middle[0], pos[:, self._up] - self._middle[1]
         window: BoolArray = (np.abs(across) < self._half[0]) & (np.abs(up) < self._half[1])
         return ahead, across, up, window
 
     def _floor_depth(self, pos: FloatArray) -> FloatArray:
-        """How deep balls are in the floor [m], negative above it."""
+        """Return the depth of balls in the floor [m], negative above it."""
         slope = self.config.slope
         height = pos[:, 2] - self._low[2]
         if slope:
@@ -314,11 +318,11 @@ class Hopper:
         return depth
 
     def _bridging(self, pull: FloatArray, drag: FloatArray) -> BoolArray:
-        """Which balls stand in an arch over the outlet.
+        """Return a mask of the balls that form an arch over the outlet.
 
         Args:
-            pull: Gravity less the acceleration of the robot where each is [m/s^2], shape (n, 3).
-            drag: What the belt adds to it, toward its wall [m/s^2], shape (n,).
+            pull: Gravity minus the acceleration of the robot at each ball [m/s^2], shape (n, 3).
+            drag: Acceleration from the belt, toward its wall [m/s^2], shape (n,).
         """
         held = np.zeros(len(self.slots), dtype=np.bool_)
         ahead, across, up, _ = self._at_opening(self.pos)
@@ -352,18 +356,18 @@ def arch_holds(
     pulls: Sequence[tuple[float, float]],
     friction: float,
 ) -> bool:
-    """Whether two balls of one mass that touch each other, and a wall or an edge each, stay where they are.
+    """Return whether two balls of equal mass that touch each other, and a wall or an edge each, stay in place.
 
-    Two contacts hold each ball. Its torque says that the friction at both is the same, T; the forces in two directions
-    on two balls give T and the three normal forces. The arch holds if all of these press, and T <= mu N at each.
+    Two contacts hold each ball. Torque balance makes the friction at both equal, T; force balance in two directions on
+    two balls gives T and the three normal forces. The arch holds if all of these press, and T <= mu N at each.
 
     Args:
-        normals: Unit vectors of the forces of what each leans on, in a plane: through the outlet, and across.
-        between: From the first ball to the second [m].
-        pulls: Forces on them, over their mass [m/s^2].
+        normals: Unit normals from the supports of each ball, in a plane: through the outlet, and across.
+        between: Vector from the first ball to the second [m].
+        pulls: External forces on them per mass [m/s^2].
         friction: Coulomb coefficient mu [-].
 
-    Example: two balls side by side before an opening of one and a half diameters, and the same pulled back.
+    Example: two balls next to each other at an opening of one and a half diameters, and the same pulled back.
 
     >>> edges = ((-0.866, -0.5), (-0.866, 0.5))
     >>> [arch_holds(edges, (0.0, -2.0), (pull, pull), 0.5) for pull in ((1.0, 0.0), (-1.0, 0.0))]
@@ -385,15 +389,15 @@ def arch_holds(
 
 
 def _sums(rows: IntArray, vectors: FloatArray, n: int) -> FloatArray:
-    """Sums of the vectors that belong to each of n rows, shape (n, 3)."""
+    """Sum the vectors of each of n rows; return shape (n, 3)."""
     return np.stack([np.bincount(rows, vectors[:, axis], n) for axis in range(3)], axis=1)
 
 
-def _spare(ways: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
-    """By how much places are farther from all balls than one of a radius needs [m], shape (m,)."""
+def _clearances(candidates: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
+    """Return the clearance of places from all balls beyond what a ball of a radius needs [m], shape (m,)."""
     if not len(pos):
-        return np.ones(len(ways))
-    between = ways[:, None] - pos[None]
-    spare = np.sqrt(np.einsum("ijk,ijk->ij", between, between)) - _FREE * (size + radius)[None]
-    nearest: FloatArray = spare.min(axis=1)
+        return np.ones(len(candidates))
+    between = candidates[:, None] - pos[None]
+    clearances = np.sqrt(np.einsum("ijk,ijk->ij", between, between)) - _FREE * (size + radius)[None]
+    nearest: FloatArray = clearances.min(axis=1)
     return nearest

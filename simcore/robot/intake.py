@@ -1,7 +1,7 @@
-"""Intakes: a box on the robot, or on a part that moves, where pieces are taken in while a roller turns.
+"""Intakes: boxes on the robot, or on a moving part, that take pieces in while a roller turns.
 
-The box is tested on all pieces at once, along the paths that they made relative to the robot since the last tick, so
-that nothing passes through it between two ticks.
+Each tick tests all pieces at once, along their paths relative to the robot since the last tick, so that no piece
+passes through the box between two ticks.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from simcore.world.zones import BoxZone, box_crossed
 
 __all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed", "on_part"]
 
-_DEPLOYED = 0.8  # [-]; of the way to its stop at which a deployed intake works
+_DEPLOYED = 0.8  # [-]; fraction of the travel to its stop beyond which an intake counts as deployed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeZone:
-    """A box in the robot frame (x forward, y left, z up from the floor); a piece is in it when its center is.
+    """Box in the robot frame (x forward, y left, z up from the floor); contains the pieces whose center is inside.
 
     >>> zone = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
     >>> zone.contains(np.array([[-0.4, 0.0, 0.075], [0.4, 0.0, 0.075]])).tolist()
@@ -35,17 +35,17 @@ class IntakeZone:
     """
 
     x_min: float
-    """[m]"""
+    """Lower bound along x [m]."""
     x_max: float
-    """[m]"""
+    """Upper bound along x [m]."""
     y_min: float
-    """[m]"""
+    """Lower bound along y [m]."""
     y_max: float
-    """[m]"""
+    """Upper bound along y [m]."""
     z_min: float = -0.10
-    """Below the floor plane, for a robot that pitches over a bump [m]."""
+    """Lower bound along z [m]; below the floor plane, for a robot that pitches over a bump."""
     z_max: float
-    """[m]"""
+    """Upper bound along z [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, **dict.fromkeys(("x_min", "x_max", "y_min", "y_max", "z_min", "z_max"), FIELD_PLACE))
@@ -56,16 +56,16 @@ class IntakeZone:
 
     @property
     def corners(self) -> tuple[Vector, Vector]:
-        """The lowest and the highest [m]."""
+        """Lowest and highest corner [m]."""
         return (self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max)
 
     @property
     def ball(self) -> tuple[Vector, float]:
-        """Middle and radius of the ball around the box [m]."""
+        """Center and radius of the bounding sphere [m]."""
         return _ball(*self.corners)
 
     def contains(self, pos_robot: FloatArray) -> BoolArray:
-        """Which positions are in the box; NaN is never in it.
+        """Return a mask of the positions in the box; False for NaN.
 
         Args:
             pos_robot: Centers, robot frame [m], shape (n, 3).
@@ -76,9 +76,9 @@ class IntakeZone:
         return BoxZone(*self.corners).contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Which pieces are in the box or went through it since the last tick.
+        """Return a mask of the pieces that are in the box or went through it since the last tick.
 
-        A path is the straight line in the robot frame, so it does not matter whether piece or robot moved.
+        A path is a straight line in the robot frame, so it does not matter whether piece or robot moved.
 
         Args:
             prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
@@ -91,14 +91,14 @@ class IntakeZone:
 
 
 def _ball(low: Vector, high: Vector) -> tuple[Vector, float]:
-    """Middle and radius of the ball around the box between two corners [m]."""
+    """Return center and radius of the bounding sphere of the box between two corners [m]."""
     middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
     return middle, 0.5 * math.dist(low, high)
 
 
 def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> BoolArray:
-    """Which straight ways between places (n, 3) touch the box between two corners [m], shape (n,)."""
-    # Few pieces are near: a test of the boxes round all paths (18 us for 400) leaves those worth the exact one.
+    """Return a mask of the straight paths between places (n, 3) that touch the box between two corners [m]."""
+    # Few pieces are near: testing the bounding boxes of all paths (18 us for 400) leaves those worth the exact test.
     near: BoolArray = np.all((np.maximum(before, now) >= low) & (np.minimum(before, now) <= high), axis=1)
     if near.any():
         near[near] = box_crossed(low, high, before[near], now[near])
@@ -106,7 +106,7 @@ def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> Bo
 
 
 def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation: FloatArray) -> FloatArray:
-    """Positions as the robot sees them.
+    """Transform positions from the field frame to the robot frame.
 
     Args:
         pos_field: Field frame [m], shape (n, 3).
@@ -118,13 +118,13 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
     """
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
-        raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
+        raise ConfigError(f"field_to_robot: need a unit quaternion xyzw, got {robot_rotation}")
     result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
     return result
 
 
 class StoppedMotion(MechanismMotion, Protocol):
-    """A mechanism between two hard stops."""
+    """Mechanism between two hard stops."""
 
     @property
     def stops(self) -> tuple[float, float]:
@@ -133,36 +133,36 @@ class StoppedMotion(MechanismMotion, Protocol):
 
 
 def is_deployed(position: float, stops: tuple[float, float], deployed_at: Literal["upper", "lower"]) -> bool:
-    """Whether a mechanism at a position is near enough to that of its stops at which it is out [rad]."""
+    """Return whether a mechanism is near the hard stop at which it is deployed [rad]."""
     low, high = stops
-    way = (position - low) / (high - low)
-    return way > _DEPLOYED if deployed_at == "upper" else way < 1.0 - _DEPLOYED
+    fraction = (position - low) / (high - low)
+    return fraction > _DEPLOYED if deployed_at == "upper" else fraction < 1.0 - _DEPLOYED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeConfig:
-    """Where pieces are taken in, and when."""
+    """Zone of an intake, and the conditions under which it takes pieces in."""
 
     zone: IntakeZone
-    """In the robot frame; with `joints`, in the frame after the last of them."""
+    """Zone in the robot frame; with `joints`, in the frame after the last of them."""
     roller: str | None = None
-    """Mechanism that pulls pieces in; None: whatever is in the zone is taken."""
+    """Mechanism that pulls pieces in; None: the intake takes whatever is in the zone."""
     roller_speed: float = math.tau
-    """The roller takes pieces while it turns forward faster than this [rad/s]."""
+    """Forward speed above which the roller takes pieces [rad/s]."""
     roller_reversed: bool = False
     """Whether it takes pieces while the roller turns backward instead."""
     deploy: str | None = None
-    """Mechanism that must be out; None for an intake that always is."""
+    """Mechanism that must be deployed; None: the intake always is."""
     deployed_at: Literal["upper", "lower"] = "upper"
-    """At which of its stops `deploy` is out."""
+    """Hard stop at which `deploy` is out."""
     joints: tuple[Joint, ...] = ()
-    """What carries the zone; none for one that is fixed on the robot."""
+    """Joints that carry the zone; empty: it is fixed on the robot."""
     stretch: Joint | None = None
-    """A sliding joint whose travel the zone covers from where it is retracted; None: the zone keeps its size."""
+    """Sliding joint whose travel from the retracted position extends the zone; None: the zone keeps its size."""
     storage: str = ""
-    """Name of the storage that it fills; empty: the robot's first."""
+    """Name of the storage that the intake fills; empty: the robot's first."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that it takes; none named: all."""
+    """Kinds of pieces that the intake takes; empty: all."""
 
     def __post_init__(self) -> None:
         require_fields(self, roller_speed=TURN_RATE)
@@ -171,7 +171,7 @@ class IntakeConfig:
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
-        """All mechanisms that it names."""
+        """Names of the mechanisms that it uses."""
         stretch = None if self.stretch is None else self.stretch.mechanism
         return (self.roller, self.deploy, stretch, *(joint.mechanism for joint in self.joints))
 
@@ -180,8 +180,8 @@ class Intake:
     """One intake of a robot.
 
     Args:
-        config: Where and when.
-        mechanisms: Of the robot, by name.
+        config: Zone and conditions.
+        mechanisms: Mechanisms of the robot, by name.
 
     Raises:
         UnknownNameError: The config names a mechanism that the robot does not have.
@@ -198,7 +198,7 @@ class Intake:
 
     @property
     def is_active(self) -> bool:
-        """Whether it is out and its roller pulls in."""
+        """Whether the intake is deployed and its roller pulls in."""
         c = self.config
         if c.roller is not None:
             forward = self._mechanisms[c.roller].velocity
@@ -211,7 +211,7 @@ class Intake:
 
     @property
     def corners(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of its zone, with mechanisms as they are now, in the frame that carries it [m]."""
+        """Lowest and highest corner of the zone at the mechanisms' current positions, in the carrying frame [m]."""
         low, high = self.config.zone.corners
         stretch = self.config.stretch
         if stretch is None:
@@ -225,13 +225,13 @@ class Intake:
 
     @property
     def zone(self) -> IntakeZone:
-        """With mechanisms where they are now, in the frame that carries it."""
+        """Zone at the mechanisms' current positions, in the carrying frame."""
         (a, b, c), (d, e, f) = self.corners
         return IntakeZone(x_min=a, x_max=d, y_min=b, y_max=e, z_min=c, z_max=f)
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Middles of the ball around its zone a tick ago and now, robot frame, and the ball's radius [m]."""
+        """Centers of the zone's bounding sphere a tick ago and now, robot frame, and its radius [m]."""
         middle, radius = _ball(*self.corners)
         if not self.config.joints:
             return middle, middle, radius
@@ -239,14 +239,14 @@ class Intake:
         return on_part(self._part_before or part, middle), on_part(part, middle), radius
 
     def pass_tick(self) -> None:
-        """Note where the zone is, in a tick in which nothing can be taken in."""
+        """Record the zone's pose in a tick in which there is nothing to take in."""
         if self.config.joints:
             self._part_before = part_pose(self.config.joints, self._mechanisms)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Which pieces it takes: those that are in its zone or went through it since the last tick.
+        """Return a mask of the pieces that the intake takes: in its zone now, or through it since the last tick.
 
-        Call it or `pass_tick` once a tick.
+        Call this or `pass_tick` once a tick.
 
         Args:
             prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
@@ -265,7 +265,7 @@ class Intake:
 
 
 def on_part(part: tuple[Vector, Quaternion], point: Vector) -> Vector:
-    """A point that is given in the frame of a part, in the frame that the part's pose is given in [m]."""
+    """Transform a point from the frame of a part to the frame of the part's pose [m]."""
     (x, y, z), quat = part
     dx, dy, dz = rotate(quat, point)
     return x + dx, y + dy, z + dz

@@ -1,7 +1,7 @@
-"""Placers: a claw or a pair of rollers at the end of arms and elevators, which holds one piece and lets it go.
+"""Placers: claws or pairs of rollers at the end of arms and elevators, which hold and release one piece.
 
-A piece in a placer moves with it. It is let go where it is, with the velocity that it has there; what becomes of it is
-the engine's business.
+A piece in a placer moves with it. The placer releases it at its current position with its current velocity; from then
+on the engine moves it.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ __all__ = ["Placer", "PlacerConfig"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacerConfig:
-    """A holder for one piece that mechanisms move about."""
+    """Holder for one piece, moved by mechanisms."""
 
     joints: tuple[Joint, ...]
-    """From the robot to the holder."""
+    """Joints from the robot to the holder."""
     offset: Vector = (0.0, 0.0, 0.0)
     """Center of the held piece in the frame after the last joint [m]."""
     attitude: Quaternion = IDENTITY
-    """Of the held piece in that frame, x, y, z, w."""
+    """Attitude of the held piece in that frame, x, y, z, w."""
     roller: str
-    """Mechanism that takes and lets go: rollers, or the jaw of a claw."""
+    """Mechanism that takes and releases: rollers, or the jaw of a claw."""
     take_speed: float = math.tau
-    """It takes a piece while it turns forward faster than this [rad/s]."""
+    """Forward speed above which the roller takes a piece [rad/s]."""
     release_speed: float = math.tau
-    """It lets go while it turns backward faster than this [rad/s]."""
+    """Backward speed above which the roller releases the piece [rad/s]."""
     passes_through: bool = False
-    """Whether it lets go while it turns forward faster than that, too, once the roller has stopped in between."""
+    """Whether the roller also releases while it turns forward faster than that, after a stop in between."""
     zone: IntakeZone
-    """Where a piece is taken, around the place of the held one, in the frame after the last joint."""
+    """Zone where the placer takes a piece, around the held one's place, in the frame after the last joint."""
     from_storage: bool = False
-    """Whether it also takes pieces that a storage hands on."""
+    """Whether the placer also takes pieces from a storage."""
     storage: str = ""
     """Name of that storage; empty: the robot's first."""
     handover: Vector | None = None
-    """Where that storage hands a piece on, robot frame [m]: this must be in the zone; None: wherever the zone is."""
+    """Point where that storage hands a piece over, robot frame [m]: the zone must contain it; None: anywhere."""
     kinds: tuple[str, ...] = ()
-    """Kinds of pieces that it takes; none named: all."""
+    """Kinds of pieces that the placer takes; empty: all."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -65,7 +65,7 @@ class PlacerConfig:
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
-        """All mechanisms that it names."""
+        """Names of the mechanisms that it uses."""
         return (self.roller, *(joint.mechanism for joint in self.joints))
 
 
@@ -73,8 +73,8 @@ class Placer:
     """One placer of a robot.
 
     Args:
-        config: What holds, and where.
-        mechanisms: Of the robot, by name.
+        config: Holder, roller and zone.
+        mechanisms: Mechanisms of the robot, by name.
 
     Raises:
         UnknownNameError: The config names a mechanism that the robot does not have.
@@ -85,25 +85,25 @@ class Placer:
         self.config = config
         self._mechanisms = mechanisms
         self.piece: int | None = None
-        """Slot of the piece that it holds."""
+        """Slot of the held piece."""
         self._has_stopped = True
 
     @property
     def takes(self) -> bool:
-        """Whether it is empty and its roller pulls in."""
+        """Whether the placer is empty and its roller pulls in."""
         if self.piece is not None or (self.config.passes_through and not self._has_stopped):
             return False
         return self._mechanisms[self.config.roller].velocity > self.config.take_speed
 
     @property
     def is_at_handover(self) -> bool:
-        """Whether a storage can hand a piece on to it where it is now."""
+        """Whether a storage can hand a piece to the placer at its current position."""
         place = self.config.handover
         return self.config.from_storage and (place is None or bool(self.captured(np.array([place]))[0]))
 
     @property
     def releases(self) -> bool:
-        """Whether it holds a piece and its roller turns it out."""
+        """Whether the placer holds a piece and its roller turns it out."""
         if self.piece is None:
             return False
         velocity = self._mechanisms[self.config.roller].velocity
@@ -112,18 +112,18 @@ class Placer:
         return velocity < -self.config.release_speed
 
     def note_roller(self) -> None:
-        """Note whether the roller has stopped since a piece came or went; once a tick."""
+        """Record whether the roller has stopped since a piece came or went; once a tick."""
         slow = min(self.config.take_speed, self.config.release_speed)
         if abs(self._mechanisms[self.config.roller].velocity) < slow:
             self._has_stopped = True
 
     def take(self, slot: int) -> None:
-        """Hold a piece."""
+        """Hold the piece of a slot."""
         self.piece = slot
         self._has_stopped = False
 
     def let_go(self) -> int:
-        """Forget the piece that it holds; returns its slot."""
+        """Release the held piece; return its slot."""
         assert self.piece is not None
         slot, self.piece = self.piece, None
         self._has_stopped = False
@@ -131,13 +131,13 @@ class Placer:
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """As of `Intake`; it takes what is in its zone now, whatever came through."""
+        """Bounding sphere as in `Intake.around`, with the current center twice: only pieces in the zone now count."""
         middle, radius = self.config.zone.ball
         now = on_part(part_pose(self.config.joints, self._mechanisms), middle)
         return now, now, radius
 
     def captured(self, pos_robot: FloatArray) -> BoolArray:
-        """Which pieces are where it takes them, whether it takes now or not.
+        """Return a mask of the pieces in the zone, whether the placer takes now or not.
 
         Args:
             pos_robot: Centers, robot frame [m], shape (n, 3).
@@ -146,6 +146,6 @@ class Placer:
         return self.config.zone.contains((pos_robot - np.array(pos)) @ matrix(quat))
 
     def held_state(self) -> PartState:
-        """Pose and motion of the held piece, robot frame, relative to the robot."""
+        """Return pose and motion of the held piece, robot frame, relative to the robot."""
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
         return state._replace(quat=multiply(state.quat, self.config.attitude))

@@ -1,4 +1,4 @@
-"""Where a robot keeps the pieces that it holds, and in which order they leave."""
+"""Storage of a robot: places of its pieces, and the order in which they leave."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from simcore.world.rotation import IDENTITY, Quaternion, Vector
 __all__ = ["Storage", "StorageConfig"]
 
 _Row = tuple[int, float]
-"""How many balls are in a row, and how far its middle is from the middle of the room [m]."""
+"""Number of balls in a row, and offset of its middle from the middle of the storage [m]."""
 _Layer = tuple[_Row, _Row]
-"""Along x and along y."""
+"""Rows along x and along y."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageConfig:
-    """Room for pieces inside of a robot."""
+    """Space for pieces inside of a robot."""
 
     name: str = ""
-    """By which intakes and shooters choose it, in a robot with several; empty for the only one."""
+    """Name by which intakes and shooters refer to it, in a robot with several; empty for the only one."""
     capacity: int = 1
-    """Pieces that it holds."""
+    """Maximum number of pieces."""
     order: Literal["fifo", "lifo"] = "fifo"
-    """Which piece leaves first: the one that came first, or the one that came last."""
+    """Order in which pieces leave: first in, first out, or last in, first out."""
     low: Vector = (-0.25, -0.25, 0.25)
-    """Smallest corner of the room, robot frame [m]."""
+    """Smallest corner of the storage, robot frame [m]."""
     high: Vector = (0.15, 0.25, 0.50)
     """Largest corner [m]."""
     attitude: Quaternion = IDENTITY
-    """Of the pieces in it, robot frame, x, y, z, w. A shot turns them as the muzzle is turned: a tube that lies along x
-    leaves along the muzzle, a ring that lies flat leaves edge on."""
+    """Attitude of the pieces in it, robot frame, x, y, z, w. A shot turns them with the muzzle: a tube that lies along
+    x leaves along the muzzle, a ring that lies flat leaves edge on."""
     hopper: HopperConfig | None = None
-    """Lets the pieces fall, roll and jam in the room one by one; None: they are a list. With it they leave as they come
-    through its outlet, and intakes take no more than have a free place at its inlet."""
+    """Simulation of the pieces as balls that fall, roll and jam; None: they are a list. With it pieces leave in the
+    order in which they reach its outlet, and intakes take no more than fit at its inlet."""
 
     def __post_init__(self) -> None:
         corner = (ROBOT_PLACE,) * 3
@@ -61,21 +61,20 @@ class StorageConfig:
                     raise ConfigError(f"StorageConfig: {'xyz'[axis]} of outlet_place must be {ends}, got {place:g}")
 
     def position(self, number: int, radius: float) -> Vector:
-        """Where the piece of a number, counted from 0, is: in layers of balls that lie in the hollows of one another.
+        """Return the position of a piece: balls lie in layers, in the hollows of the layer below.
 
-        Without a hopper pieces in a robot are not simulated one by one. Where more are to be held than the room has
-        space for, its layers are drawn into each other: nothing stands higher than the room, or than one ball in a flat
-        one.
+        Without a hopper pieces in a robot are not simulated individually. When there are more than fit, the layers
+        overlap: no piece is higher than the storage, or than one ball in a flat storage.
 
         Args:
-            number: Place in the order in which pieces came; beyond the capacity all are where the last one is.
+            number: Index in the order of arrival, from 0; all pieces beyond the capacity are at the last place.
             radius: Bounding radius of a piece [m].
         """
         places = _places(self, radius)
         return places[min(number, len(places) - 1)]
 
     def balls_that_fit(self, radius: float) -> int:
-        """How many balls of a radius [m] have their places in the room without being drawn into each other."""
+        """Return how many balls of a radius [m] fit in the storage without overlapping layers."""
         layers, rise = _layers(self, radius)
         count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
         lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
@@ -84,10 +83,10 @@ class StorageConfig:
 
 @functools.lru_cache(maxsize=64)
 def _places(config: StorageConfig, radius: float) -> list[Vector]:
-    """Of as many pieces as it holds."""
+    """Return the places of as many pieces as the storage holds [m]."""
     layers, rise = _layers(config, radius)
     (x0, y0, z0), (x1, y1, z1) = config.low, config.high
-    cells: list[tuple[int, float, float]] = []  # number of the layer, x and y
+    cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
     layer = 0
     while len(cells) < config.capacity:
         (columns, shift_x), (rows, shift_y) = layers[layer % 2]
@@ -103,14 +102,14 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
-    """The lowest layer and the next, which take turns, and how much higher each is than the one below [m]."""
-    ways = [_ways(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
-    staggered = sum(lower != upper for lower, upper in ways)
-    return ((ways[0][0], ways[1][0]), (ways[0][1], ways[1][1])), radius * math.sqrt(4.0 - staggered)
+    """Return the lowest layer and the next, which alternate, and the rise from one to the next [m]."""
+    sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
+    staggered = sum(lower != upper for lower, upper in sides)
+    return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
 
 
-def _ways(length: float, radius: float) -> tuple[_Row, _Row]:
-    """Balls along one side of a room in a layer and in the next, which is half a ball aside if that can be."""
+def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
+    """Return the rows along one side in a layer and the next, which is shifted by half a ball if possible."""
     count = max(1, math.floor(0.5 * length / radius + 1e-9))
     if length - 2.0 * count * radius >= radius - 1e-9:
         return (count, -0.5 * radius), (count, 0.5 * radius)
@@ -118,7 +117,7 @@ def _ways(length: float, radius: float) -> tuple[_Row, _Row]:
 
 
 class Storage:
-    """The pieces in a robot's storage.
+    """Pieces in a robot's storage.
 
     >>> storage = Storage(StorageConfig(capacity=2))
     >>> storage.add([7, 8])
@@ -129,26 +128,26 @@ class Storage:
     def __init__(self, config: StorageConfig) -> None:
         self.config = config
         self.pieces: list[int] = []
-        """Slots of the pieces, in the order in which they came."""
+        """Slots of the pieces, in the order of arrival."""
         self.hopper = None if config.hopper is None else Hopper(config.hopper, config.low, config.high)
-        """Where each of them is, if that is asked for."""
-        self._radii: list[float] = []  # of the pieces whose places without a hopper these are
+        """Simulation of the pieces; None: they are a list."""
+        self._radii: list[float] = []  # radii of the pieces for which the places without a hopper were computed
         self._places: FloatArray = np.empty((0, 3))
 
     @property
     def room(self) -> int:
-        """How many more fit."""
+        """Number of further pieces that fit."""
         return self.config.capacity - len(self.pieces)
 
     def room_for(self, radius: float) -> int:
-        """How many more of a radius [m] can come in now: into a hopper those that have a place at its inlet."""
+        """Return how many further pieces of a radius [m] can enter now; for a hopper those that fit at its inlet."""
         if self.hopper is None:
             return self.room
-        waiting = len(set(self.pieces).difference(self.hopper.slots))  # that another intake has put there in this tick
+        waiting = len(set(self.pieces).difference(self.hopper.slots))  # put there in this tick by another intake
         return min(self.room, max(0, self.hopper.room_at_inlet(radius) - waiting))
 
     def places(self, radii: FloatArray) -> FloatArray:
-        """Where its pieces are, in the order of `pieces`, robot frame [m], shape (n, 3).
+        """Return positions of its pieces, in the order of `pieces`, robot frame [m], shape (n, 3).
 
         Args:
             radii: Bounding radii of all pieces, by slot [m].
@@ -164,12 +163,12 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Let its hopper hold the pieces that it holds, of these radii [m]."""
+        """Update the contents of the hopper with the pieces, of these radii [m]."""
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
     def add(self, slots: list[int]) -> None:
-        """Put pieces in.
+        """Add pieces.
 
         Raises:
             CapacityError: There is no room for all of them; nothing has changed.
@@ -180,13 +179,13 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Slots of the pieces, in the order in which they leave; of a hopper those that are at its outlet."""
+        """Return slots of the pieces in the order in which they leave; for a hopper those at its outlet."""
         if self.hopper is not None:
             return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
-        """Take out the piece whose turn it is.
+        """Remove the next piece to leave; return its slot.
 
         Raises:
             CapacityError: There is none.
@@ -201,10 +200,10 @@ class Storage:
         return self.pieces.pop(0 if self.config.order == "fifo" else -1)
 
     def clear(self) -> None:
-        """Forget all pieces, and where they were."""
+        """Remove all pieces."""
         self.pieces.clear()
         self.follow([])
 
     def discard(self, slot: int) -> None:
-        """Forget a piece that left in another way."""
+        """Remove a piece that left in another way."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

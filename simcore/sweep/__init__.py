@@ -1,1 +1,1 @@
-"""Many matches: experiments, their runs on all cores or a cluster, what comes of them, and tables of shots."""
+"""Many matches: experiments, their runs on all cores or a cluster, their results, and shot tables."""

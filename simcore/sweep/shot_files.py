@@ -1,4 +1,4 @@
-"""A shooter table as files: CSV, Python that pastes into robot code, and a page with charts."""
+"""Files of a shot table: CSV, Python for robot code, and a page with charts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_fl
 
 
 def _values(row: ShotTableRow) -> dict[str, Any]:
-    """Return a row by the names of its columns, unit and all; None for what there is not."""
+    """Return the values of a row by column name with unit; None for missing ones."""
     values = {
         "distance_m": row.stand.distance, "feasible": not row.problem, "problem": row.problem, **row.shot,
         "share": row.share,
@@ -27,7 +27,7 @@ def _values(row: ShotTableRow) -> dict[str, Any]:
 
 
 def table_csv(shots: ShotTable) -> str:
-    """Return a line a row; what there is not is left empty."""
+    """Return CSV with a line per row; missing values are empty."""
     rows = [_values(row) for row in shots.rows]
     stream = io.StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
@@ -37,7 +37,7 @@ def table_csv(shots: ShotTable) -> str:
 
 
 def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
-    """Return heads and cells of the table as people read it, on the console and on the page."""
+    """Return headers and cells of the table for people, on the console and on the page."""
     heads = [
         "distance",
         "elevation",
@@ -71,7 +71,7 @@ def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
 
 
 def table_python(shots: ShotTable) -> str:
-    """Return a module without imports but `bisect`, whose `shot_at` interpolates between the rows."""
+    """Return a Python module whose `shot_at` interpolates between the rows; it imports only `bisect`."""
     task, lines = shots.task, ""
     for row in shots.rows:
         values = _values(row)
@@ -140,7 +140,7 @@ def table_page(shots: ShotTable) -> str:
 
 
 def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
-    """Make charts over distance, with what still goes in."""
+    """Make charts over distance, with the ranges that still go in."""
     if not good:
         return
     at = [row.stand.distance for row in good]

@@ -1,8 +1,8 @@
-"""A shooter table: for each distance the shot with the best margin, and what it is worth.
+"""Shot table: for each distance the shot with the best margin, and its share of hits.
 
-The loop flies shots of all elevations and speeds around those that `solve_shot` gives. Of each elevation the middle one
-of the speeds that go in is looked at; the row's shot is the one whose elevation and speed may be farthest off, counted
-in standard deviations of the scatter. Scattered flights of it say how many go in.
+The loop flies shots of many elevations and speeds around those of `solve_shot`. For each elevation, the middle speed of
+those that go in is a candidate; the row's shot is the candidate with the largest allowed error of elevation and speed,
+in standard deviations of the scatter. Scattered flights of it give the share of hits.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from simcore.units import degrees
 
 __all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 
-_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; of the speed
-_SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # flown beyond the shooter's limits, so that a margin has its end
-_SLOWER, _FASTER = 0.8, 1.3  # times the speed that meets the middle: rim and rim behind
-_SHOTS = 1024  # scattered, of a row's share
-_AS_SAFE = 0.97  # of the best margin, above which a shot is as good; the middle one of these is the row's
-_TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # between bearings that are tried, and from where shots come in
-_LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots otherwise
-_MOST_PLACES = 6  # tried for a row
+_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # of the grid; the second as a share of the speed
+_SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # margin beyond the shooter's limits, so that the ends are found
+_SLOWER, _FASTER = 0.8, 1.3  # on the speed that meets the middle: from the near rim to the far one
+_SHOTS = 1024  # scattered shots for a row's share
+_AS_SAFE = 0.97  # share of the best margin above which shots count as equally good; the row has the middle one
+_TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # between tried bearings, and largest angle from the approach
+_LEVEL = 0.005  # [m] and [rad]: a robot on a bump shoots differently
+_MOST_PLACES = 6  # places tried for a row
 _COLUMNS = (
     "bearing_deg", "elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s", "entry_angle_deg",
     "slowest_mps", "fastest_mps", "flattest_deg", "steepest_deg", "margin_sd",
@@ -43,14 +43,14 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class ShotBand:
-    """Shots that go in, from every barrel, of a grid of elevations and speeds."""
+    """Grid of elevations and speeds with the shots that go in from every barrel."""
 
     elevations: FloatArray
-    """Of the grid [rad], shape (n,)."""
+    """Elevations of the grid [rad], shape (n,)."""
     speeds: FloatArray
-    """Of the grid, relative to the muzzle, each a fixed share above the one before [m/s], shape (m,)."""
+    """Speeds of the grid relative to the muzzle, in geometric steps [m/s], shape (m,)."""
     inside: BoolArray
-    """Shape (n, m)."""
+    """Whether each shot goes in, shape (n, m)."""
 
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
@@ -72,7 +72,7 @@ class ShotBand:
 
 
 def _grid(task: ShotTask) -> FloatArray:
-    """Return the elevations that are flown [rad], shape (n,)."""
+    """Return the elevations to fly [rad], shape (n,)."""
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
@@ -81,7 +81,7 @@ def _grid(task: ShotTask) -> FloatArray:
 
 
 def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArray:
-    """Return the speed of each elevation that meets the middle of the opening [m/s], infinite for none, shape (n,)."""
+    """Return the speed for each elevation that meets the middle of the opening [m/s], infinite for none, shape (n,)."""
     speeds, muzzle = np.full(len(elevations), np.inf), task.muzzle(stand, stand.bearing)
     for number, elevation in enumerate(elevations.tolist()):
         with contextlib.suppress(NoShotError):
@@ -94,31 +94,32 @@ def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTableRow:
-    """One distance, and the shot from there."""
+    """One distance with the shot from there."""
 
     stand: Stand
-    """Where the robot is; its bearing only counts where there is a shot."""
+    """Place of the robot; its bearing is valid only if there is a shot."""
     problem: str = ""
-    """Why there is no shot; empty: there is one."""
+    """Reason why there is no shot; empty if there is one."""
     band: ShotBand | None = None
     """Shots that go in from there; None where the robot has no place."""
     elevation: float = math.nan
-    """[rad]"""
+    """Elevation [rad]."""
     speed: float = math.nan
-    """Relative to the muzzle [m/s]."""
+    """Speed relative to the muzzle [m/s]."""
     shot: Mapping[str, Any] = field(default_factory=lambda: dict.fromkeys(_COLUMNS))
-    """By column, with its unit; None for what there is not. Columns that are not plain:
+    """Values by column, with the unit in its name; None for missing ones. Some columns need a note:
 
-    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: ends of what goes in with the other one as it is;
-    - `margin_sd`: to the nearest of these ends, in standard deviations of the scatter (where it has none, the default).
+    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: range that goes in with the other value unchanged; -
+    `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter (default where it has
+    none).
     """
     share: float | None = None
-    """Of scattered shots that go in."""
+    """Share of scattered shots that go in."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShotTable:
-    """All rows, and the task and the scatter that they are of."""
+    """All rows, with their task and scatter."""
 
     task: ShotTask
     scatter: Scatter
@@ -134,13 +135,13 @@ def make_table(
     task: ShotTask, distances: Iterable[float], *, scatter: Scatter | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
 ) -> ShotTable:  # fmt: skip
-    """Work a table out.
+    """Compute a table.
 
     Args:
-        task: Which shooter, at what.
-        distances: From the robot's origin to the target [m].
-        scatter: Of the shots; None: the default one.
-        on_row: Called with each row as it is done.
+        task: Shooter and target.
+        distances: Distances from the robot's origin to the target [m].
+        scatter: Scatter of the shots; None: the default.
+        on_row: Function that is called with each finished row.
     """
     spread = scatter or Scatter()
     rows: list[ShotTableRow] = []
@@ -153,7 +154,7 @@ def make_table(
 
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
-    """Return the row of a distance: the shot from the first place where any goes in, or why there is none."""
+    """Return the row of a distance: the shot from the first place with hits, or why there is none."""
     problem, band = "the robot has no place on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
@@ -168,7 +169,7 @@ def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> Sho
 def _best(
     task: ShotTask, stand: Stand, band: ShotBand, shots: Sequence[tuple[int, int]], scatter: Scatter
 ) -> ShotTableRow:
-    """Return the row of the shot with the best margin, the middle one of those that are as safe."""
+    """Return the row of the shot with the best margin, the middle one of those with similar margins."""
     margins = np.array([_margin(band, *shot, scatter) for shot in shots])
     good = np.nonzero(margins >= _AS_SAFE * margins.max())[0]
     number, column = shots[int(good[len(good) // 2])]
@@ -181,9 +182,9 @@ def _best(
 
 
 def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
-    """Yield where the robot can stand at a distance and look at the target, the most straight on first.
+    """Yield places at a distance where the robot can stand and face the target, the most frontal first.
 
-    Level, on the carpet, up to 90 degrees to either side of where a shot comes straight at the opening.
+    They are level, on the carpet, and up to 90 degrees to either side of the opening's approach.
     """
     chassis = match.robots[0].chassis
     for number in range(round(_FARTHEST_TURN / _TURN) + 1):
@@ -198,7 +199,7 @@ def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
 def _described(
     task: ShotTask, stand: Stand, band: ShotBand, number: int, column: int, scatter: Scatter
 ) -> dict[str, Any]:
-    """Return the columns of the shot of an elevation and a speed of a band, by number."""
+    """Return the columns of a band's shot, given by the indices of elevation and speed."""
     elevation, speed, deg = float(band.elevations[number]), float(band.speeds[column]), math.degrees
     hood = task.hood_for(elevation)
     seen = task.fly(task.rows(stand, np.array([elevation]), np.array([speed])))
@@ -213,7 +214,7 @@ def _described(
 
 
 def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float:
-    """Return how far a shot of a band is from what does not go in, in standard deviations of the scatter."""
+    """Return the distance of a band's shot from those that miss, in standard deviations of the scatter."""
     slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
     flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
     return min(
@@ -223,18 +224,18 @@ def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float
 
 
 def _stretches(inside: BoolArray) -> list[tuple[int, int]]:
-    """Return the first and last number of each unbroken stretch."""
+    """Return the first and last index of each unbroken range."""
     edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0].tolist()
     return [(first, after - 1) for first, after in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _middle(inside: BoolArray) -> int:
-    """Return the number in the middle of the longest stretch."""
+    """Return the middle index of the longest range."""
     first, last = max(_stretches(inside), key=lambda ends: ends[1] - ends[0])
     return (first + last) // 2
 
 
 def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
-    """Return the ends of the stretch around a number."""
+    """Return the ends of the range around an index."""
     first, last = next(ends for ends in _stretches(inside) if ends[0] <= here <= ends[1])
     return float(values[first]), float(values[last])

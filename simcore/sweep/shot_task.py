@@ -1,7 +1,7 @@
-"""What is to be aimed: a robot's shooter, at a zone with an opening, from a place.
+"""Aiming task: a robot's shooter, a zone with an opening, and the place of the robot.
 
-Launches are those of `simcore.robot.shooter`, for many shots at once: the robot stands still and level, and its
-shooter points with the robot, a turret at zero.
+Launches are those of `simcore.robot.shooter`, for many shots at once: the robot is at rest and level, and its shooter
+points with the robot, a turret at zero.
 """
 
 from __future__ import annotations
@@ -30,42 +30,42 @@ from simcore.world.shapes import Sphere
 
 __all__ = ["ShotDraws", "ShotTask", "Stand"]
 
-_VOLTS = 12.0  # of a battery in good order
-_SPEED_RESERVE = 0.9  # of the wheels' free speed: what is left regulates, and serves when the battery sags; estimate
+_VOLTS = 12.0  # of a good battery
+_SPEED_RESERVE = 0.9  # of the wheels' free speed: the rest is for regulation and battery sag; estimate
 _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
 _CORRECTIONS = 4  # of the yaw; the muzzle turns with it
 
 
 class Stand(NamedTuple):
-    """Place of a robot as a shot leaves, seen from the target."""
+    """Place of a robot at the time of a shot, relative to the target."""
 
     distance: float
-    """From the robot's origin to the middle of the opening, along the floor [m]."""
+    """Distance from the robot's origin to the middle of the opening, along the floor [m]."""
     bearing: float
-    """From the robot to the target, field frame [rad]."""
+    """Bearing from the robot to the target, field frame [rad]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Return the place of the robot's origin [m], for the middle of an opening."""
+        """Return the position of the robot's origin [m], for the middle of an opening."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
 
 
 class ShotDraws(NamedTuple):
-    """How shots differ from what was meant, shape (n,) each: angles are added [rad], the others are factors [-]."""
+    """Errors of shots, shape (n,) each: angles are added [rad], the others are factors [-]."""
 
     exit_speed: FloatArray
     elevation: FloatArray
     azimuth: FloatArray
-    """Counter-clockwise."""
+    """Azimuth error, counter-clockwise [rad]."""
     spin: FloatArray
     mass: FloatArray
     diameter: FloatArray
     drag: FloatArray
-    """Of the drag coefficient."""
+    """Factor on the drag coefficient [-]."""
 
     @staticmethod
     def of(scatter: Scatter, rng: np.random.Generator, n: int) -> ShotDraws:
-        """Draw n shots of a scatter."""
+        """Draw the errors of n shots from a scatter."""
         normal, even = rng.standard_normal((5, n)), rng.uniform(-1.0, 1.0, (2, n))
         return ShotDraws(
             exit_speed=np.exp(scatter.exit_speed * normal[0]),
@@ -79,26 +79,27 @@ class ShotDraws(NamedTuple):
 
     @staticmethod
     def none(n: int) -> ShotDraws:
-        """Return n shots that are as meant."""
+        """Return n shots without errors."""
         return ShotDraws.of(Scatter.none(), np.random.default_rng(0), n)
 
 
 class ShotTask:
-    """A shooter and its target.
+    """A shooter with its target.
 
-    Shots are meant by their `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, of a robot at
-    a `stand`.
+    Intended shots are given by `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, from a
+    robot at a `stand`.
 
     Args:
-        game: Whose field and pieces.
-        robot: Whose shooter; None: the game's own robot.
+        game: Game with the field and pieces.
+        robot: Config with the shooter; None: the game's robot.
         target: Name of a zone; None: the first of the alliance.
-        alliance: Whose zones.
+        alliance: Alliance that the zone belongs to.
         shooter: Number of the shooter, from 0.
 
     Raises:
-        ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
-        UnknownNameError: There is no target of that name.
+        ConfigError: If the robot has no such shooter, its piece is not a ball, or the game has no zone with an opening
+        for it.
+        UnknownNameError: If there is no target of that name.
     """
 
     def __init__(
@@ -124,13 +125,13 @@ class ShotTask:
         self.opening = opening
         self.kind = self._kind()
         self.max_speed = self._max_speed()
-        """The fastest shot [m/s]."""
+        """Speed of the fastest shot [m/s]."""
         self.min_speed = self.shooter.exit_speed([self.shooter.min_wheel_speed] * len(self.shooter.wheels))
-        """The slowest [m/s]."""
+        """Speed of the slowest shot [m/s]."""
         self.elevations = self._elevations()
-        """Lowest and highest elevation of a shot [rad]; equal where nothing tilts it."""
+        """Lowest and highest elevation of a shot [rad]; equal without a hood."""
 
-    # --- what it is of ----------------------------------------------------------------------------------------------
+    # --- parts of the task ------------------------------------------------------------------------------------------
 
     def _zone(self, name: str | None, alliance: Alliance) -> ScoringZone:
         targets = {zone.name: zone for zone in self.game.zones if zone.opening is not None}
@@ -180,20 +181,20 @@ class ShotTask:
         return low, high
 
     def can_tilt(self, elevation: FloatArray) -> BoolArray:
-        """Return which elevations [rad], shape (n,), the shooter can have."""
+        """Return which elevations [rad], shape (n,), the shooter can reach."""
         low, high = self.elevations
         within: BoolArray = (elevation > low - 1e-9) & (elevation < high + 1e-9)
         return within
 
     def hood_for(self, elevation: float) -> float | None:
-        """Angle of the hood that gives an elevation [rad]; None where there is none."""
+        """Return the hood angle for an elevation [rad]; None without a hood."""
         shooter = self.shooter
         return None if shooter.hood is None else (elevation - shooter.elevation) / shooter.elevation_per_hood
 
     # --- shots ------------------------------------------------------------------------------------------------------
 
     def robot_pose(self, stand: Stand, yaw: float) -> tuple[FloatArray, FloatArray]:
-        """Return place [m] and attitude (x, y, z, w) of a robot whose shooter points in a direction [rad]."""
+        """Return position [m] and attitude (x, y, z, w) of a robot whose shooter points in a direction [rad]."""
         half = 0.5 * (yaw - self.shooter.launch.heading)
         return np.array([(*stand.place(self.opening.middle), 0.0)]), np.array(
             [(0.0, 0.0, math.sin(half), math.cos(half))]
@@ -218,7 +219,7 @@ class ShotTask:
         self, stand: Stand, elevation: FloatArray, speed: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
     ) -> Balls:  # fmt: skip
-        """Return shots as they leave a barrel, or each its own, with what they differ by; None: nothing."""
+        """Return shots as they leave one barrel, or one each, with errors; None: without errors."""
         n = len(speed)
         d = draws or ShotDraws.none(n)
         pos, rotation = self.robot_pose(stand, self.aim(stand))
@@ -232,22 +233,22 @@ class ShotTask:
 
     @cached_property
     def field(self) -> StandingField:
-        """What stands on the game's field."""
+        """Static field of the game."""
         return StandingField.of(self.game.field.load().elements, CARPET)
 
     def fly(self, balls: Balls, *, clean: bool = False) -> ShotOutcomes:
-        """What becomes of shots; see `fly_shots`."""
+        """Return the outcomes of shots; see `fly_shots`."""
         return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
-        """Whether shots go in: of each of m that are meant n, as many from each barrel, shape (m, n).
+        """Return whether shots go in: n shots for each of m intended ones, as many from each barrel, shape (m, n).
 
         Args:
-            stand: Where from.
-            elevation: [rad], shape (m,).
-            speed: Relative to the muzzle [m/s], shape (m,).
-            draws: How n shots of each differ from what was meant, whatever they touch on their way; None: one from
-                every barrel, as meant, which must stay clear of all but the inside.
+            stand: Place of the robot.
+            elevation: Elevations [rad], shape (m,).
+            speed: Speeds relative to the muzzle [m/s], shape (m,).
+            draws: Errors of n shots for each intended one, which may touch anything on their way; None: one shot from
+                every barrel, without errors, which may touch only the inside.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         m, n = len(speed), len(d.elevation)
@@ -262,5 +263,5 @@ class ShotTask:
         return goes_in.reshape(m, n)
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
-        """Return the share of scattered shots of one that is meant that go in."""
+        """Return the share of scattered shots of an intended one that go in."""
         return float(self.hits(stand, np.array([elevation]), np.array([speed]), draws).mean())

@@ -1,4 +1,4 @@
-"""`simcore shots`: the table of a shooter, by distance, with what each shot is worth."""
+"""`simcore shots`: the shot table of a shooter, by distance, with the share of hits."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _FILES = ("shots.csv", "shot_table.py", "shots.html")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add = parser.add_argument
-    add("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    add("--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function")
+    add("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
+    add("--robot", metavar="FILE.toml", help="robot in place of the game's: a simcore.toml, or module:function")
     add("--set", dest="values", action="append", default=[], type=text_flag(parse_factor), metavar="PATH=VALUE",
         help="change the robot, e.g. robot.shooters.0.exit_efficiency=0.45; may be given again")  # fmt: skip
-    add("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
-    add("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
-    add("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")
+    add("--target", metavar="NAME", help="target zone (default: the first of the alliance)")
+    add("--alliance", choices=("blue", "red"), default="blue", help="alliance of the zone (default: blue)")
+    add("--shooter", type=_NUMBER, default=0, metavar="N", help="number of the shooter, from 0 (default: 0)")
     add("--distances", type=text_flag(_distances), default=_distances("1:8:1"), metavar="FROM:TO:STEP",
-        help="from the robot's middle to the target's [m]; or a list, 2,2.5,3 (default: 1:8:1)")  # fmt: skip
+        help="distances from the robot's center to the target's [m]; or a list, 2,2.5,3 (default: 1:8:1)")  # fmt: skip
     add("--scatter", type=text_flag(Scatter.parse), default=Scatter(), metavar="SPREADS",
-        help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
+        help="scatter of the shots: 1 for the default spreads, 0 for none, 1,exit_speed=0.03 to change one of them",
         )  # fmt: skip
     add("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
 
@@ -57,10 +57,10 @@ def _distances(text: str) -> tuple[float, ...]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Work the table out, print it and write its files; 0, or 1 if no row has a shot.
+    """Compute the table, print it and write its files; return 0, or 1 if no row has a shot.
 
     Raises:
-        SimcoreError: What was asked for cannot be.
+        SimcoreError: If the table is not possible.
     """
     game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
     values = {}

@@ -1,1 +1,1 @@
-"""Space and what fills it: rotations, zones, symmetry; bodies, fields and engines. One module imports each engine."""
+"""Physics world: rotations, zones, symmetry, shapes, bodies, fields and engines. One module imports each engine."""

@@ -1,4 +1,4 @@
-"""The balls of a world: their arrays, and what is known of them."""
+"""Balls of a world: their arrays, and the queries about them."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ _NO_ROBOTS, _NO_BODIES = no_robots(), records(BODY, 0)
 
 
 def factors(surface: TerrainSurface) -> Vector:
-    """Return what contacts of balls need to know of a surface."""
+    """Return friction [-], restitution [-] and rolling lever [m] of a surface for contacts of balls."""
     return surface.friction, surface.restitution, surface.rolling
 
 
 class StandingField(NamedTuple):
-    """What stands on a field, as balls meet that fly past each other and past all that moves."""
+    """Static field for test flights of balls that meet no moving body and no other ball."""
 
     solids: Solids
     floor: Floor
 
     @classmethod
     def of(cls, elements: Iterable[FieldElement], floor: TerrainSurface) -> StandingField:
-        """Make it of elements, and of the material of the floor at z = 0."""
+        """Make it from elements and from the material of the floor at z = 0."""
         prepare()
         builder = SolidsBuilder()
         for element in elements:
@@ -50,7 +50,7 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Move balls of their own, which remember their friction, for h [s]."""
+        """Move separate balls by h [s]; `memory` keeps their friction state."""
         advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, DAMPING_RATIOS, h)
 
 
@@ -58,41 +58,41 @@ class BallDynamics:
     """All balls of a world.
 
     Args:
-        bodies: That balls may touch.
-        solids: What balls touch, but floor and each other.
-        floor: Material of the floor at z = 0; None: there is none.
-        gravity: Downward [m/s^2].
+        bodies: Bodies that balls may touch.
+        solids: Solids that balls touch, apart from the floor and each other.
+        floor: Material of the floor at z = 0; None: no floor.
+        gravity: Gravity, downward [m/s^2].
     """
 
     def __init__(self, bodies: Bodies, solids: SolidsBuilder, floor: TerrainSurface | None, gravity: float) -> None:
         self._bodies, self._builder = bodies, solids
         friction, restitution, rolling = (0.0, 0.0, 0.0) if floor is None else factors(floor)
         self.floor = Floor(float(gravity), floor is not None, float(friction), float(restitution), float(rolling), True)
-        self._others: list[int] = []  # numbers of the bodies but robots that a ball may touch in this tick
-        self._fixed: set[int] = set()  # numbers of those that sleep
-        self._sent: dict[int, FloatArray] = {}  # rates that the engine got before its last step, of what carries robots
+        self._others: list[int] = []  # numbers of the bodies, without robots, that balls may touch in this tick
+        self._fixed: set[int] = set()  # numbers of the sleeping ones
+        self._sent: dict[int, FloatArray] = {}  # carriers' rates as sent before the engine's last step
         self.balls = make_balls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)))
-        """All of them."""
+        """State of all balls."""
         self.memory = make_memory(0)
-        """What they remember of their contacts."""
+        """Contact memory of all balls."""
 
     def set_balls(self, balls: Balls) -> None:
-        """Set which balls there are."""
+        """Replace the balls of the world."""
         if len(balls.status):
             prepare()
         self.balls, self.memory = balls, make_memory(len(balls.status))
 
     def depth(self, pos: Vector, radius: float) -> float:
-        """Return how deep a ball at a place would be in what stands on the field [m]; 0 for not at all."""
+        """Return the depth of a ball at a place in the static field [m]; 0 for no overlap."""
         depth = float(depth_at(self._builder.solids, *pos, radius))
         return max(depth, radius - pos[2]) if self.floor.is_there else depth
 
     def reach(self, row: int) -> float:
-        """Return how far a body of a row reaches from its origin [m]."""
+        """Return the largest distance of a body's shape from its origin [m]."""
         return float(self._bodies.of(row)["reach"][0])
 
     def leave(self, ball: int, row: int) -> None:
-        """Let a ball touch a body of a row only after it has come out of it."""
+        """Let a ball touch the body of a row only after the ball has left it."""
         self.balls.leaves[ball] = self._bodies.number_of[row]
 
     def robots_touching(self, ball: int) -> list[int]:
@@ -103,11 +103,11 @@ class BallDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def begin_tick(self, others: list[int], fixed: list[int]) -> None:
-        """Set what balls may touch in a tick.
+        """Set the bodies that balls may touch in a tick.
 
         Args:
-            others: Rows of the bodies that are no robots.
-            fixed: Those of them that sleep.
+            others: Rows of the bodies that are not robots.
+            fixed: Rows of the sleeping ones.
         """
         self.balls.bodies[:] = 0
         bodies = self._bodies
@@ -118,7 +118,7 @@ class BallDynamics:
         self._fixed = {bodies.number_of[row] for row in fixed}
 
     def read_bodies(self, engine: Engine, h: float) -> None:
-        """Take poses and velocities of the engine's bodies that balls or robots may touch, for a step of h [s]."""
+        """Read poses and velocities of the engine's bodies that balls or robots may touch, for a step of h [s]."""
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -129,7 +129,7 @@ class BallDynamics:
                 body["pull"] = (body["rate"] - self._sent.get(number, body["rate"])) / h
 
     def push_bodies(self, engine: Engine) -> None:
-        """Give the engine's bodies what balls gave them, before its step."""
+        """Apply the impulses of the balls to the engine's bodies, before its step."""
         bodies = self._bodies
         for number in (*self._others, *bodies.carriers):
             body = bodies.records[number]
@@ -152,9 +152,9 @@ class BallDynamics:
 
     @property
     def standing(self) -> StandingField:
-        """What stands on the field, for balls that are in nobody's way."""
+        """Static field, for test flights of separate balls."""
         return StandingField(self._builder.solids, self.floor._replace(with_pairs=False))
 
     def fly(self, balls: Balls, h: float) -> None:
-        """Move balls of their own for h [s], among what stands on the field, past each other and past all bodies."""
+        """Move separate balls by h [s] through the static field, past each other and past all bodies."""
         self.standing.fly(balls, make_memory(len(balls.status)), h)

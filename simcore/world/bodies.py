@@ -1,4 +1,4 @@
-"""The rigid bodies of a world as records of the loop: robots, and those of the engine that balls may touch."""
+"""Rigid bodies of a world as records of the loop: robots, and the engine's bodies that balls may touch."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from simcore.world.solids_builder import SolidsBuilder
 
 __all__ = ["Bodies"]
 
-_MARKS = 62  # robots that balls tell apart
+_MARKS = 62  # robots that a ball's contact marks tell apart
 
 
 class Bodies:
     """All bodies of a world, one record each.
 
     Args:
-        solids: Where their shapes go.
+        solids: Builder that receives their shapes.
     """
 
     def __init__(self, solids: SolidsBuilder) -> None:
         self._solids = solids
         self.records: Records = records(BODY, 0)
-        """In the order in which they were added; see `BODY`."""
+        """Records in the order of `add`; see `BODY`."""
         self.rows: list[int] = []
-        """Row of each among the bodies of the world."""
+        """Row of each body among the bodies of the world."""
         self.number_of: dict[int, int] = {}
-        """Number of each, by its row."""
+        """Number of each body by its row."""
         self.carriers: list[int] = []
-        """Numbers of those that robots drive on."""
+        """Numbers of the bodies that robots drive on."""
         self.robots: list[int] = []
         """Numbers of the robots."""
 
@@ -49,19 +49,19 @@ class Bodies:
         is_robot: bool = False,
         drivable: bool = False,
     ) -> int:
-        """Add a body; returns its number.
+        """Add a body and return its number.
 
         Args:
-            row: Its row among the bodies of the world.
-            shape: Of it.
+            row: Row among the bodies of the world.
+            shape: Collision shape.
             surface: Friction [-], restitution [-] and rolling lever [m].
-            mass: [kg]
+            mass: Mass [kg].
             inertia: Principal moments about the center of mass, or about the pivot [kg m^2].
-            center: Center of mass in its frame [m].
-            inertia_axes: Attitude of the principal axes in its frame.
-            pivot: Place of the field that it swings about [m].
-            pos: Its origin, field frame [m].
-            is_robot: Whether the loop moves it, and balls can always touch it.
+            center: Center of mass in the body frame [m].
+            inertia_axes: Attitude of the principal axes in the body frame.
+            pivot: Point of the field about which the body swings [m].
+            pos: Origin of the body, field frame [m].
+            is_robot: Whether the loop moves it and balls can always touch it.
             drivable: Whether robots drive on it.
         """
         number = len(self.rows)
@@ -87,6 +87,6 @@ class Bodies:
         return number
 
     def of(self, row: int) -> Records:
-        """Return the record of a body by its row, shape (1,)."""
+        """Return the record of the body at a row, shape (1,)."""
         number = self.number_of[row]
         return self.records[number : number + 1]

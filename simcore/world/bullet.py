@@ -1,15 +1,15 @@
-"""The engine on PyBullet: the one module that imports it.
+"""Engine on PyBullet: the only module that imports it.
 
-How it is set up, and why:
+Settings and their reasons:
 
 - Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
   a third faster than its multibodies.
-- Every contact of a piece is the piece's own stiffness with a damper, written as Bullet's contact stiffness and
-  damping; they carry load only without split impulses. Solving starts from the forces of the step before: what a robot
-  presses against a wall needs more iterations otherwise.
-- Contacts start within 1 mm; the default of 20 mm eats slow bounces. Continuous collision detection is off: it takes
-  the bounce away, and sub-steps are cheaper while few pieces are fast.
-- Sleeping is ours: the thresholds are 0, so Bullet itself never freezes a body, but it wakes those that are touched.
+- Every contact of a piece has the piece's stiffness with a damper, as Bullet's contact stiffness and damping; these
+  carry load only without split impulses. The solver starts from the forces of the step before: otherwise a robot that
+  presses against a wall needs more iterations.
+- Contacts start within 1 mm; the default of 20 mm suppresses slow bounces. Continuous collision detection is off: it
+  removes the bounce, and sub-steps are cheaper while few pieces are fast.
+- simcore decides who sleeps: the thresholds are 0, so Bullet never freezes a body, but it wakes sleepers on contact.
 """
 
 from __future__ import annotations
@@ -65,24 +65,24 @@ from simcore.world.shapes import (
 __all__ = ["BulletEngine", "load_pybullet"]
 
 _SOLVER_ITERATIONS = 32
-"""At most."""
+"""Largest number of solver iterations."""
 _RESIDUAL = 1e-9
-"""[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
+"""Residual [m^2/s^2]; the solver stops when no iteration changes a velocity by more than its root, 0.03 mm/s."""
 _WARM_START = 0.95
-"""Share of the forces of the step before that iterations start from."""
+"""Share of the previous step's forces from which the solver starts."""
 _CONTACT_DISTANCE = 0.001  # [m]
-_SLIGHT_SPIN = 1e-4  # [rad/s], of what the gyroscopic torque changes in a step
-_POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
+_SLIGHT_SPIN = 1e-4  # [rad/s], change of spin per step by the gyroscopic torque
+_POINT_RADIUS = 0.01  # [m], of the static to which a pivot is tied
 
 
 def load_pybullet() -> Any:
-    """The module, imported without the line that it prints.
+    """Import PyBullet without the line that it prints, and return it.
 
     Raises:
-        EngineError: It is not installed.
+        EngineError: If it is not installed.
     """
     try:
-        with _silent_stdio():  # it prints its build time with C printf, into the middle of our output
+        with _silent_stdio():  # C printf writes its build time into the middle of our output
             import pybullet
     except ImportError as error:
         raise EngineError(
@@ -96,13 +96,13 @@ def load_pybullet() -> Any:
 
 @contextlib.contextmanager
 def _silent_stdio() -> Iterator[None]:
-    """Send what C code prints to stdout and stderr nowhere."""
+    """Discard what C code prints to stdout and stderr."""
     saved: dict[int, int] = {}
     try:
         sys.stdout.flush()
         sys.stderr.flush()
         saved = {fd: os.dup(fd) for fd in (1, 2)}
-    except (OSError, ValueError, AttributeError):  # no files behind them (pythonw, some IDEs): nothing to keep clean
+    except (OSError, ValueError, AttributeError):  # no files behind them (pythonw, some IDEs): nothing to protect
         yield
         return
     null = os.open(os.devnull, os.O_WRONLY)
@@ -111,7 +111,7 @@ def _silent_stdio() -> Iterator[None]:
             os.dup2(null, fd)
         yield
     finally:
-        _flush_c_stdio()  # else a line waits in C's buffer and comes out at exit
+        _flush_c_stdio()  # otherwise a line stays in C's buffer and appears at exit
         for fd, copy in saved.items():
             os.dup2(copy, fd)
             os.close(copy)
@@ -127,7 +127,7 @@ def _flush_c_stdio() -> None:
 
 
 class BulletEngine(Engine):
-    """One PyBullet client. Use as a context manager, or call `close`."""
+    """World on one PyBullet client. Use as a context manager, or call `close`."""
 
     name = "bullet"
 
@@ -142,11 +142,11 @@ class BulletEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """Parameters of an empty world."""
+        """Set the parameters of an empty world."""
         p = self._p
         p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
-            contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
+            contactBreakingThreshold=_CONTACT_DISTANCE,  # global to the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,  # 5-8 % of a step
@@ -172,7 +172,7 @@ class BulletEngine(Engine):
     def close(self) -> None:
         if self._client is not None:
             client, self._client = self._client, None
-            with contextlib.suppress(self._p.error):  # the server may have been closed from elsewhere
+            with contextlib.suppress(self._p.error):  # the server may already be closed
                 self._p.disconnect(physicsClientId=client)
 
     def add_body(self, definition: BodyDefinition) -> int:
@@ -193,7 +193,7 @@ class BulletEngine(Engine):
         return row
 
     def _make(self, definition: BodyDefinition) -> int:
-        """A body in the world; returns the engine's number of it."""
+        """Make a body in the world and return its PyBullet id."""
         self._require_open()
         p, d = self._p, definition
         origin = np.add(d.pos, rotate(d.quat, d.center_of_mass)).tolist()
@@ -230,7 +230,7 @@ class BulletEngine(Engine):
         return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
-        """Tie a body to its pivot: to a static that nothing touches, because it takes no joint to the world."""
+        """Tie a body to its pivot: to a static without collisions, because PyBullet has no such joint to the world."""
         p, d = self._p, definition
         point = self._shapes.static(Sphere(_POINT_RADIUS))
         fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
@@ -242,7 +242,7 @@ class BulletEngine(Engine):
         )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        self._loosen(row)  # a static that is put elsewhere would lose its inertia
+        self._unfix(row)  # a moved static would lose its inertia
         d = self._definitions[row]
         center, turned = frame_pose(pos, quat, d.center_of_mass, d.inertia_axes)
         self._p.resetBasePositionAndOrientation(self._ids[row], center, turned, self._open())
@@ -251,9 +251,9 @@ class BulletEngine(Engine):
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the numbers of the velocity stay.
+        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the values of the velocity stay.
 
-        The engine's frame is the center of mass and cannot be moved in a body: another body takes its place (0.5 ms).
+        PyBullet's frame is the center of mass and cannot move within a body, so another body replaces it (0.5 ms).
         """
         old, p, client = self._definitions[row], self._p, self._open()
         new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
@@ -286,10 +286,10 @@ class BulletEngine(Engine):
         return linear, angular
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
-        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
+        """Apply forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
-        In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the
-        world frame it acts at a world point. We use the second with the body's own center.
+        In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the world
+        frame it acts at a world point. This uses the second with the body's center.
         """
         p, client, ids = self._p, self._open(), self._ids
         for row, force, center in zip(rows, forces.tolist(), self.centers(rows).tolist(), strict=True):
@@ -298,23 +298,23 @@ class BulletEngine(Engine):
     def wake(self, row: int) -> None:
         p = self._p
         if row in self._fixed:
-            self._loosen(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
+            self._unfix(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
             return
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._open())
 
     def sleep(self, row: int) -> None:
         p, client = self._p, self._open()
-        if row in self._fixed:  # it stands still
-            self._loosen(row, activationState=p.ACTIVATION_STATE_SLEEP)
+        if row in self._fixed:  # it is at rest
+            self._unfix(row, activationState=p.ACTIVATION_STATE_SLEEP)
             return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
 
     def fix(self, row: int) -> None:
-        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
+        """Freeze a body until it is woken or put to sleep; other bodies meet it as a static.
 
-        An awake body keeps all sleepers awake that it touches, and those that they touch, and so on; statics it does
-        not. And in each step a static costs a fifth of a sleeper: 500 of them 18 us instead of 85.
+        An awake body keeps awake all sleepers that it touches, and those that they touch; statics do not pass this on.
+        A static also costs a fifth of a sleeper per step: 500 of them 18 us instead of 85.
         """
         if row not in self._fixed:
             p, client, body = self._p, self._open(), self._ids[row]
@@ -322,8 +322,8 @@ class BulletEngine(Engine):
             p.changeDynamics(body, -1, mass=0.0, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
             self._fixed.add(row)
 
-    def _loosen(self, row: int, **extra: Any) -> None:
-        """Give a body its mass back."""
+    def _unfix(self, row: int, **extra: Any) -> None:
+        """Restore the mass of a fixed body."""
         if row in self._fixed:
             self._fixed.remove(row)
             d = self._definitions[row]
@@ -362,7 +362,7 @@ class BulletEngine(Engine):
         return -float(min(gaps))
 
     def _touch(self, row: int, other: int) -> bool:
-        """Whether two bodies collide, by their groups and masks."""
+        """Return whether two bodies collide, by their groups and masks."""
         (group, mask), (other_group, other_mask) = self._collision[row], self._collision[other]
         return bool(group & other_mask and other_group & mask)
 
@@ -384,10 +384,10 @@ class BulletEngine(Engine):
                 self.set_velocity(row, linear, np.add(angular, spin).tolist())
 
     def _precession_lost(self, row: int, h: float) -> Vector | None:
-        """What a step of h [s] takes off the free rotation of a body, field frame [rad/s]; None: next to nothing.
+        """Compute the spin that a step of h [s] removes from free rotation, field frame [rad/s]; None if negligible.
 
-        Bullet takes the gyroscopic torque by one implicit Euler step (btRigidBody, "computeGyroscopicImpulseImplicit"):
-        a tube that tumbles with 9 rad/s would lose a quarter of its energy in 1.5 s.
+        Bullet integrates the gyroscopic torque by one implicit Euler step (btRigidBody,
+        "computeGyroscopicImpulseImplicit"): a tube tumbling at 9 rad/s would lose a quarter of its energy in 1.5 s.
         """
         client, body, inertia = self._open(), self._ids[row], self._definitions[row].inertia
         assert inertia is not None
@@ -397,7 +397,7 @@ class BulletEngine(Engine):
         if max(map(abs, turning)) * h < _SLIGHT_SPIN * min(inertia):
             return None
         p, q, r = a * x, b * y, c * z
-        step = (  # moments of inertia, and h times how the torque changes with the spin
+        step = (  # moments of inertia, plus h times the derivative of `turning` by the spin
             (a, h * (r - b * z), h * (c * y - q)),
             (h * (a * z - r), b, h * (p - c * x)),
             (h * (q - a * y), h * (b * x - p), c),
@@ -435,14 +435,14 @@ class BulletEngine(Engine):
 
 
 _MOST_SHAPES = 16
-_HULL_MARGIN = 0.001  # [m], that it puts around hulls
+_HULL_MARGIN = 0.001  # [m], margin that PyBullet adds around hulls
 
 
 class _BulletShapes:
-    """The shapes of one client.
+    """Collision shapes of one client.
 
     Args:
-        pybullet: The module.
+        pybullet: The PyBullet module.
         client: Number of the client.
     """
 
@@ -453,10 +453,10 @@ class _BulletShapes:
         self._compounds: dict[Shape, int] = {}
 
     def moving(self, shape: Shape) -> int:
-        """Collision shape id of what moves: all bodies of one shape share it, and hulls have their true size.
+        """Return a collision shape id for moving bodies, shared by bodies of one shape; hulls have their true size.
 
-        A box is eight: with a hull each has one contact, and on a single one a block rocks, sinks in (by 84 mm on a
-        slope) and drags (with 14 % too much friction there).
+        A box is made of eight: each has one contact with a hull, whereas a single box rocks, sinks in (by 84 mm on a
+        slope) and slides with too much friction (14 % there).
         """
         if isinstance(shape, Sphere | Cylinder):
             return self.static(shape)
@@ -468,7 +468,7 @@ class _BulletShapes:
         return self._compounds[shape]
 
     def static(self, shape: Shape) -> int:
-        """Collision shape id; equal spheres, boxes and cylinders share one."""
+        """Return the collision shape id for statics; equal spheres, boxes and cylinders share one."""
         p, kw = self._p, self._kw
         if isinstance(shape, Compound):
             return self._compound(shape)
@@ -500,10 +500,10 @@ class _BulletShapes:
         return self._shapes[key]
 
     def _compound(self, compound: Compound) -> int:
-        """A shape of several; it takes hulls from files only, so all of them are written to one, which is deleted.
+        """Make a compound shape; PyBullet reads its hulls from a file, which is written and deleted here.
 
-        It takes 16 shapes and says nothing about those left out; a file counts as one, however many hulls are in it.
-        It never frees such hulls: a world with one kind of 24 hulls costs a process 0.22 MB.
+        PyBullet takes 16 shapes and drops the rest silently; a file counts as one, however many hulls it has. It never
+        frees such hulls: a world with one kind of 24 hulls costs a process 0.22 MB.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]
@@ -551,7 +551,7 @@ def _octants(box: Part) -> list[Part]:
 
 
 def _plain(part: Part) -> Part:
-    """The same part as a box, if it is a hull that is one: a box has more than one contact with a wall at a time."""
+    """Return a hull that is a box as a box part: a box has more than one contact with a wall at a time."""
     if not isinstance(part.shape, Hull) or len(part.shape.points) != 8:
         return part
     low, high = bounding_box(part.shape)
@@ -564,7 +564,7 @@ def _plain(part: Part) -> Part:
 
 
 def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
-    """Write hulls as objects of an OBJ file, each within what PyBullet adds around it; returns the file's path."""
+    """Write hulls as objects of an OBJ file, each shrunk by PyBullet's margin, and return the file's path."""
     lines, first = [], 1
     for number, part in enumerate(hulls):
         assert isinstance(part.shape, Hull)
@@ -576,14 +576,14 @@ def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
         lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in placed] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
         first += len(inner)
     content = "\n".join(lines) + "\n"
-    path = folder / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.obj"  # files of one name are read once
+    path = folder / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.obj"  # files of one name are read only once
     path.write_text(content, encoding="ascii")
     return str(path)
 
 
 @lru_cache(maxsize=256)
 def _without_margin(points: bytes) -> list[list[float]]:
-    """Corners of a hull whose faces are as far inside as PyBullet puts its own outside of them."""
+    """Compute the corners of a hull whose faces are moved inward by PyBullet's margin."""
     corners = np.frombuffer(points).reshape(-1, 3)
     planes = ConvexHull(corners).equations.copy()
     planes[:, 3] += _HULL_MARGIN
@@ -601,6 +601,6 @@ def _without_margin(points: bytes) -> list[list[float]]:
 
 @lru_cache(maxsize=4096)
 def _corners(points: bytes) -> list[list[float]]:
-    """Rows of float64 coordinates as a list. PyBullet never frees a list of corners, so equal hulls share one."""
+    """Convert rows of float64 coordinates to a list; equal hulls share it, because PyBullet never frees one."""
     rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
     return rows

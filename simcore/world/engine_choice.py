@@ -1,4 +1,4 @@
-"""Which physics engine a world gets: by name, by the environment, or the one that is installed."""
+"""Choice of the physics engine: by name, by environment variable, or the one that is installed."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from simcore.world.engine import Engine
 __all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "engine_label", "make_engine", "require_known"]
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
-"""Name of each engine, and the package that it needs. PyBullet comes first: it is the default where it is installed."""
+"""Name of each engine and the package that it needs. PyBullet is first: it is the default where installed."""
 VARIABLE = "SIMCORE_ENGINE"
-"""Environment variable that names the default."""
+"""Environment variable that names the default engine."""
 
 
 def choose_engine(name: str | None = None) -> str:
-    """Name of the engine to use.
+    """Return the name of the engine to use.
 
     Args:
-        name: As asked for; None: what the environment variable says, else the first of `ENGINES` that is installed.
+        name: Requested name; None: the environment variable's, else the first of `ENGINES` that is installed.
 
     Raises:
-        UnknownNameError: There is no such engine.
-        EngineError: None is named, and none is installed.
+        UnknownNameError: If there is no such engine.
+        EngineError: If none is named and none is installed.
     """
     wanted = name or os.environ.get(VARIABLE) or None
     if wanted is not None:
@@ -41,7 +41,7 @@ def choose_engine(name: str | None = None) -> str:
 
 
 def engine_label(name: str | None = None) -> str:
-    """Return the engine that a world would get, for a record of a run; "none" where none is installed."""
+    """Return the engine that a world would get, for a run record; "none" if none is installed."""
     try:
         return choose_engine(name)
     except EngineError:
@@ -49,10 +49,10 @@ def engine_label(name: str | None = None) -> str:
 
 
 def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
-    """An empty world of an engine; arguments and errors as `choose_engine`.
+    """Make an empty world of an engine; arguments and errors as for `choose_engine`.
 
     Raises:
-        EngineError: The engine is not installed.
+        EngineError: If the engine is not installed.
     """
     if choose_engine(name) == "mujoco":  # imported only here, so that importing simcore loads no engine
         from simcore.world.mujoco_engine import MuJoCoEngine
@@ -71,10 +71,10 @@ def add_engine_option(parser: argparse.ArgumentParser) -> None:
 
 
 def require_known(name: str) -> str:
-    """The name itself.
+    """Return the name if an engine has it.
 
     Raises:
-        UnknownNameError: There is no engine of this name.
+        UnknownNameError: If there is no engine of this name.
     """
     if name not in ENGINES:
         raise UnknownNameError("physics engine", name, ENGINES)

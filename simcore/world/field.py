@@ -1,4 +1,4 @@
-"""The static field as named shapes with surfaces, read from an OBJ file."""
+"""Static field as named shapes with surfaces, read from an OBJ file."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from simcore.world.symmetry import FieldSymmetry
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element", "slope_element"]
 
 MAX_EXTENT = 40.0
-"""No field is longer than this, nor farther from the origin [m]; a mesh that is has other units."""
+"""Largest length of a field and largest distance from the origin [m]; a larger mesh is in other units."""
 MIN_EXTENT = 0.5
-"""Nor shorter than this [m]."""
+"""Smallest length of a field [m]."""
 REFUSED_OVER = 20
-"""A mesh over this many times `max_triangles` is an error and no longer a warning."""
+"""Factor on `max_triangles` above which a mesh is an error instead of a warning."""
 
-_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes stand outside, and nothing on a field was ever that high
+_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes stand outside, and nothing on a field has been that high
 _UNITS = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254, "centimeters": 0.01, "millimeters": 0.001}
 
 _log = logging.getLogger(__name__)
@@ -41,18 +41,18 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldBoundary:
-    """Walls around the rectangle from (0, 0) to (length, width), standing on the floor and thick to the outside."""
+    """Walls around the rectangle from (0, 0) to (length, width), standing on the floor; their thickness is outside."""
 
     length: float
-    """Along x, between the inner faces of the end walls [m]."""
+    """Length along x, between the inner faces of the end walls [m]."""
     width: float
-    """Along y, between the inner faces of the side walls [m]."""
+    """Width along y, between the inner faces of the side walls [m]."""
     side_height: float
-    """Of the walls along x, where guardrails stand [m]."""
+    """Height of the walls along x, the guardrails [m]."""
     end_height: float
-    """Of the walls along y, where drivers stand [m]."""
+    """Height of the walls along y, the alliance walls [m]."""
     thickness: float = 0.3
-    """Outward [m]: so thick that a ball at 40 m/s cannot pass in one sub-step."""
+    """Thickness, outward [m]: a ball at 40 m/s cannot pass it in one sub-step."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -65,7 +65,7 @@ class FieldBoundary:
         )
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
-        """`boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
+        """Return `boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
         t = self.thickness
         side, end = (self.length, t, self.side_height), (t, self.width + 2.0 * t, self.end_height)
         middle = self.length / 2.0, self.width / 2.0
@@ -88,10 +88,10 @@ class FieldElement:
     """One static part of the field."""
 
     name: str
-    """Its group in the mesh; parts of a group that needs several shapes add `.0`, `.1` and so on."""
+    """Name of its group in the mesh; a group of several shapes adds `.0`, `.1` and so on."""
     shape: Shape
     position: FloatArray
-    """Origin of the shape, field frame [m], shape (3,). Shapes stand as given, never rotated."""
+    """Origin of the shape, field frame [m], shape (3,). Shapes are never rotated."""
     surface: TerrainSurface = WALL
 
     def __post_init__(self) -> None:
@@ -101,7 +101,7 @@ class FieldElement:
         object.__setattr__(self, "position", position)
 
     def outline(self) -> FloatArray:
-        """Convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
+        """Compute the convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
         return outline(outline_points(self.shape)[:, :2] + self.position[:2])
 
 
@@ -111,16 +111,16 @@ def box_element(
     high: tuple[float, float, float],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """A box between two corners.
+    """Make a box between two corners.
 
     Args:
-        name: What patterns match.
+        name: Name, for patterns.
         low: Smallest corner, field frame [m].
         high: Largest corner [m].
-        surface: Its material.
+        surface: Material of the box.
 
     Raises:
-        ConfigError: The corners are not in order.
+        ConfigError: If the corners are not in order.
     """
     if not all(math.isfinite(a) and math.isfinite(b) and a < b for a, b in zip(low, high, strict=True)):
         raise ConfigError(f"{name}: low must be below high on every axis, got {low} and {high} m")
@@ -136,17 +136,17 @@ def slope_element(
     toward: Literal["+x", "-x", "+y", "-y"],
     surface: TerrainSurface = WALL,
 ) -> FieldElement:
-    """A ramp that fills the lower half of a box: it rises from one side of its floor to the upper edge of the other.
+    """Make a wedge in a box: it rises from one lower edge of the box to the opposite upper edge.
 
     Args:
-        name: What patterns match.
+        name: Name, for patterns.
         low: Smallest corner, field frame [m].
         high: Largest corner [m].
-        toward: Where it rises.
-        surface: Its material.
+        toward: Direction in which it rises.
+        surface: Material of the wedge.
 
     Raises:
-        ConfigError: The corners are not in order, or there is no such direction.
+        ConfigError: If the corners are not in order or there is no such direction.
     """
     box = box_element(name, low, high, surface)
     if toward not in ("+x", "-x", "+y", "-y"):
@@ -183,25 +183,25 @@ class FieldGeometry:
         plate_thickness: float = 0.05,
         max_triangles: int = 5000,
     ) -> FieldGeometry:
-        """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
+        """Read an OBJ file in meters, z up, field frame, and convert each named group into shapes.
 
-        `simcore.world.mesh.decompose` chooses the shapes; a group that comes out as triangle meshes is logged. One
-        warning names groups whose open surfaces are wound both ways or against their image on the other half, and
-        groups that have no image there.
+        `simcore.world.mesh.decompose` chooses the shapes; groups that remain triangle meshes are logged. One warning
+        names groups whose open surfaces are wound both ways or against their image on the other half, and groups
+        without an image there.
 
         Args:
-            path: The OBJ file.
+            path: Path of the OBJ file.
             surfaces: Surface by group name; `*`, `?` and `[...]` match as in file names, the last match wins. Names of
                 the boundary walls match too.
-            default_surface: Of groups that no pattern matches.
+            default_surface: Surface of groups that no pattern matches.
             boundary: Walls to add around the field; None if the mesh has its own.
-            symmetry: How one half of the field becomes the other; None if it does not.
-            plate_thickness: Of the plates made of open surfaces [m].
-            max_triangles: Above this a warning is logged that suggests a simpler mesh; far above it is an error.
+            symmetry: Symmetry between the halves of the field; None if there is none.
+            plate_thickness: Thickness of the plates made from open surfaces [m].
+            max_triangles: Number above which a warning suggests a simpler mesh; far above it is an error.
 
         Raises:
-            FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.
-            UnknownNameError: A pattern in `surfaces` matches no group.
+            FieldMeshError: If the file is missing, broken or empty, or cannot be a field in meters.
+            UnknownNameError: If a pattern in `surfaces` matches no group.
         """
         require("FieldGeometry.load", "max_triangles", max_triangles, Quantity("", 1, 10_000_000, is_whole=True))
         require("FieldGeometry.load", "plate_thickness", plate_thickness, ROBOT_LENGTH)
@@ -248,10 +248,10 @@ class FieldGeometry:
         return cls(tuple(elements))
 
     def element(self, name: str) -> FieldElement:
-        """The element of that name.
+        """Return the element of that name.
 
         Raises:
-            UnknownNameError: There is none.
+            UnknownNameError: If there is none.
         """
         for element in self.elements:
             if element.name == name:
@@ -259,19 +259,19 @@ class FieldGeometry:
         raise UnknownNameError("field element", name, (element.name for element in self.elements))
 
     def outlines(self) -> list[tuple[str, FloatArray]]:
-        """Name and outline from above of each element, for drawing: field frame [m], each of shape (n, 2)."""
+        """Return name and outline from above of each element, for drawing: field frame [m], each of shape (n, 2)."""
         return [(element.name, element.outline()) for element in self.elements]
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest corner of everything, field frame [m], each of shape (3,)."""
+        """Return the lowest and highest corner of the field, field frame [m], each of shape (3,)."""
         points = np.vstack([outline_points(element.shape) + element.position for element in self.elements])
         return points.min(axis=0), points.max(axis=0)
 
 
 def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) -> list[str]:
-    """Names of groups with parts that the symmetry does not put on others, by their bounds.
+    """Return names of groups with parts that have no image under the symmetry, by their bounds.
 
-    A surface may be cut up otherwise on the other half: so what is left of each group is compared as a whole, too.
+    The other half may divide a surface differently, so the remaining parts of each group are also compared as a whole.
     """
     low_high = [outline_points(element.shape) + element.position for element in elements]
     bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])
@@ -292,11 +292,11 @@ def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) ->
 
 
 def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> str:
-    """How a mesh that is not where its field is would be: in other units, with y up, or about its middle; or nothing.
+    """Describe how a misplaced mesh could be misread: in other units, with y up, or centered; "" for no match.
 
     Args:
-        low: Smallest corner, as the file has it.
-        high: Largest corner.
+        low: Smallest corner in the units of the file.
+        high: Largest corner in the units of the file.
         size: Length and width of the field [m].
     """
     for unit, scale in _UNITS.items():
@@ -317,7 +317,7 @@ def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> st
 
 
 def _is_within(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> bool:
-    """Whether a box is on a field, or little beyond it [m]."""
+    """Return whether a box lies on a field or slightly beyond it [m]."""
     below, above = (-_BEYOND, -_BEYOND, -1.0), (size[0] + _BEYOND, size[1] + _BEYOND, _HIGHEST)
     return bool((low >= below).all() and (high <= above).all())
 

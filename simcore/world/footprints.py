@@ -1,4 +1,4 @@
-"""Corners of boxes, and outlines on the carpet: where a rectangle lies, and whether it reaches into a zone."""
+"""Corners of boxes, and outlines on the carpet: corners of a rectangle, and whether it overlaps a zone."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ __all__ = ["box_corners", "corners", "hexagon", "overlaps"]
 
 
 def box_corners(low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> FloatArray:
-    """The eight corners of a box between its lowest and its highest one [m], shape (8, 3)."""
+    """Return the eight corners of a box between its lowest and its highest corner [m], shape (8, 3)."""
     return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
 
 def corners(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
-    """Corners of a rectangle in turn [m], shape (4, 2).
+    """Return the corners of a rectangle in order [m], shape (4, 2).
 
     Args:
-        x: Of its middle [m].
-        y: Of the same [m].
-        yaw: Of its length [rad].
-        length: [m]
-        width: [m]
+        x: Center [m].
+        y: Center [m].
+        yaw: Direction of its length [rad].
+        length: Length [m].
+        width: Width [m].
 
     >>> corners(1.0, 0.0, 0.0, 0.8, 0.6).tolist()
     [[1.4, 0.3], [0.6, 0.3], [0.6, -0.3], [1.4, -0.3]]
@@ -36,12 +36,12 @@ def corners(x: float, y: float, yaw: float, length: float, width: float) -> Floa
 
 
 def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> FloatArray:
-    """Corners of a regular hexagon in turn [m], shape (6, 2).
+    """Return the corners of a regular hexagon in order [m], shape (6, 2).
 
     Args:
-        center: [m]
-        apothem: From there to the middle of a side [m].
-        yaw: Where the middle of a side is seen from there [rad].
+        center: Center [m].
+        apothem: Distance from the center to the middle of a side [m].
+        yaw: Direction from the center to the middle of a side [rad].
 
     >>> hexagon((0.0, 0.0), 1.0).max(axis=0).round(3).tolist()
     [1.0, 1.155]
@@ -53,9 +53,9 @@ def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> Fl
 
 
 def overlaps(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two convex outlines, corners in turn (n, 2) and (m, 2) [m], have a place in common.
+    """Return whether two convex outlines, corners in order (n, 2) and (m, 2) [m], have a point in common.
 
-    If not, one side of one of them has all of the other beyond it (separating axes).
+    If they do not, one side of one outline separates it from the other (separating axes).
 
     >>> square = corners(0.0, 0.0, 0.0, 2.0, 2.0)
     >>> overlaps(square, square + 1.9), overlaps(square, square + 2.1), overlaps(square, 0.1 * square)

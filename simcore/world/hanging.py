@@ -1,8 +1,8 @@
-"""What hangs from the field and swings on a chain, or is hinged to it and tips: robots and pieces push it aside.
+"""Bodies that hang from the field on a chain and swing, or turn about a hinge; robots and pieces push them.
 
-The engine holds it at its pivot and moves it as it moves robots and pieces. What the engine does not know is here: the
-friction of the chain, which also turns the body back to where it faces at rest, that and the spring of a hinge, what
-climbers pull, and sleep. A hinge keeps to its line because the engine is told of a large inertia about the others.
+The engine holds the body at its pivot and moves it like pieces. This module adds what the engine lacks: friction of the
+chain, which also turns the body back to its heading at rest, friction and spring of a hinge, the pull of climbers,
+and sleep. A hinge keeps its axis because the engine gets a large inertia about the other axes.
 """
 
 from __future__ import annotations
@@ -25,37 +25,38 @@ __all__ = ["HangingBody", "HangingConfig"]
 
 _DAMPING = Quantity("1/s", 0.0, 100.0)
 _SPRING = Quantity("N m/rad", 0.0, 1e5)
-_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm under a chain of 1 m, and
-_STILL_TIME = 0.5  # [s] for which it must be so
-_TOUCHING_SPEED = 0.3  # [m/s]; slower, the engine wakes what it touches in time: as beside a robot that pushes slowly
-_TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without a swing
+_STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm below a chain of 1 m
+_STILL_TIME = 0.5  # [s], duration below both
+_TOUCHING_SPEED = 0.3  # [m/s]; below it, the engine wakes what the body touches in time
+_TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without overshoot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HangingConfig:
-    """A body that hangs on a chain, or turns about a hinge: a bar, a seesaw that robots drive on."""
+    """Config of a body that hangs on a chain or turns about a hinge: a bar, or a seesaw that robots drive on."""
 
     name: str
     shape: Box | Cylinder | Sphere
-    """Its origin is the center of mass; its axes are the field's while it hangs at rest."""
+    """Shape; its origin is the center of mass, and its axes are the field's at rest."""
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     pivot: Vector
-    """Where its chain is fastened, or the middle of its hinge, field frame [m]."""
+    """Fixed point of its chain, or center of its hinge, field frame [m]."""
     drop: float
-    """From the pivot down to the center of mass [m]; of a hinge also 0, or below 0 of what is hinged from below."""
+    """Distance from the pivot down to the center of mass [m]; for a hinge it may be 0, or negative if hinged from
+    below."""
     hinge: Literal["x", "y"] | None = None
-    """Along which axis of the field its hinge is; None: it hangs on a chain. A hinged body turns until it meets the
-    carpet or an element of the field: these are its stops."""
+    """Axis of its hinge; None: it hangs on a chain. A hinged body turns until it meets the carpet or an element of the
+    field: these are its stops."""
     spring: float = 0.0
-    """Of a hinge: torque for an angle back to where it is at rest [N m/rad]."""
+    """Spring of a hinge: torque per angle back to the rest position [N m/rad]."""
     drivable: bool = False
-    """Of a hinge: whether robots drive on it."""
+    """Whether robots drive on it; for hinged bodies only."""
     alliance: Alliance | None = None
-    """Whose it is; None: nobody's."""
+    """Alliance that it belongs to; None: neither."""
     surface: TerrainSurface = WALL
     damping: float = 0.3
-    """Part of its angular velocity that friction and air take in a second [1/s]; a swing decays with half of it."""
+    """Share of its angular velocity lost to friction and air per second [1/s]; a swing decays at half this rate."""
 
     def __post_init__(self) -> None:
         owner = f"HangingConfig {self.name!r}"
@@ -68,11 +69,11 @@ class HangingConfig:
 
 
 class HangingBody:
-    """One of them in a world; it hangs at rest and sleeps until something touches it.
+    """A hanging or hinged body in a world; it starts at rest and sleeps until something touches it.
 
     Args:
-        world: With the field.
-        config: What it is.
+        world: World with the field.
+        config: Config of the body.
     """
 
     def __init__(self, world: PhysicsWorld, config: HangingConfig) -> None:
@@ -94,7 +95,7 @@ class HangingBody:
         self._inertia = across + config.mass * config.drop**2  # about the pivot [kg m^2]
         self._own_share = across / self._inertia
         self.radius = bounding_radius(config.shape)
-        """Of a ball about the center of mass that holds all of it [m]."""
+        """Radius of a ball about the center of mass that encloses it [m]."""
         self._half = bounding_box(config.shape)[1]
         self._torque = (0.0, 0.0, 0.0)
         self._still = 0.0
@@ -107,27 +108,27 @@ class HangingBody:
         """Angular velocity, field frame [rad/s]."""
         self._engine.sleep(self.row)
 
-    # --- what a climber asks --------------------------------------------------------------------------------------
+    # --- interface for climbers -----------------------------------------------------------------------------------
 
     def to_rest(self, place: Vector) -> Vector:
-        """Where a place of the field would be if the body hung at rest and took it along [m]."""
+        """Return where a point of the field, moved with the body, is when the body is at rest [m]."""
         return self._from_pivot(rotate_back(self.quat, self._arm(place)))
 
     def from_rest(self, place: Vector) -> Vector:
-        """Where a place of the body is now, from where it is at rest [m]."""
+        """Return the present place of a point of the body from its place at rest [m]."""
         return self._from_pivot(rotate(self.quat, self._arm(place)))
 
     def velocity_at(self, place: Vector) -> Vector:
-        """Velocity of a place of the body, field frame [m/s]."""
+        """Return the velocity of a point of the body, field frame [m/s]."""
         return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:
-        """Inverse of the mass that is felt at a place, across the line to the pivot [1/kg]."""
+        """Return the inverse of the effective mass at a point, across the line to the pivot [1/kg]."""
         arm = self._arm(place)
         return (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2) / self._inertia
 
     def pull(self, place: Vector, force: Vector) -> None:
-        """Pull at a place in the next sub-step, field frame [m, N]; what goes along the chain, the pivot bears."""
+        """Pull at a point in the next sub-step, field frame [m, N]; the pivot bears the part along the chain."""
         tx, ty, tz = cross(self._arm(place), force)
         x, y, z = self._torque
         self._torque = (x + tx, y + ty, z + tz)
@@ -136,14 +137,15 @@ class HangingBody:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Take pose and velocity from the engine, before climbers ask for them."""
+        """Read pose and velocity from the engine, before climbers ask for them."""
         if self.is_awake:
             self.pos, self.quat = self._engine.pose(self.row)
             vel, rate = self._engine.velocity(self.row)
             if self.config.hinge is not None:
                 self.rate = self._about_hinge(rate[self._axis])
                 return
-            # The rate of its angular momentum about the pivot, which the joint leaves as it is while the two disagree.
+            # Rate from the angular momentum about the pivot, which the joint preserves while position and rate
+            # disagree.
             arm, own = self._arm(self.pos), self._own_share
             length2 = arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2
             along = (rate[0] * arm[0] + rate[1] * arm[1] + rate[2] * arm[2]) / length2
@@ -156,13 +158,13 @@ class HangingBody:
             )
 
     def before_substep(self, h: float) -> None:
-        """Friction, and what climbers pull, for the next sub-step of h [s]."""
+        """Apply friction and the pull of climbers for the next sub-step of h [s]."""
         if not self.is_awake:
             return
         arm = self._arm(self.pos)
         if self.config.hinge is not None:
             spring, axis = self.config.spring / self._inertia, self._axis
-            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on motion, not on the spring
+            kept = self.rate[axis] * math.exp(-self.config.damping * h)  # damping acts on the motion, not on the spring
             turn = kept + (self._torque[axis] / self._inertia - spring * self.angle) * h
             self.rate = self._about_hinge(turn / (1.0 + spring * h * h))
             self._engine.set_velocity(self.row, cross(self.rate, arm), self.rate)
@@ -183,7 +185,7 @@ class HangingBody:
             self._torque = (0.0, 0.0, 0.0)
 
     def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
-        """See whether it was touched in a tick of dt [s], or has hung still for long enough to sleep.
+        """Wake the body if something touched it in a tick of dt [s], or put it to sleep after enough time at rest.
 
         Args:
             dt: Length of the tick [s].
@@ -195,7 +197,7 @@ class HangingBody:
                 self._wake()
             return
         self.read()
-        if is_hinged:  # it rests at any angle, and what drives on it may be slow
+        if is_hinged:  # it rests at any angle, and a robot on it may be slow
             is_still = not in_reach and abs(self.rate[self._axis]) < _STILL_RATE
         else:
             x, y, _ = self._arm(self.pos)
@@ -208,20 +210,20 @@ class HangingBody:
 
     @property
     def angle(self) -> float:
-        """Of a hinge: how far it has turned from where it is at rest, about the positive axis [rad]."""
+        """Angle of a hinge from its rest position, about the positive axis [rad]."""
         return 2.0 * math.atan2(self.quat[self._axis], self.quat[3])
 
     @property
     def speed(self) -> float:
-        """Of its fastest part, at most [m/s]."""
+        """Upper bound on the speed of its fastest point [m/s]."""
         return math.hypot(*self.rate) * (abs(self.config.drop) + self.radius)
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
-        """What the pieces need to know.
+        """Extent and speed, for the pieces.
 
-        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest part [m], and the speed below which
-        it wakes by touch alone, because it swings for half a minute [m/s].
+        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest point [m], and the speed below which
+        it wakes pieces by touch alone, because it swings for half a minute [m/s].
         """
         dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
         x, y, z = self.pos

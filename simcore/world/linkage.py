@@ -1,7 +1,7 @@
-"""Parts of a robot that mechanisms move: a chain of joints from the robot frame to the part.
+"""Moving parts of a robot: a chain of joints from the robot frame to the part.
 
-An elevator is a joint that slides, an arm one that turns; a claw on an arm on an elevator is the chain of both. The
-same chain says where a drawn part is, where an intake's zone is, and where a held piece is and how fast it moves.
+An elevator is a joint that slides, an arm one that turns; a claw on an arm on an elevator is a chain of both. The chain
+gives the pose of a drawn part, of an intake's zone, and of a held piece with its velocity.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "
 
 
 class MechanismMotion(Protocol):
-    """What a joint needs of the mechanism that drives it."""
+    """Mechanism that drives a joint, as a joint needs it."""
 
     @property
     def position(self) -> float:
@@ -39,13 +39,13 @@ class Joint:
     mechanism: str
     """Name of the mechanism."""
     axis: Vector
-    """Unit vector in the frame before the joint: about it the joint turns counter-clockwise, or along it slides."""
+    """Unit vector in the frame before the joint: axis of a counter-clockwise turn, or direction of the travel."""
     origin: Vector = (0.0, 0.0, 0.0)
-    """Of the joint in the frame before it [m]."""
+    """Origin of the joint in the frame before it [m]."""
     slides: bool = False
     """Whether it slides; otherwise it turns."""
     ratio: float = 1.0
-    """Turn [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
+    """Angle [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
 
     def __post_init__(self) -> None:
         owner = f"Joint of {self.mechanism!r}"
@@ -55,14 +55,14 @@ class Joint:
 
 
 class PartState(NamedTuple):
-    """Pose and motion of a part, or of a whole robot: in the robot frame, or in the field frame where that is said."""
+    """Pose and motion of a part or of a whole robot: in the robot frame, or in the field frame where stated."""
 
     pos: Vector
-    """[m]"""
+    """Position [m]."""
     quat: Quaternion
-    """From the axes of the part, x, y, z, w."""
+    """Attitude: rotation from the part's axes, x, y, z, w."""
     vel: Vector
-    """[m/s]"""
+    """Velocity [m/s]."""
     rate: Vector
     """Angular velocity [rad/s]."""
 
@@ -70,12 +70,12 @@ class PartState(NamedTuple):
 def part_pose(
     joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
 ) -> tuple[Vector, Quaternion]:
-    """Pose of a part in the robot frame.
+    """Compute the pose of a part in the robot frame.
 
     Args:
-        joints: From the robot outward; none for a part that is fixed.
-        mechanisms: By name.
-        offset: Of the part in the frame after the last joint [m].
+        joints: Joints from the robot outward; none for a fixed part.
+        mechanisms: Mechanisms by name.
+        offset: Position of the part in the frame after the last joint [m].
     """
     x = y = z = 0.0
     quat = IDENTITY
@@ -98,7 +98,7 @@ def part_pose(
 def part_state(
     joints: Sequence[Joint], mechanisms: Mapping[str, MechanismMotion], offset: Vector = (0.0, 0.0, 0.0)
 ) -> PartState:
-    """Pose and motion of a part in the robot frame; see `part_pose`."""
+    """Compute pose and motion of a part in the robot frame; see `part_pose`."""
     (x, y, z), quat = part_pose(joints, mechanisms, offset)
     vx = vy = vz = wx = wy = wz = 0.0
     for number, joint in enumerate(joints):
@@ -116,10 +116,10 @@ def part_state(
 
 
 def require_mechanisms(owner: str, names: Iterable[str | None], known: Iterable[str]) -> None:
-    """Check that mechanisms which a config names are there.
+    """Check that the mechanisms that a config names exist.
 
     Raises:
-        UnknownNameError: One is not; the text says whose it is.
+        UnknownNameError: If one does not; the message names its owner.
     """
     known = list(known)
     for name in names:

@@ -1,13 +1,13 @@
-"""Triangles of one mesh group sorted into the simplest shapes that an engine can collide with.
+"""Conversion of a mesh group into the simplest shapes that an engine can collide with.
 
-A box collides faster and leaks less than a hull, and both beat a triangle mesh: balls bump over the inner edges of
-triangles and pass them at higher steps. So each group becomes, in this order of preference: a `Box`, a `Hull`, thin
-convex plates, and a `Mesh` only where nothing else fits.
+A box collides faster and leaks less than a hull, and both are better than a triangle mesh: balls bump over the inner
+edges of triangles and pass through them at larger steps. So each group becomes, in this order of preference: a
+`Box`, a `Hull`, thin convex plates, and a `Mesh` only where nothing else fits.
 
-A surface without thickness becomes plates: the side that a face looks to (counter-clockwise corners) is free, and the
-plate grows to the other. Files are often wound both ways, or one half of a field was made of the other with its faces
-turned round. So the winding of neighbours is made to agree first; then a surface and its image on the other half of the
-field have to. Where the winding does not say it, the free side is the one that looks up, from where pieces come.
+A surface without thickness becomes plates: the side that a face points to (counter-clockwise corners) is free, and the
+plate grows to the other side. Files often have mixed winding, or one half of a field copied from the other with its
+faces reversed. So the winding of neighbors is made consistent first, then that of a surface and its image on the
+other half. Where the winding does not decide, the free side is the one that faces up, where pieces come from.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from simcore.world.symmetry import FieldSymmetry
 __all__ = ["MAX_PLATES", "SAME_PLACE", "TOLERANCE", "MeshPart", "Sheet", "choose_sides", "decompose"]
 
 TOLERANCE = 1e-4
-"""Dents and bends below this do not count [m]: a tenth of a millimeter, far under what a field is built to."""
+"""Tolerance for dents and bends [m]: a tenth of a millimeter, far below the building tolerance of a field."""
 MAX_PLATES = 32
-"""An open surface of more flat faces than this is taken for curved and stays one triangle mesh."""
+"""Largest number of flat faces of an open surface; one with more counts as curved and stays a triangle mesh."""
 SAME_PLACE = 0.02
-"""Parts of the two halves of a field are each other's image if their bounds agree within this [m]. Fields are built to
-less; a plate on the wrong side is off by its 0.05 m, of which at least 0.029 m are along one axis."""
+"""Parts of the two halves of a field are each other's image if their bounds agree within this [m]. Building tolerances
+are smaller; a plate on the wrong side is off by its 0.05 m, of which at least 0.029 m are along one axis."""
 _LEVEL = 0.05
-"""A surface whose area seen from above is under this share of it is upright: neither side looks up [-]."""
+"""Share of a surface's area seen from above below which it is upright: neither side faces up [-]."""
 _SLIVER = 1e-4
-"""Faces under this share of a surface's area may be wound as they like [-]."""
+"""Share of a surface's area below which the winding of faces does not matter [-]."""
 _THIN = 1e-5
-"""Height of a triangle below which it has no direction of its own [m]."""
+"""Height of a triangle below which it has no normal [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPart:
-    """One shape and where its origin stands."""
+    """One shape with the position of its origin."""
 
     shape: Box | Hull | Mesh
     position: FloatArray
@@ -53,59 +53,59 @@ class MeshPart:
 
 @dataclass(slots=True, eq=False)
 class Sheet:
-    """A connected open surface as convex flat polygons, all wound to one side of it."""
+    """A connected open surface as convex flat polygons, all wound to the same side."""
 
     group: str
     """Name of its group in the file."""
     corners: list[FloatArray]
-    """Of each polygon [m], shape (m, 3)."""
+    """Corners of each polygon [m], shape (m, 3)."""
     normals: FloatArray
-    """Of each polygon, to the free side, shape (n, 3)."""
+    """Normals of the polygons, to the free side, shape (n, 3)."""
     areas: FloatArray
-    """[m^2], shape (n,)."""
+    """Areas of the polygons [m^2], shape (n,)."""
     is_mixed: bool
-    """Whether its faces were wound both ways."""
+    """Whether its faces had mixed winding."""
     bounds: FloatArray
     """Smallest and largest corner [m], shape (2, 3)."""
 
     @property
     def rise(self) -> float:
-        """Share of its area that looks up, less the share that looks down [-]."""
+        """Share of its area that faces up, minus the share that faces down [-]."""
         return float(self.normals[:, 2] @ self.areas / self.areas.sum())
 
     def plates(self, thickness: float) -> list[MeshPart]:
-        """A plate for each polygon, behind its free side, so thick [m]."""
+        """Make a plate of this thickness [m] for each polygon, behind its free side."""
         return [
             _convex_part(np.vstack([corners, corners - thickness * normal]))
             for corners, normal in zip(self.corners, self.normals, strict=True)
         ]
 
 
-# --- what a group is ------------------------------------------------------------------------------------------------
+# --- conversion of a group ------------------------------------------------------------------------------------------
 
 
 def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> list[MeshPart | Sheet]:
-    """The solids and open surfaces that stand for some triangles; empty if all of them are slivers without area.
+    """Convert triangles into solids and open surfaces; return none if all of them are slivers without area.
 
-    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first taken
-    apart into connected pieces. An open piece of at most `MAX_PLATES` flat faces is a `Sheet`: the normal of a face
-    (counter-clockwise corners) points to the free side where balls are. Where the faces of a piece are wound both ways,
-    the larger part says it. What is left, closed bodies with dents and curved open surfaces, is a `Mesh`.
+    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first split
+    into connected pieces. An open piece of at most `MAX_PLATES` flat faces is a `Sheet`: the normal of a face
+    (counter-clockwise corners) points to the free side where balls are. For a piece of mixed winding the larger part
+    decides. The rest, closed bodies with dents and curved open surfaces, is a `Mesh`.
 
     Args:
-        vertices: Shape (n, 3) [m].
+        vertices: Vertices, shape (n, 3) [m].
         triangles: Vertex rows, shape (m, 3).
-        group: Name of the group that they come from.
+        group: Name of their group.
 
     Raises:
-        FieldMeshError: It has more separate bodies than a field may have groups.
+        FieldMeshError: If there are more separate bodies than a field may have groups.
     """
     points, faces = _merged(vertices, triangles)
     if not _has_area(points[faces]).any():
         return []
     if (solid := _solid(points, faces)) is not None:
         return [solid]
-    # Solids that merely touch are kept apart if the file gave them vertices of their own.
+    # Solids that merely touch stay separate if the file gave them their own vertices.
     pieces = _pieces(vertices, triangles, group)
     if len(pieces) == 1 or not all(_is_closed_body(*piece) for piece in pieces):
         pieces = _pieces(points, faces, group)
@@ -113,7 +113,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
 
 
 def _merged(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Equal vertices (to a micrometer) made one, unused ones dropped, and no face of two points."""
+    """Merge equal vertices (to a micrometer), and drop unused ones and faces of two points."""
     _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1)[faces]
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
@@ -122,14 +122,14 @@ def _merged(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
 
 
 def _has_area(corners: FloatArray) -> BoolArray:
-    """Which triangles, (m, 3, 3), are more than slivers: these close a body but have no direction of their own."""
+    """Return which triangles, (m, 3, 3), are more than slivers, which close a body but have no normal."""
     sides = np.roll(corners, -1, axis=1) - corners
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
     return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) > _THIN * longest)
 
 
 def _is_closed_body(points: FloatArray, faces: IntArray) -> bool:
-    """Whether every edge joins two faces and the whole is not just a flat sheet with two sides."""
+    """Return whether every edge joins two faces and the whole is not a flat sheet with two sides."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     if not (np.unique(edges, axis=0, return_counts=True)[1] == 2).all():
         return False
@@ -137,7 +137,7 @@ def _is_closed_body(points: FloatArray, faces: IntArray) -> bool:
 
 
 def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
-    """A closed convex mesh as a box or a hull; independent of the winding, which is often wrong in files."""
+    """Return a closed convex mesh as a box or a hull, regardless of the winding, which is often wrong in files."""
     if not _is_closed_body(points, faces):
         return None
     corners = points[faces]
@@ -145,7 +145,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
-    for start in range(0, len(normals), 256):  # in blocks, so that a huge mesh is rejected early and in little memory
+    for start in range(0, len(normals), 256):  # in blocks, so that a huge mesh is rejected early and with little memory
         rows = slice(start, start + 256)
         side = normals[rows] @ points.T - offsets[rows, None]
         if not ((side.max(axis=1) <= TOLERANCE) | (side.min(axis=1) >= -TOLERANCE)).all():
@@ -154,7 +154,7 @@ def _solid(points: FloatArray, faces: IntArray) -> MeshPart | None:
 
 
 def _convex_part(points: FloatArray) -> MeshPart:
-    """The convex hull of some points as a box along the axes, if it is one, or a hull."""
+    """Return the convex hull of points as an axis-aligned box, if it is one, or as a hull."""
     hull = ConvexHull(points)
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
@@ -169,13 +169,13 @@ def _triangle_mesh(points: FloatArray, faces: IntArray) -> MeshPart:
 
 
 def _trimesh(points: FloatArray, faces: IntArray) -> Any:
-    import trimesh  # here: it takes half a second, and a field of solids needs none
+    import trimesh  # imported here: it takes half a second, and a field of solids does not need it
 
     return trimesh.Trimesh(points, faces, process=False)
 
 
 def _labels(pairs: IntArray, count: int) -> IntArray:
-    """For each of `count` nodes, the number of its component in the graph that the pairs make."""
+    """Return the component number of each of `count` nodes in the graph of the pairs."""
     import trimesh.graph
 
     graph: Any = trimesh.graph  # its types are incomplete
@@ -183,7 +183,7 @@ def _labels(pairs: IntArray, count: int) -> IntArray:
 
 
 def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[FloatArray, IntArray]]:
-    """Vertices and faces of what hangs together by edges that two faces have."""
+    """Return vertices and faces of the components that are connected by edges of two faces."""
     labels = _labels(_trimesh(points, faces).face_adjacency, len(faces))
     if labels.max() >= MOST_GROUPS:
         raise FieldMeshError(f"group {group!r} has {labels.max() + 1} separate bodies, over the limit of {MOST_GROUPS}")
@@ -195,7 +195,7 @@ def _pieces(points: FloatArray, faces: IntArray, group: str) -> list[tuple[Float
 
 
 def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
-    """An open connected mesh as flat polygons; None if it is closed, or takes more than `MAX_PLATES`."""
+    """Return an open connected mesh as flat polygons; None if it is closed or takes more than `MAX_PLATES`."""
     if _is_closed_body(points, faces):
         return None
     faces, is_mixed = _with_even_winding(_trimesh(points, faces))
@@ -216,13 +216,13 @@ def _sheet(points: FloatArray, faces: IntArray, group: str) -> Sheet | None:
 
 
 def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
-    """Faces of a connected mesh, wound so that neighbours agree and most of the area stays as it was.
+    """Return faces of a connected mesh with consistent winding that keeps most of the area as it was.
 
-    Each face is two nodes of a graph, as it is and turned round; an edge joins what agrees: two faces pass their common
-    edge in opposite directions.
+    Each face is two nodes of a graph, as it is and reversed; an edge joins nodes that agree: two faces pass their
+    common edge in opposite directions.
 
     Returns:
-        Vertex rows, shape (m, 3), and whether any face was turned, or none can be right (a Moebius strip).
+        Vertex rows, shape (m, 3), and whether any face was reversed or no winding is consistent (a Moebius strip).
     """
     faces, count, areas = np.asarray(mesh.faces), len(mesh.faces), mesh.area_faces
     a, b = mesh.face_adjacency.T
@@ -244,7 +244,7 @@ def _with_even_winding(mesh: Any) -> tuple[IntArray, bool]:
 
 
 def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[int]]:
-    """Coplanar connected triangles gathered into few convex regions: the whole if it is one, else grown greedily."""
+    """Group coplanar connected triangles into few convex regions: the whole if it is convex, else grown greedily."""
     if _covers_its_hull(mesh, faces):
         return [faces]
     left = sorted(faces, key=lambda face: -float(mesh.area_faces[face]))
@@ -263,7 +263,7 @@ def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[i
 
 
 def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
-    """Whether triangles lie in one plane and fill a convex polygon of it."""
+    """Return whether triangles lie in one plane and fill a convex polygon."""
     points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.face_normals[faces[0]]
     if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a fine curve: each pair is flat, the whole is not
         return False
@@ -278,11 +278,11 @@ def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> lis
     """Turn sheets to their free side, in place.
 
     Args:
-        sheets: Of a whole field, in the order of the file.
-        symmetry: Of the field, None if it has none.
+        sheets: Sheets of a whole field, in the order of the file.
+        symmetry: Symmetry of the field, None if it has none.
 
     Returns:
-        A sentence on each way in which groups were turned whose free side the file does not say.
+        One sentence for each way of turning groups whose free side the file does not give.
     """
     upward: set[str] = set()
     by_most: set[str] = set()
@@ -317,7 +317,7 @@ def choose_sides(sheets: Sequence[Sheet], symmetry: FieldSymmetry | None) -> lis
 
 
 def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sheet | None:
-    """The sheet where the symmetry puts this one, best one that faces as its image; None: there is none."""
+    """Return this sheet's image under the symmetry, preferably one that faces as it should; None for none."""
     flipped = np.sort(symmetry.flip_points(sheet.bounds), axis=0)
     near = [other for other in others if np.abs(other.bounds - flipped).max() < SAME_PLACE]
     alike = (other for other in near if _agreement(other, sheet, symmetry) >= 0.0)
@@ -325,7 +325,7 @@ def _image(sheet: Sheet, others: Sequence[Sheet], symmetry: FieldSymmetry) -> Sh
 
 
 def _agreement(sheet: Sheet, other: Sheet, symmetry: FieldSymmetry) -> float:
-    """Area of a sheet that faces as the image of another does, less the area that faces against it [m^2]."""
+    """Compute the area of a sheet that faces as the image of another, minus the area that faces against it [m^2]."""
     mine, its = (np.array([corners.mean(axis=0) for corners in one.corners]) for one in (sheet, other))
     nearest = np.linalg.norm(mine[:, None] - symmetry.flip_points(its)[None], axis=2).argmin(axis=1)
     normals = symmetry.flip_vectors(other.normals)[nearest]

@@ -1,14 +1,14 @@
-"""The engine on MuJoCo: the one module that imports it.
+"""Engine on MuJoCo: the only module that imports it.
 
-How it is set up, and why:
+Settings and their reasons:
 
-- Contact is MuJoCo's own, with one set of numbers a shape (`_Contacts`). What robots drive over and into has neither
-  friction nor bounce, and the spring that a step allows. While anything else is awake, a step of the caller is cut into
-  parts of 0.5 ms at most: a bounce takes 8 ms, and a tube that tumbles gains 1.2 % of its energy in 1.5 s.
-- A step is semi-implicit Euler, x += h v with the v of its end, as PyBullet's is.
-- What `sleep` names sleeps as MuJoCo has it: it is skipped, and wakes when something that is awake touches it. What
-  `fix` names sleeps, too, and is so heavy that what touches it meets a wall; after each step it is where it was.
-- The model is compiled when it is first needed after a body was added; what moves keeps its state.
+- Contacts are MuJoCo's, with one set of parameters per shape (`_Contacts`). Shapes that robots drive over and into have
+  neither friction nor bounce, and the stiffest spring that the step allows. While anything else is awake, a step is
+  split into parts of at most 0.5 ms: a bounce takes 8 ms, and a tumbling tube gains 1.2 % of its energy in 1.5 s.
+- A step is semi-implicit Euler, x += h v with the v of its end, like PyBullet's.
+- `sleep` uses MuJoCo's sleep: the body is skipped, and wakes when an awake body touches it. `fix` also puts the body to
+  sleep, and makes it so heavy that others meet it as a wall; after each step it is put back.
+- The model is compiled when it is first needed after a body was added; moving bodies keep their state.
 """
 
 from __future__ import annotations
@@ -38,16 +38,14 @@ from simcore.world.shapes import Cylinder, Hull, Mesh, Shape, Sphere, mass_prope
 
 __all__ = ["MuJoCoEngine"]
 
-_SMOOTH, _LONGEST = (
-    0.02,
-    0.0005,
-)  # [s], steps at most: of what meets only statics without friction and bounce, and others
-_FIXED = 1e6  # times its mass has a body while it is fixed
-_AWAKE = -11  # MuJoCo's value of a body that is fully awake
+# [s], longest steps: for bodies that meet only statics without friction and bounce, and for others
+_SMOOTH, _LONGEST = 0.02, 0.0005
+_FIXED = 1e6  # factor on the mass of a body while it is fixed
+_AWAKE = -11  # MuJoCo's value for a body that is fully awake
 
 
 def _load_mujoco() -> Any:
-    """The package; raises `EngineError` where it is not installed."""
+    """Import MuJoCo and return it; raise `EngineError` if it is not installed."""
     try:
         import mujoco
     except ImportError as error:
@@ -59,7 +57,7 @@ def _load_mujoco() -> Any:
 
 
 class MuJoCoEngine(Engine):
-    """One MuJoCo world. Use as a context manager, or call `close`."""
+    """World on MuJoCo. Use as a context manager, or call `close`."""
 
     name = "mujoco"
 
@@ -70,7 +68,7 @@ class MuJoCoEngine(Engine):
         self._begin()
 
     def _begin(self) -> None:
-        """An empty world. Moving bodies are counted in their order; their state is here until the model is compiled."""
+        """Start an empty world. Moving bodies are numbered in order; their state is here until compilation."""
         self._definitions: list[BodyDefinition] = []
         self._collision: list[tuple[int, int]] = []
         self._body: list[int] = []  # number of the moving body, -1 for statics, by row
@@ -82,7 +80,7 @@ class MuJoCoEngine(Engine):
         self._push: FloatArray = np.zeros((0, 6))  # force and torque of the next step, field frame
         self._asleep: BoolArray = np.zeros(0, dtype=bool)
         self._fixed: BoolArray = np.zeros(0, dtype=bool)  # which of those asleep
-        self._moved: BoolArray = np.zeros(0, dtype=bool)  # which are not where MuJoCo has last computed them to be
+        self._moved: BoolArray = np.zeros(0, dtype=bool)  # which have moved since MuJoCo last computed their poses
 
     def reset(self) -> None:
         self._require_open()
@@ -177,29 +175,29 @@ class MuJoCoEngine(Engine):
         self._require_open()
         if (body := self._body[row]) >= 0 and self._asleep[body]:
             self._asleep[body] = self._is_listed = False
-            self._loosen(row)
+            self._unfix(row)
 
     def sleep(self, row: int) -> None:
         self._require_open()
         if (body := self._body[row]) >= 0:
             self._qvel[body] = 0.0
             self._asleep[body], self._is_listed = True, False
-            self._loosen(row)
+            self._unfix(row)
 
     def fix(self, row: int) -> None:
         self._require_open()
         if (body := self._body[row]) >= 0 and not self._fixed[body]:
             self._qvel[body] = 0.0
             self._asleep[body], self._fixed[body], self._is_listed = True, True, False
-            self._weigh(row, _FIXED)
+            self._scale_mass(row, _FIXED)
 
-    def _loosen(self, row: int) -> None:
-        """Give a body its own mass back."""
+    def _unfix(self, row: int) -> None:
+        """Restore the mass of a fixed body."""
         if self._fixed[self._body[row]]:
             self._fixed[self._body[row]] = False
-            self._weigh(row, 1.0)
+            self._scale_mass(row, 1.0)
 
-    def _weigh(self, row: int, factor: float) -> None:
+    def _scale_mass(self, row: int, factor: float) -> None:
         body = self._body[row]
         if self._is_built:
             mass, *inertia = (factor * self._own_mass[body]).tolist()
@@ -207,7 +205,7 @@ class MuJoCoEngine(Engine):
             self._moved[body] = self._is_stale = True
 
     def _list_awake(self, awake: BoolArray) -> None:
-        """Tell MuJoCo who is awake, in all of its lists; each body is a tree of its own."""
+        """Write into all of MuJoCo's lists which bodies are awake; each body is its own tree."""
         d, numbers, who = self._d, np.arange(len(awake)), np.nonzero(awake)[0]
         d.tree_asleep[:] = np.where(awake, _AWAKE, numbers)
         d.tree_awake[:] = d.body_awake[1:] = awake
@@ -219,7 +217,7 @@ class MuJoCoEngine(Engine):
         self._is_listed = False
 
     def _refresh(self) -> None:
-        """Bring the poses of all shapes up to date, also of sleepers that were put elsewhere."""
+        """Update the poses of all shapes, also of sleepers that were moved."""
         self._build()
         if self._is_stale:
             if (self._moved & self._asleep).any():  # MuJoCo would wake them
@@ -238,7 +236,7 @@ class MuJoCoEngine(Engine):
         self._mj.mj_makeM(self._m, self._d)
         self._mj.mj_factorM(self._m, self._d)
 
-    # --- who touches whom ---------------------------------------------------------------------------------------
+    # --- contacts -----------------------------------------------------------------------------------------------
 
     def overlap(self, row: int) -> float:
         self._refresh()
@@ -265,7 +263,7 @@ class MuJoCoEngine(Engine):
     # --- the model ----------------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        """Compile what was added; what was there keeps its state."""
+        """Compile the model after bodies were added; existing bodies keep their state."""
         self._require_open()
         if self._is_built:
             return
@@ -278,12 +276,12 @@ class MuJoCoEngine(Engine):
         self._qpos, self._qvel, self._push = now
         self._own_mass: FloatArray = np.column_stack((m.body_mass[1:], m.body_inertia[1:]))
         self._is_smooth, self._is_rigid = model.is_smooth, model.is_rigid
-        m.opt.timestep = 0.0  # not known yet
+        m.opt.timestep = 0.0  # set in the first step
         self._is_built, self._is_stale, self._is_listed, self._is_masked = True, True, False, False
         for row in model.row_of_body[self._fixed].tolist():
-            self._weigh(row, _FIXED)
+            self._scale_mass(row, _FIXED)
         self._moved[:] = True
-        self._kinematics()  # of the statics, too
+        self._kinematics()  # for the statics as well
 
     # --- one step -----------------------------------------------------------------------------------------------
 
@@ -291,7 +289,7 @@ class MuJoCoEngine(Engine):
         """Advance by h [s].
 
         Raises:
-            EngineError: A position or velocity is not finite any more.
+            EngineError: If a position or velocity is not finite.
         """
         self._build()
         if not len(self._qpos):
@@ -312,13 +310,13 @@ class MuJoCoEngine(Engine):
             bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
             raise EngineError(f"MuJoCo lost body {self._row_of_body[bad]}: its velocity is not finite")
         awake = d.tree_asleep < 0
-        if (awake == asleep).any():  # it has woken those that were touched, or put to sleep who stands still
+        if (awake == asleep).any():  # MuJoCo woke touched bodies, or put resting ones to sleep
             woken = fixed[awake[fixed]]
             self._qpos[fixed], self._qvel[fixed], self._moved[woken] = before, 0.0, True
             asleep &= self._fixed | ~awake
             self._is_listed = False
 
-    # --- questions ----------------------------------------------------------------------------------------------
+    # --- queries ------------------------------------------------------------------------------------------------
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
         self._refresh()
@@ -344,31 +342,31 @@ class MuJoCoEngine(Engine):
 
 
 _TOUCHING = 0.001
-"""Bodies this near count as in contact [m]; they press each other from 0 on."""
+"""Distance below which bodies count as in contact [m]; they press each other from 0 on."""
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
 _ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
 _IMPEDANCE = 0.99  # share of a load that a contact takes at once; its spring takes the rest: 55 kg sink by 0.01 mm
-_CREEP = 10.0  # how much stricter friction is than what presses: what lies on a slope creeps by so much less
-_TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a of a patch with a radius a of some mm
-_TIE_TIME = 0.004  # [s], in which what hangs comes back to its pivot,
+_CREEP = 10.0  # factor by which friction is stiffer than the normal contact: a body on a slope creeps less by it
+_TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
+_TIE_TIME = 0.004  # [s], in which a hanging body returns to its pivot,
 _TIE_STRICTNESS = 0.9999  # and share of a load that its pivot takes at once
-_MEMORY = 48_000_000  # [bytes] for contacts; a system gives it page by page, when it is touched
+_MEMORY = 48_000_000  # [bytes] for contacts; the system allocates pages when they are first touched
 _MEMORY_PER_BODY = 250_000  # [bytes]
 _MOST_CLASSES = 31  # bits of MuJoCo's masks
-_MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is out of the world
-_MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is given up
+_MOST_GROUPS = 5  # MuJoCo has six ray groups; the sixth is for bodies without collisions
+_MOST_PASSED = 16  # surfaces that a ray may leave from the inside before it is given up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledModel:
-    """A model with its state, and which row of the engine each part of it is.
+    """A compiled model with its state, and the engine's row of each of its parts.
 
-    Moving bodies are counted in their order, from 0; their shapes come after those of statics.
+    Moving bodies are numbered in order, from 0; their shapes come after those of statics.
     """
 
     mj: Any
-    """The package."""
+    """The `mujoco` package."""
     m: Any
     """The `MjModel`."""
     d: Any
@@ -376,16 +374,16 @@ class _CompiledModel:
     row_of_body: IntArray
     """Row of each moving body, shape (bodies,)."""
     row_of_geom: IntArray
-    """Shape (geoms,)."""
+    """Row of each shape, shape (geoms,)."""
     statics: int
     """Number of the shapes of statics."""
     is_smooth: BoolArray
-    """Which moving bodies meet nothing but statics without friction and bounce, as robots do, shape (bodies,)."""
+    """Whether each moving body meets only statics without friction and bounce, as robots do, shape (bodies,)."""
     is_rigid: BoolArray
-    """Which shapes are of these statics, shape (geoms,)."""
+    """Whether each shape belongs to such a static, shape (geoms,)."""
 
     def cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
-        """Fraction, row and normal of the first surface that a segment enters."""
+        """Return fraction, row and normal of the first surface that a segment enters."""
         way, passed = end - start, 0.0
         geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
         for _ in range(_MOST_PASSED):
@@ -401,19 +399,19 @@ class _CompiledModel:
         return 1.0, -1, (0.0, 0.0, 0.0)
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Rows of the bodies in the world whose bounding boxes overlap a box [m]."""
+        """Return rows of the colliding bodies whose bounding boxes overlap a box [m]."""
         lows, highs = self.boxes(np.arange(len(self.row_of_geom)))
         here = ((lows <= high) & (highs >= low)).all(axis=1) & (self.m.geom_contype != 0)
         rows: list[int] = np.unique(self.row_of_geom[here]).tolist()
         return rows
 
     def depth(self, row: int) -> float:
-        """As `Engine.depth`."""
+        """Return the depth of a body in statics; see `Engine.depth`."""
         m, mine = self.m, np.nonzero(self.row_of_geom == row)[0]
         low, high = (corner[:, None] for corner in self.boxes(mine))
         lows, highs = self.boxes(np.arange(self.statics))
         near = ((lows <= high) & (highs >= low)).all(axis=2)
-        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self.statics]  # both ways are the same
+        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self.statics]  # the masks are symmetric
         gaps = [
             float(self.mj.mj_geomDistance(m, self.d, int(mine[one]), other, 0.0, None))
             for one, other in np.argwhere(near & (ways != 0)).tolist()
@@ -421,7 +419,7 @@ class _CompiledModel:
         return -min(gaps, default=0.0)
 
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
+        """Return corners of the bounding boxes of shapes, field frame [m], shape (n, 3) each."""
         m, d = self.m, self.d
         axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
         center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
@@ -433,13 +431,13 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
     """Compile a model.
 
     Args:
-        mujoco: The package.
-        definitions: By row.
-        gravity: Along -z [m/s^2].
+        mujoco: The `mujoco` package.
+        definitions: Definitions by row.
+        gravity: Gravity along -z [m/s^2].
         longest: Longest step of contacts with friction or bounce [s].
 
     Raises:
-        EngineError: MuJoCo refuses a shape; the message is its own.
+        EngineError: If MuJoCo refuses a shape; the message is MuJoCo's.
     """
     spec = mujoco.MjSpec()
     option = spec.option
@@ -486,10 +484,10 @@ def _build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: fl
 
 
 class _Contacts:
-    """Numbers of the contacts of each body.
+    """Contact parameters of each body.
 
     Args:
-        definitions: Of all bodies.
+        definitions: Definitions of all bodies.
         longest: Longest step of contacts with friction or bounce [s].
     """
 
@@ -500,14 +498,14 @@ class _Contacts:
         self._known: dict[tuple[TerrainSurface, float, int, int], dict[str, Any]] = {}
 
     def numbers(self, body: BodyDefinition) -> dict[str, Any]:
-        """What `add_geom` takes for a shape of a body."""
+        """Return the contact parameters that `add_geom` takes for a shape of a body."""
         kind = (body.surface, body.mass, body.group, body.mask)
         if kind not in self._known:
             self._known[kind] = self._pair(body)
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Whether a body meets statics, and none with friction or a bounce."""
+        """Return whether a body meets statics, none of them with friction or bounce."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 
@@ -531,24 +529,24 @@ class _Contacts:
             "solref": [-spring, -damper],
             "solimp": [_IMPEDANCE, _IMPEDANCE, 1.0, 0.5, 1.0],
             "margin": 0.0,
-            "gap": 0.5 * _TOUCHING,  # of two shapes it is the sum
+            "gap": 0.5 * _TOUCHING,  # the gaps of both shapes add
         }
 
 
 def _is_rigid(surface: TerrainSurface, mass: float) -> bool:
-    """Whether a body is a static without friction and bounce."""
+    """Return whether a body is a static without friction and bounce."""
     return mass == surface.friction == surface.restitution == 0.0
 
 
 def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], away: Vector = (0.0, 0.0, 0.0)) -> None:
-    """Give a moving body another mass, inertia and center in a compiled model, and what MuJoCo derives from them.
+    """Set mass, inertia and center of a moving body in a compiled model, and the values that MuJoCo derives from them.
 
     Args:
         model: The `MjModel`.
-        number: Of the moving body, counted from 0; the world is body 0 of the model.
-        mass: [kg]
+        number: Number of the moving body, from 0; the world is body 0 of the model.
+        mass: Mass [kg].
         inertia: Principal moments about the new center [kg m^2].
-        away: From the old center of mass to the new one, body frame [m]: its shapes move the other way.
+        away: Vector from the old center of mass to the new one, body frame [m]: its shapes move the other way.
     """
     body, dofs = number + 1, slice(6 * number, 6 * number + 6)
     change = mass - model.body_mass[body]
@@ -562,13 +560,13 @@ def _set_mass(model: Any, number: int, mass: float, inertia: Sequence[float], aw
     if any(away):
         geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
         model.geom_pos[geoms] -= away
-        model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: else a shape that was in the center would stay there
+        model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: otherwise a shape at the old center would stay there
         boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
         model.bvh_aabb[boxes, :3] -= away
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
-    """Tie a body to its pivot. The pose of the model itself is that in which both places of the joint meet."""
+    """Tie a body to its pivot. The model's initial pose is the one in which both points of the joint coincide."""
     assert definition.pivot is not None
     quat = multiply(definition.quat, definition.inertia_axes)
     center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
@@ -580,13 +578,13 @@ def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinitio
 
 
 def _uniform(definition: BodyDefinition) -> Vector:
-    """Moments of a uniform solid along the axes of its shape [kg m^2]."""
+    """Compute the moments of a uniform solid about the axes of its shape [kg m^2]."""
     x, y, z = np.diag(mass_properties(definition.shape).inertia).tolist()
     return (definition.mass * x, definition.mass * y, definition.mass * z)
 
 
 class _Geoms:
-    """Adds shapes to bodies of a spec; equal hulls share one mesh."""
+    """Builder that adds shapes to bodies of a spec; equal hulls share one mesh."""
 
     def __init__(self, mujoco: Any, spec: Any) -> None:
         self._types = mujoco.mjtGeom
@@ -595,7 +593,7 @@ class _Geoms:
         self._meshes: dict[bytes, str] = {}
 
     def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion, numbers: dict[str, Any]) -> int:
-        """Add a shape with the numbers of its contacts; returns the number of its geoms."""
+        """Add a shape with its contact parameters and return its number of geoms."""
         if isinstance(shape, Mesh):
             prisms = _prisms(shape)
             for prism in prisms:
@@ -632,7 +630,7 @@ class _Geoms:
 
 
 def _prisms(mesh: Mesh) -> list[FloatArray]:
-    """Each triangle of a mesh as the six corners of a thin prism around it [m]."""
+    """Convert each triangle of a mesh to the six corners of a thin prism around it [m]."""
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.sqrt(np.einsum("ij,ij->i", normal, normal))
@@ -645,18 +643,18 @@ def _prisms(mesh: Mesh) -> list[FloatArray]:
 
 
 def _require_group(group: int) -> None:
-    """Raise `EngineError` for a group that MuJoCo's rays cannot tell apart."""
+    """Raise `EngineError` for a group that MuJoCo's rays cannot distinguish."""
     if group >= 1 << _MOST_GROUPS:
         raise EngineError(f"MuJoCo tells {_MOST_GROUPS} collision groups apart, the bits 1 to 16; got {group}")
 
 
 def _ray_flags(mask: int) -> Any:
-    """Which groups a ray meets, as MuJoCo takes it."""
+    """Convert the groups that a ray meets to MuJoCo's format."""
     return np.array([*(mask >> number & 1 for number in range(_MOST_GROUPS)), 0], dtype=np.uint8)
 
 
 def _write_masks(model: _CompiledModel, collision: Sequence[tuple[int, int]]) -> None:
-    """Put into a model who touches whom, from the group and mask of each row; 0, 0 takes it out of the world."""
+    """Write the group and mask of each row into a model; 0, 0 removes a body from all collisions."""
     kinds, kind = np.unique([pair if all(pair) else (0, 0) for pair in collision], axis=0, return_inverse=True)
     if len(kinds) > _MOST_CLASSES:
         raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")

@@ -1,9 +1,9 @@
-"""Wavefront OBJ files as named groups of polygons, and back; and convex bodies as such groups, for scripts.
+"""Wavefront OBJ files: read and write named groups of polygons, and make convex groups for scripts.
 
-Group names carry meaning here: they choose the surface of each part of a field, and errors name the line. trimesh 5.2
-keeps the names, too (`split_objects`, `split_groups`), but takes vertices that count back from the latest one as
-counted from the end of the file, cuts polygons with a dent into triangles outside of them, and says nothing of a vertex
-of two numbers, of NaN, or of a face with the vertex 0.
+Group names matter here: they choose the surface of each part of a field, and errors name the line. trimesh 5.2 also
+keeps the names (`split_objects`, `split_groups`), but it counts negative indices from the end of the file instead of
+the latest vertex, splits concave polygons into triangles outside of them, and silently accepts a vertex of two
+numbers, NaN, or a face with the vertex 0.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ __all__ = [
 ]
 
 UNNAMED = "default"
-"""Name of faces that come before any `o` or `g`; the OBJ specification calls that group so."""
+"""Name of faces before any `o` or `g`, as in the OBJ specification."""
 
 MOST_FACES, MOST_GROUPS = 100_000, 1000
-"""A field of more is not worth the wait: it would load for minutes."""
+"""Limits of a field: a larger one would load for minutes."""
 _MOST_CORNERS = 256
 
 _IGNORED = frozenset(
@@ -50,16 +50,16 @@ _IGNORED = frozenset(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObjGroup:
-    """The faces under one name."""
+    """Faces under one name."""
 
     name: str
     vertices: FloatArray
-    """Only those that the faces use, in the file's own unit, shape (n, 3)."""
+    """Vertices that the faces use, in the file's unit, shape (n, 3)."""
     faces: tuple[tuple[int, ...], ...]
-    """Vertex rows around each polygon, counter-clockwise seen from the side the normal points to."""
+    """Vertex rows around each polygon, counter-clockwise seen from the side to which the normal points."""
 
     def triangles(self) -> IntArray:
-        """Vertex rows of each triangle, shape (m, 3)."""
+        """Return the vertex rows of each triangle, shape (m, 3)."""
         rows = [tri for face in self.faces for tri in triangulate(self.vertices, face)]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
@@ -67,17 +67,17 @@ class ObjGroup:
 def read_obj(
     path: str | PathLike[str], *, most_faces: int = MOST_FACES, most_groups: int = MOST_GROUPS
 ) -> tuple[ObjGroup, ...]:
-    """Groups of an OBJ file in the order in which they first appear.
+    """Read the groups of an OBJ file in the order of their first appearance.
 
-    The latest `o` or `g` statement names the faces after it; faces under a name that comes again join the first ones.
+    The latest `o` or `g` statement names the faces after it; faces under a repeated name join the first ones.
 
     Args:
-        path: The file.
-        most_faces: More are refused before they are read.
-        most_groups: So are more `o` and `g` statements.
+        path: Path of the file.
+        most_faces: Largest number of faces; a file with more is refused before it is read.
+        most_groups: Largest number of `o` and `g` statements, likewise.
 
     Raises:
-        FieldMeshError: The file is missing, unreadable, not an OBJ, broken in some line, too large, or holds no faces.
+        FieldMeshError: If the file is missing, unreadable, not an OBJ, broken in a line, too large, or has no faces.
     """
     path = Path(path)
     try:
@@ -131,10 +131,10 @@ def read_obj(
 
 
 def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 6) -> str:
-    """The text of an OBJ file, the same for the same groups on every machine.
+    """Format the text of an OBJ file; equal groups give equal text on every machine.
 
     Args:
-        groups: What to write, in this order, each under its own `o` statement.
+        groups: Groups to write, in this order, each under its own `o` statement.
         header: Comment lines for the top.
         decimals: Digits after the point of each coordinate; 6 is a micrometer.
     """
@@ -142,7 +142,7 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
     offset = 1
     for group in groups:
         lines.append(f"o {group.name}")
-        # Adding zero turns -0.0 into 0.0, so that a mirrored copy prints the same digits.
+        # Adding zero turns -0.0 into 0.0, so that a mirrored copy prints equal digits.
         lines += ["v " + " ".join(f"{c:.{decimals}f}" for c in v) for v in np.round(group.vertices, decimals) + 0.0]
         lines += ["f " + " ".join(str(i + offset) for i in face) for face in group.faces]
         offset += len(group.vertices)
@@ -150,12 +150,12 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
 
 
 def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> str:
-    """Write an OBJ file, and its folder if it is missing; says in one line what is in it.
+    """Write an OBJ file, and its folder if missing; return one line about its content.
 
     Args:
-        path: Where to.
-        groups: As in `format_obj`.
-        header: Likewise.
+        path: Path of the file.
+        groups: Groups as in `format_obj`.
+        header: Header as in `format_obj`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(format_obj(groups, header=header), encoding="utf-8", newline="\n")
@@ -164,10 +164,10 @@ def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> st
 
 
 def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, int, int]]:
-    """Triangles of one flat polygon, convex or not: ears are cut off until a triangle is left.
+    """Split one flat polygon, convex or not, into triangles: ears are cut off until a triangle is left.
 
     Args:
-        vertices: Of the mesh, shape (n, 3).
+        vertices: Vertices of the mesh, shape (n, 3).
         face: Vertex rows around the polygon.
     """
     corners = vertices[list(face)]
@@ -175,7 +175,7 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
     place = (flat[:, 0] + 1j * flat[:, 1]).tolist()
     left, out = list(range(len(face))), []
 
-    def turn(a: int, b: int, c: int) -> float:  # twice the signed area: above zero for a left turn at b
+    def turn(a: int, b: int, c: int) -> float:  # twice the signed area; positive for a left turn at b
         return float(((place[b] - place[a]).conjugate() * (place[c] - place[a])).imag)
 
     def is_ear(i: int) -> bool:
@@ -192,7 +192,7 @@ def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, 
 
 
 def in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
-    """Points, (n, 3), along two axes across a normal, counter-clockwise seen from its end, shape (n, 2)."""
+    """Project points, (n, 3), onto two axes normal to a vector, counter-clockwise seen from its tip, shape (n, 2)."""
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u = u / max(float(np.linalg.norm(u)), np.finfo(float).tiny)
     return np.column_stack([points @ u, points @ np.cross(normal, u)])
@@ -227,18 +227,18 @@ def _face(values: list[str], count: int) -> tuple[int, ...]:
 
 
 def box_group(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
-    """An axis-aligned box between two corners [m]."""
+    """Make an axis-aligned box between two corners [m]."""
     ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     return solid_group(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
 
 
 def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
-    """A prism or frustum: two flat polygons with equally many corners, and flat faces between them.
+    """Make a prism or frustum: two flat polygons with equal numbers of corners, and flat faces between them.
 
     Args:
-        name: Of the group.
+        name: Name of the group.
         bottom: Corners, counter-clockwise seen from the top [m], shape (n, 3).
-        top: The corner over each of them [m], shape (n, 3).
+        top: Corner above each of them [m], shape (n, 3).
     """
     n = len(bottom)
     sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
@@ -246,11 +246,11 @@ def solid_group(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
 
 
 def prism_group(name: str, outline: FloatArray, bottom: float, top: float) -> ObjGroup:
-    """An upright prism.
+    """Make an upright prism.
 
     Args:
-        name: Of the group.
-        outline: Convex, counter-clockwise seen from above [m], shape (n, 2).
+        name: Name of the group.
+        outline: Convex outline, counter-clockwise seen from above [m], shape (n, 2).
         bottom: Height of its lower face [m].
         top: Height of its upper face [m].
     """
@@ -267,18 +267,18 @@ def pipe_group(
     aside: tuple[float, float, float],
     sides: int = 8,
 ) -> ObjGroup:
-    """A straight pipe or bar, as a prism with as large a section as the round one.
+    """Make a straight pipe or bar, as a prism with the cross-section area of the round pipe.
 
     Args:
-        name: Of the group.
-        start: Middle of one end [m].
-        end: Middle of the other [m].
-        diameter: Of the round pipe [m].
-        aside: A direction across the pipe, which two of the faces look to.
-        sides: Faces around it.
+        name: Name of the group.
+        start: Center of one end [m].
+        end: Center of the other end [m].
+        diameter: Diameter of the round pipe [m].
+        aside: Direction across the pipe, to which two of the faces point.
+        sides: Number of faces around it.
 
     Raises:
-        ConfigError: The pipe has no length or diameter, or `aside` is along it.
+        ConfigError: If the pipe has no length or diameter, or `aside` is along it.
     """
     ends = np.array([start, end])
     way = ends[1] - ends[0]
@@ -298,6 +298,6 @@ def pipe_group(
 
 
 def flipped_group(group: ObjGroup, name: str, symmetry: FieldSymmetry) -> ObjGroup:
-    """The group that the symmetry of a field puts on the other half; its faces look outward as well."""
+    """Return the image of a group under the symmetry of a field; its faces point outward as well."""
     faces = group.faces if symmetry.keeps_hands else tuple(face[::-1] for face in group.faces)
     return ObjGroup(name, symmetry.flip_points(group.vertices), faces)

@@ -1,4 +1,4 @@
-"""The robots of a world: their records, what their bumpers touch, and what their masses need."""
+"""Robots of a world: their records, the outlines that their bumpers meet, and their mass properties."""
 
 from __future__ import annotations
 
@@ -41,51 +41,51 @@ from simcore.world.shapes import Compound, Mesh, Part, Shape, outline, outline_p
 
 __all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice_between"]
 
-_BAND = 0.02  # [m]; outlines of elements are made for heights of whole multiples, a little below what is asked for
-_LOW = 0.1  # [m]; what does not stand higher is for wheels and frames
-_LIFT = 0.003  # [m]; a robot that has risen or sunk by less meets the same outlines
-_THIN = 1e-5  # [m^2]; what an element has less of at a height is not met there
-_COVERED = 1e-3  # [m]; what is so near outside of a side is looked at, whether another outline covers it
-_SINK = 0.0003  # [m]; by so much the weight of a robot presses its wheels in
+_BAND = 0.02  # [m]; outlines of elements are made at whole multiples of this height, slightly below the requested one
+_LOW = 0.1  # [m]; lower elements meet wheels and frames only
+_LIFT = 0.003  # [m]; a robot that has risen or sunk by less keeps its outlines
+_THIN = 1e-5  # [m^2]; smallest area of an element's slice that bumpers meet
+_COVERED = 1e-3  # [m]; points this far outside a side are tested for being covered by another outline
+_SINK = 0.0003  # [m]; compression of the wheels under the robot's weight
 _DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
-_STIFFER = 3.0  # bumpers and frame than a wheel
+_STIFFER = 3.0  # factor of bumpers and frame on the wheels' stiffness
 _POINT_RADIUS = 0.01  # [m]
-_ROOM = 64  # robots in a world
-_ABOVE = 0.002  # [m]; from so high above what is under it a robot that is put down sinks
+_ROOM = 64  # most robots in a world
+_ABOVE = 0.002  # [m]; height above the ground from which a placed robot settles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BumperPart:
-    """A rectangle of what meets walls and robots: bumpers, or the frame above them."""
+    """A rectangle that meets walls and robots: bumpers, or the frame above them."""
 
     x: float
-    """Middle, robot frame [m]."""
+    """Center, robot frame [m]."""
     y: float
     half_length: float
-    """[m]"""
+    """Half of the length [m]."""
     half_width: float
     bottom: float
-    """Lower edge above the carpet [m]."""
+    """Height of the lower edge above the carpet [m]."""
     top: float
-    """Upper edge [m]."""
+    """Height of the upper edge above the carpet [m]."""
     friction: float
-    """Factor, as of a surface [-]."""
+    """Friction factor, as of a surface [-]."""
     restitution: float
-    """Factor, as of a surface [-]."""
+    """Restitution factor, as of a surface [-]."""
     stiffness: float
-    """Force over depth and length of the side that touches [N/m^2]."""
+    """Force per depth and per length of the touching side [N/m^2]."""
 
 
 _kick_and_drift: Callable[..., None] = kick_and_drift
 
 
 class RecordRows:
-    """Records of one type, which are made once: a row that was taken stays where it is.
+    """Preallocated records of one type: a row keeps its place once it is taken.
 
     Args:
-        what: They are, for messages.
-        dtype: Their type.
-        room: How many there can be; memory is used of those alone that are taken.
+        what: Name of the records, for messages.
+        dtype: Type of the records.
+        room: Largest number of rows; untouched rows use no memory.
     """
 
     def __init__(self, what: str, dtype: np.dtype[Any], room: int) -> None:
@@ -93,14 +93,14 @@ class RecordRows:
 
     @property
     def taken(self) -> Records:
-        """All that are in use."""
+        """Rows in use."""
         return self._made[: self.count]
 
     def take(self, new: Records) -> Records:
         """Take as many rows as there are new records, set them, and return them.
 
         Raises:
-            ConfigError: There is no room left.
+            ConfigError: If there is no room left.
         """
         first, self.count = self.count, self.count + len(new)
         if self.count > len(self._made):
@@ -111,7 +111,7 @@ class RecordRows:
 
 
 class _Wheels(Protocol):
-    """A drivetrain with records of its own, which go into those of the world."""
+    """A drivetrain whose records move into those of the world."""
 
     robot_record: Records
     shafts: Records
@@ -120,15 +120,15 @@ class _Wheels(Protocol):
 
 
 class _Shaft(Protocol):
-    """A mechanism, likewise."""
+    """A mechanism whose record moves into those of the world."""
 
     record: Records
 
 
 def is_met_in_plan(shape: Shape, pos: Vector, quat: Quaternion) -> bool:
-    """Return whether bumpers meet a static of this shape at a place by its outline.
+    """Return whether bumpers meet a static of this shape and pose by its outline.
 
-    What is not convex, or so low that wheels or the frame's lower edge meet it, is met as a solid.
+    Concave shapes, and shapes so low that wheels or the frame's lower edge meet them, are met as solids.
     """
     if isinstance(shape, Mesh):
         return False
@@ -139,7 +139,7 @@ class RobotDynamics:
     """All robots of a world.
 
     Args:
-        bodies: Theirs among others.
+        bodies: All bodies of the world, robots among them.
     """
 
     def __init__(self, bodies: Bodies) -> None:
@@ -153,7 +153,7 @@ class RobotDynamics:
         self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
         self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
         self._clock = np.zeros(1, np.int64)
-        self._reported = 0  # brown-outs and resets
+        self._reported = 0  # count of brown-outs and resets
         self._number_of: dict[int, int] = {}  # by row
         self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
         self._slices: dict[tuple[int, int], tuple[int, int]] = {}
@@ -164,11 +164,11 @@ class RobotDynamics:
         self._outlines, self._hidden = records(OUTLINE, 0), np.zeros(0, np.uint8)
         self._corners, self._normals = np.zeros((0, 2)), np.zeros((0, 2))
         self._slices.clear()
-        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # of the parts when outlines were chosen [m]
+        self._heights: FloatArray = np.full(self._parts.count, np.inf)  # of the parts at the last choice [m]
 
     @property
     def robots(self) -> Records:
-        """Their records, in the order in which they were added."""
+        """Records of the robots, in the order in which they were added."""
         return self._robots.taken
 
     @property
@@ -185,7 +185,7 @@ class RobotDynamics:
     # --- building -------------------------------------------------------------------------------------------------
 
     def add_static(self, row: int, shape: Shape, pos: Vector, quat: Quaternion, surface: TerrainSurface) -> None:
-        """Add what bumpers meet, a static whose origin is at a place [m]."""
+        """Add a static that bumpers meet, with its origin at a place [m]."""
         turn = matrix(quat).T
         assert not isinstance(shape, Mesh)
         members = shape.parts if isinstance(shape, Compound) else (Part(shape),)
@@ -194,7 +194,7 @@ class RobotDynamics:
         self._forget_outlines()
 
     def add_robot(self, row: int, body: int, parts: Sequence[BumperPart]) -> int:
-        """Add a robot whose body has a row and a number; returns its own number."""
+        """Add a robot whose body has this row and number; return the robot's number."""
         prepare()
         number = len(self._drives)
         self._number_of[row] = number
@@ -217,7 +217,7 @@ class RobotDynamics:
         return number
 
     def bind(self, number: int, drive: _Wheels | None = None, mechanisms: Sequence[_Shaft] = ()) -> None:
-        """Move the records of a robot's drivetrain and mechanisms to those of the world, where they stay."""
+        """Move the records of a robot's drivetrain and mechanisms into those of the world, where they stay."""
         robot = self.robots[number : number + 1]
         robot["first_shaft"], robot["first_wheel"] = self._shafts.count, self._wheels.count
         if drive is not None:
@@ -233,13 +233,13 @@ class RobotDynamics:
         self._drives[number], self._fleet = drive, None
 
     def set_points(self, number: int, wheels: Sequence[Vector], points: Sequence[Vector], radius: float) -> None:
-        """Set where a robot touches the field.
+        """Set the contact points of a robot.
 
         Args:
-            number: Of the robot.
-            wheels: Centers, robot frame [m].
-            points: Of bumpers and frame, each the middle of a ball of 10 mm [m].
-            radius: Of the wheels [m].
+            number: Number of the robot.
+            wheels: Centers of the wheels, robot frame [m].
+            points: Points of bumpers and frame, each the center of a ball of 10 mm [m].
+            radius: Radius of the wheels [m].
         """
         robot, m = self.robots[number], len(wheels)
         made = records(POINT, m + len(points))
@@ -254,15 +254,16 @@ class RobotDynamics:
     def set_mass(
         self, number: int, mass: float, center: Vector, inertia: Vector, radius: float, loads: Sequence[float]
     ) -> None:
-        """Change mass, center of mass and moments of inertia of a robot; its pose stays.
+        """Set mass, center of mass and moments of inertia of a robot; its pose stays.
 
         Args:
-            number: Of the robot.
-            mass: [kg]
-            center: Of mass, robot frame [m].
-            inertia: About it [kg m^2].
-            radius: Of its wheels [m].
-            loads: Of its wheels as it stands level [N]; each spring is so much longer that it then stands at height 0.
+            number: Number of the robot.
+            mass: Mass [kg].
+            center: Center of mass, robot frame [m].
+            inertia: Moments of inertia about it [kg m^2].
+            radius: Radius of the wheels [m].
+            loads: Loads of the wheels on level ground [N]; each spring is lengthened so that the robot stands at height
+                0.
         """
         robot, m = self.robots[number], len(loads)
         body = self._bodies.records[int(robot["body"])]
@@ -277,7 +278,7 @@ class RobotDynamics:
         parts = self._parts.taken[int(robot["first_part"]) : int(robot["last_part"])]
         parts["edge_stiffness"], parts["edge_damping"] = _STIFFER * stiffness, stiffer * damping
 
-    # --- questions ------------------------------------------------------------------------------------------------
+    # --- queries --------------------------------------------------------------------------------------------------
 
     def touching(self, row: int) -> list[int]:
         """Return rows of the walls and robots that a robot touched in its last step."""
@@ -288,7 +289,7 @@ class RobotDynamics:
         return touched
 
     def wheel_gaps(self, number: int, count: int) -> list[float]:
-        """Return how far the wheels of a robot are from the ground, as far as it is near [m]."""
+        """Return distances of a robot's wheels from the ground, where it is near [m]."""
         first = int(self.robots["first_point"][number])
         gaps: list[float] = self._points.taken["gap"][first : first + count].tolist()
         return gaps
@@ -296,9 +297,9 @@ class RobotDynamics:
     def standing(
         self, number: int, pose: Vector, solids: Solids, has_floor: bool, gravity: float, height: float
     ) -> tuple[Vector, Quaternion]:
-        """Return place of the origin and attitude of a robot that stands at a pose [m, m, rad].
+        """Return position of the origin and attitude of a robot that stands at a pose [m, m, rad].
 
-        It sinks there from a height [m] at which nothing is in it.
+        The robot settles there from a height [m] without overlaps.
         """
         kept = self._bodies.records.copy()
         body = self._bodies.records[int(self.robots["body"][number])]
@@ -313,7 +314,7 @@ class RobotDynamics:
     # --- motion ---------------------------------------------------------------------------------------------------
 
     def put(self, row: int, pos: Sequence[float], quat: Quaternion) -> None:
-        """Put a robot somewhere at rest."""
+        """Place a robot at rest."""
         robot = self.robots[self._number_of[row]]
         body = self._bodies.records[int(robot["body"])]
         body["pos"], body["quat"], body["vel"], body["rate"] = pos, quat, 0.0, 0.0
@@ -324,7 +325,7 @@ class RobotDynamics:
         robot["is_put"] = 1
 
     def choose_outlines(self) -> None:
-        """Choose what bumpers may meet at the heights of the robots."""
+        """Choose the outlines that bumpers may meet at the heights of the robots."""
         if self._parts.count:
             heights = self._bodies.records["pos"][self.robots["body"], 2][self._parts.taken["robot"]]
             if not np.abs(heights - self._heights).max() <= _LIFT:
@@ -332,7 +333,7 @@ class RobotDynamics:
                 self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Let batteries report brown-outs and resets that have begun."""
+        """Let batteries report new brown-outs and resets."""
         batteries = self._batteries.taken
         begun = int(batteries["brownouts"].sum() + batteries["resets"].sum())
         if begun != self._reported:
@@ -342,7 +343,7 @@ class RobotDynamics:
                     drive.battery.report()
 
     def fail(self, number: int) -> NoReturn:
-        """Report that a robot is lost.
+        """Report that the state of a robot is not finite.
 
         Raises:
             EngineError: Always.
@@ -355,13 +356,13 @@ class RobotDynamics:
     # --- the engine's bodies ---------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
-        """Let the engine move the robots as the loop has moved them, among its own bodies.
+        """Give the engine the robots' motion as the loop has computed it, so that it meets the engine's bodies.
 
         Args:
-            engine: Of all other bodies.
-            before: Places and attitudes of all bodies as the step began, shape (n, 7).
+            engine: Engine of all other bodies.
+            before: Positions and attitudes of all bodies at the start of the step, shape (n, 7).
             h: Step [s].
-            gravity: Downward, which the engine adds [m/s^2].
+            gravity: Gravity, downward, which the engine adds [m/s^2].
         """
         for number in self._bodies.robots:
             row, mean = self._bodies.rows[number], self._bodies.records["mean_twist"][number].tolist()
@@ -369,7 +370,7 @@ class RobotDynamics:
             engine.set_velocity(row, (mean[0], mean[1], mean[2] + gravity * h), mean[3:])
 
     def take_from(self, engine: Engine, h: float) -> None:
-        """Add what the engine's bodies did to the robots in its step of h [s]: kick, then drift."""
+        """Add the effect of the engine's bodies on the robots in its step of h [s]: kick, then drift."""
         for number in self._bodies.robots:
             row, body = self._bodies.rows[number], self._bodies.records[number]
             if not engine.touching(row):
@@ -379,7 +380,7 @@ class RobotDynamics:
             _kick_and_drift(self._bodies.records, number, vx - ux, vy - uy, vz - uz, wx - px, wy - py, wz - pz, h)
 
     def _slice_field(self) -> None:
-        """Set the outlines that the field has at the heights of all parts."""
+        """Set the outlines of the field at the heights of all parts."""
         parts = self._parts.taken
         for number, height in enumerate(self._heights.tolist()):
             low = float(parts["bottom"][number]) + height
@@ -390,7 +391,7 @@ class RobotDynamics:
         self._fleet = None
 
     def _slice(self, low: int, high: int) -> tuple[int, int]:
-        """The outlines of all statics between two heights, in `_BAND`: the first, and the one behind the last."""
+        """Return the range of outlines of all statics between two heights, in `_BAND`: first, and last plus one."""
         if (low, high) not in self._slices:
             found, polygons = [], []
             for row, members, surface in self._statics:
@@ -422,7 +423,7 @@ class RobotDynamics:
 
 
 def _outward(corners: FloatArray) -> FloatArray:
-    """Unit vectors outward from the sides after each corner of a convex outline, shape (n, 2)."""
+    """Compute outward unit normals of the sides after each corner of a convex outline, shape (n, 2)."""
     along = np.roll(corners, -1, axis=0) - corners
     normals: FloatArray = np.column_stack((along[:, 1], -along[:, 0])) / np.linalg.norm(along, axis=1)[:, None]
     return normals
@@ -431,13 +432,13 @@ def _outward(corners: FloatArray) -> FloatArray:
 def _covered(
     number: int, polygons: Sequence[FloatArray], normals: Sequence[FloatArray], boxes: FloatArray
 ) -> npt.NDArray[np.uint8]:
-    """Which sides of an outline others cover from end to end, shape (n,): nothing can come at them.
+    """Return which sides of an outline others cover from end to end, shape (n,): nothing can touch them.
 
     Args:
-        number: Of the outline.
+        number: Number of the outline.
         polygons: Corners of all outlines [m].
-        normals: Of their sides.
-        boxes: Around each outline: low x, low y, high x, high y [m], shape (m, 4).
+        normals: Normals of their sides.
+        boxes: Bounds of each outline: low x, low y, high x, high y [m], shape (m, 4).
     """
     corners = polygons[number]
     after = np.roll(corners, -1, axis=0)
@@ -456,21 +457,21 @@ def _covered(
 
 
 def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
-    """Outline in plan of what a convex shape has between two heights.
+    """Compute the outline in plan view of a convex shape between two heights.
 
     Args:
-        points: Its corners [m], shape (n, 3).
-        low: [m]
-        high: [m]
+        points: Corners of the shape [m], shape (n, 3).
+        low: Lower height [m].
+        high: Upper height [m].
 
     Returns:
-        Corners, counter-clockwise [m], shape (m, 2); none where it has nothing there.
+        Corners, counter-clockwise [m], shape (m, 2); none if it has nothing there.
     """
     z = points[:, 2]
     found = [points[(z >= low) & (z <= high), :2]]
     for level in (low, high):
         below, above = points[z < level], points[z > level]
-        if len(below) and len(above):  # the lines between all of them are in the shape, and its edges among them
+        if len(below) and len(above):  # all lines between them lie in the shape, and its edges are among them
             share = (level - below[:, 2])[:, None] / (above[None, :, 2] - below[:, None, 2])
             cut = below[:, None, :2] + share[..., None] * (above[None, :, :2] - below[:, None, :2])
             found.append(cut.reshape(-1, 2))

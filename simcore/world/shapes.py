@@ -1,4 +1,4 @@
-"""Collision shapes as plain records: how far they reach, what they weigh, and tubes, rings and cones of convex parts.
+"""Collision shapes as plain records: extents, mass properties, and tubes, rings and cones of convex parts.
 
 Every shape is given in its own frame; its pose is given where it is added to a world. Volume, center of mass and
 inertia are those of uniform solids.
@@ -59,10 +59,10 @@ __all__ = [
     "tube",
 ]
 
-_LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
+_LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world has this length
 _RING = 24  # points of a round outline
-_TOUCHES = 0.001  # [m]; points this much above the lowest one carry the shape, too
-_OVER = 0.002  # [m]; how far the center may be beside what carries it
+_TOUCHES = 0.001  # [m]; points at most this far above the lowest one also carry the shape
+_OVER = 0.002  # [m]; allowed distance of the center outside the supporting points
 _DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
 
 
@@ -84,7 +84,7 @@ class Cylinder:
     radius: float
     """Radius [m]."""
     height: float
-    """Whole height [m]."""
+    """Full height [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=_LENGTH, height=_LENGTH)
@@ -95,7 +95,7 @@ class Box:
     """A box centered at the origin."""
 
     size: tuple[float, float, float]
-    """Whole edge lengths along x, y and z [m]."""
+    """Full edge lengths along x, y and z [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(_LENGTH,) * 3)
@@ -114,7 +114,7 @@ class Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A triangle mesh, two-sided; for statics only. Slower and leakier than the shapes above."""
+    """A triangle mesh, two-sided; for statics only. Slower and leakier than the other shapes."""
 
     vertices: FloatArray
     """Vertices [m], shape (n, 3)."""
@@ -128,13 +128,13 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One member of a `Compound`, at its place and attitude."""
+    """One member of a `Compound`, with its position and attitude."""
 
     shape: Sphere | Cylinder | Box | Hull
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Origin of the member in the frame of the whole [m]."""
     quat: Quaternion = IDENTITY
-    """Its attitude there, x, y, z, w, a unit quaternion."""
+    """Attitude of the member in that frame, x, y, z, w, a unit quaternion."""
 
     def __post_init__(self) -> None:
         require_fields(self, offset=(FIELD_PLACE,) * 3, quat=ATTITUDE)
@@ -156,7 +156,7 @@ Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
 
 
 def parts_of(shape: Shape) -> tuple[Part, ...]:
-    """The convex members of a shape; a shape that is one itself is its own."""
+    """Return the convex members of a shape; a convex shape is its only member."""
     if isinstance(shape, Compound):
         return shape.parts
     if isinstance(shape, Mesh):
@@ -165,7 +165,7 @@ def parts_of(shape: Shape) -> tuple[Part, ...]:
 
 
 def support(shape: Shape, ways: FloatArray) -> FloatArray:
-    """How far a shape reaches from its origin along unit vectors, shape (n, 3) [m], shape (n,)."""
+    """Compute the extent of a shape from its origin along unit vectors, shape (n, 3) [m], shape (n,)."""
     if isinstance(shape, Compound):
         reach = [support(p.shape, ways @ matrix(p.quat)) + ways @ np.array(p.offset) for p in shape.parts]
         return np.asarray(np.max(reach, axis=0))
@@ -180,12 +180,12 @@ def support(shape: Shape, ways: FloatArray) -> FloatArray:
 
 
 def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest coordinates of a shape in its own frame [m], shape (3,) each."""
+    """Return smallest and largest coordinates of a shape in its frame [m], shape (3,) each."""
     return -support(shape, -np.eye(3)), support(shape, np.eye(3))
 
 
 def outline_points(shape: Shape) -> FloatArray:
-    """Points whose convex hull is the shape (round ones as a ring of 24), in its own frame [m], shape (n, 3)."""
+    """Return points whose convex hull is the shape (round ones as rings of 24), in its frame [m], shape (n, 3)."""
     if isinstance(shape, Box):
         corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
         return np.asarray(corners * np.array(shape.size))
@@ -204,7 +204,7 @@ def outline_points(shape: Shape) -> FloatArray:
 
 
 def outline(points: FloatArray) -> FloatArray:
-    """Corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2); the ends of a line."""
+    """Return corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2); the ends of a line."""
     try:
         return np.asarray(points[ConvexHull(points).vertices])
     except QhullError:
@@ -213,7 +213,7 @@ def outline(points: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def bounding_radius(shape: Shape) -> float:
-    """Radius of the smallest ball around the origin that holds the shape [m]."""
+    """Compute the radius of the smallest ball around the origin that encloses the shape [m]."""
     if isinstance(shape, Sphere):
         return shape.radius
     if isinstance(shape, Compound):
@@ -223,7 +223,7 @@ def bounding_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def inner_radius(shape: Shape) -> float:
-    """Radius of the largest ball around the origin within the shape's convex hull [m]."""
+    """Compute the radius of the largest ball around the origin within the shape's convex hull [m]."""
     if isinstance(shape, Sphere):
         return shape.radius
     if isinstance(shape, Cylinder):
@@ -235,7 +235,7 @@ def inner_radius(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def smallest_thickness(shape: Shape) -> float:
-    """Of the thinnest part, between two parallel planes of which one is along a face [m]."""
+    """Compute the thickness of the thinnest part, between a plane along a face and a parallel one [m]."""
     if isinstance(shape, Sphere):
         return 2.0 * shape.radius
     if isinstance(shape, Cylinder):
@@ -251,7 +251,7 @@ def smallest_thickness(shape: Shape) -> float:
 
 @lru_cache(maxsize=256)
 def mean_frontal_area(shape: Shape) -> float:
-    """Area of the shadow of the shape's convex hull, the mean over all directions: a quarter of its surface [m^2].
+    """Compute the shadow area of the shape's convex hull, averaged over all directions: a quarter of its surface [m^2].
 
     Source: A. Cauchy, 1841; exact for convex bodies, so also for a ball: pi r^2.
     """
@@ -266,12 +266,12 @@ def mean_frontal_area(shape: Shape) -> float:
 
 
 def support_height(shape: Shape, quat: Quaternion = IDENTITY) -> float:
-    """Height of the origin over flat ground that the shape touches in an attitude [m]."""
+    """Compute the height of the origin above flat ground that the shape touches in an attitude [m]."""
     return float(support(shape, -matrix(quat)[2:])[0])
 
 
 def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
-    """Whether the shape stays in an attitude on flat ground: its origin is above what carries it."""
+    """Return whether the shape is stable in an attitude on flat ground: its origin is above its supporting points."""
     parts = parts_of(shape)
     axes = matrix(quat)
     points = np.vstack([_low_points(part, axes) for part in parts])
@@ -280,7 +280,7 @@ def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
 
 
 def _low_points(part: Part, axes: FloatArray) -> FloatArray:
-    """Points of which some carry a member of a shape whose axes are turned, about the shape's origin."""
+    """Return the candidates for supporting points of a member, relative to the origin of the rotated shape."""
     origin = axes @ np.array(part.offset)
     if isinstance(part.shape, Sphere):
         return np.array([origin - (0.0, 0.0, part.shape.radius)])
@@ -289,7 +289,7 @@ def _low_points(part: Part, axes: FloatArray) -> FloatArray:
 
 
 def _reach(part: Part) -> float:
-    """Farthest that a member has from the origin of the whole [m]."""
+    """Compute the largest distance of a member from the origin of the whole [m]."""
     if isinstance(part.shape, Sphere):
         return math.hypot(*part.offset) + part.shape.radius
     return float(np.linalg.norm(outline_points(part.shape) @ matrix(part.quat).T + part.offset, axis=1).max())
@@ -298,27 +298,27 @@ def _reach(part: Part) -> float:
 # --- mass ------------------------------------------------------------------------------------------------------------
 
 
-_ALIGNED = 1e-6  # share of the largest moment that products of inertia may be, for the axes to count as principal
+_ALIGNED = 1e-6  # largest product of inertia, as a share of the largest moment, for the axes to count as principal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
-    """Of a uniform solid."""
+    """Mass properties of a uniform solid."""
 
     volume: float
-    """[m^3]; of a compound whose parts overlap, the overlap counts twice."""
+    """Volume [m^3]; overlaps of a compound's parts count twice."""
     center: FloatArray
     """Center of mass in the frame of the shape [m], shape (3,)."""
     inertia: FloatArray
-    """Inertia tensor about the center of mass, along the axes of the shape, for a mass of 1 kg [m^2], shape (3, 3)."""
+    """Inertia tensor about the center of mass, in the axes of the shape, for a mass of 1 kg [m^2], shape (3, 3)."""
 
 
 @lru_cache(maxsize=256)
 def mass_properties(shape: Shape) -> MassProperties:
-    """Volume, center of mass and inertia.
+    """Compute volume, center of mass and inertia.
 
     Raises:
-        ConfigError: The shape has no volume: a mesh, or a hull of points in one plane.
+        ConfigError: If the shape has no volume: a mesh, or a hull of points in one plane.
 
     >>> float(mass_properties(Sphere(0.5)).inertia[0, 0])
     0.1
@@ -344,9 +344,9 @@ def mass_properties(shape: Shape) -> MassProperties:
 
 
 def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
-    """Principal moments of a tensor, shape (3, 3), and the attitude of the principal axes, x, y, z, w.
+    """Compute principal moments of a tensor, shape (3, 3), and the attitude of the principal axes, x, y, z, w.
 
-    A tensor that is diagonal already keeps its axes.
+    A tensor that is already diagonal keeps its axes.
     """
     moments = np.diag(inertia)
     if np.abs(inertia - np.diag(moments)).max() <= _ALIGNED * moments.max():
@@ -364,10 +364,10 @@ def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
 
 
 def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
-    """Angular velocity after h [s] without a torque: Euler's equations, by the classical Runge-Kutta method.
+    """Compute angular velocity after h [s] without torque: Euler's equations, classical Runge-Kutta method.
 
     Args:
-        spin: Along the principal axes [rad/s].
+        spin: Angular velocity along the principal axes [rad/s].
         moments: Principal moments of inertia [kg m^2].
         h: Step [s].
 
@@ -392,7 +392,7 @@ def free_spin(spin: Vector, moments: Vector, h: float) -> Vector:
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:
-    """The same shape with its center of mass in the origin, as a game piece needs it."""
+    """Return the shape moved so that its center of mass is at the origin, as a game piece needs it."""
     center = mass_properties(shape).center
     if isinstance(shape, Hull):
         return Hull(shape.points - center)
@@ -418,7 +418,7 @@ def _compound(shape: Compound) -> MassProperties:
 
 
 def _hull(points: FloatArray) -> MassProperties:
-    """From tetrahedra between a point inside and the triangles of the surface."""
+    """Compute mass properties from tetrahedra between an inner point and the triangles of the surface."""
     try:
         hull = ConvexHull(points)
     except QhullError as error:
@@ -429,7 +429,7 @@ def _hull(points: FloatArray) -> MassProperties:
     volume = float(volumes.sum())
     total = corners.sum(axis=1)
     center = (volumes / volume) @ total / 4.0
-    # second moments of a tetrahedron with a corner in the origin: (sum of the outer products + that of the sum) / 20
+    # second moments of a tetrahedron with a corner at the origin: (sum of outer products + outer product of sum) / 20
     outer = np.einsum("ijk,ijl->ikl", corners, corners) + np.einsum("ik,il->ikl", total, total)
     second = np.einsum("i,ikl->kl", volumes / volume, outer) / 20.0 - np.outer(center, center)
     return MassProperties(volume, middle + center, np.trace(second) * np.eye(3) - second)
@@ -438,32 +438,32 @@ def _hull(points: FloatArray) -> MassProperties:
 # --- tubes, rings and cones ------------------------------------------------------------------------------------------
 
 
-_OUTER_FACES = 8  # of each stave: a tube of 12 staves has 96 faces outside
-_WAIST = 0.0001  # [m]; by how much each surface of a tube recedes in its middle
-_TONGUE = 0.008  # [m]; how far each half of a stave reaches into the other,
-_SUNK = 0.2  # and how far it lies under the other's surfaces at its end, share of the wall
+_OUTER_FACES = 8  # of each stave: a tube of 12 staves has 96 outer faces
+_WAIST = 0.0001  # [m]; recess of each surface of a tube at its middle
+_TONGUE = 0.008  # [m]; length by which each half of a stave reaches into the other,
+_SUNK = 0.2  # and depth of its end below the other's surfaces, as a share of the wall
 _FEWEST_STAVES = 6
 _MOST_STAVES = 16
 
 
 def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int = 12) -> Compound:
-    """A hollow tube along z around the origin, as a ring of staves: what is thinner than its bore goes through it.
+    """Make a hollow tube along z around the origin, as a ring of staves; thinner objects pass through its bore.
 
-    The bore is a regular polygon around the inner radius; outside there are eight faces a stave, with their edges on
-    the outer radius. Each stave is in two halves, so that an engine finds at least two places where a tube that lies
-    touches the ground (with one it sinks in by 8 mm as it slides). Each half ends in a tongue under the other's
-    surfaces: what slides along and is pressed in a little would be stopped by a face across its way (a pipe's end in
-    the bore lost two thirds of 1.3 m/s).
+    The bore is a regular polygon around the inner radius; each stave has eight outer faces with their edges on the
+    outer radius. Each stave has two halves, so that an engine finds at least two contacts where a lying tube touches
+    the ground (with one it sinks by 8 mm as it slides). Each half ends in a tongue under the other's surfaces: an
+    object that slides along under pressure would be stopped by a face across its path (a pipe's end in the bore lost
+    two thirds of 1.3 m/s).
 
     Args:
-        length: [m]
-        outer_radius: [m]
-        inner_radius: Of the largest cylinder that passes [m].
-        staves: Of the ring, 6 to 16.
+        length: Length [m].
+        outer_radius: Outer radius [m].
+        inner_radius: Radius of the largest cylinder that passes [m].
+        staves: Staves of the ring, 6 to 16.
 
     Raises:
-        ConfigError: A length is not above zero, the bore is not smaller than the tube, or a number of staves that does
-            not do.
+        ConfigError: If a length is not above zero, the bore is not smaller than the tube, or the number of staves is
+        out of range.
 
     >>> len(tube(length=0.3, outer_radius=0.06, inner_radius=0.05).parts)
     24
@@ -494,16 +494,16 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
 
 
 def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Compound:
-    """A ring around z, as convex segments that are round outside.
+    """Make a ring around z, as convex segments that are round outside.
 
     Args:
-        ring_radius: From the axis to the middle of the ring's own section [m].
-        tube_radius: Of that section [m].
-        segments: Parts of the ring, 6 to 16.
+        ring_radius: Distance from the axis to the center of the tube [m].
+        tube_radius: Radius of the tube [m].
+        segments: Segments of the ring, 6 to 16.
 
     Raises:
-        ConfigError: A radius is not above zero, the section is as large as the ring, or a number of segments that does
-            not do.
+        ConfigError: If a radius is not above zero, the tube is as thick as the ring, or the number of segments is out
+        of range.
     """
     require("torus", "tube_radius", tube_radius, ROBOT_LENGTH)
     require("torus", "ring_radius", ring_radius, ROBOT_LENGTH)
@@ -514,19 +514,19 @@ def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Comp
     turn = np.arange(12) * math.tau / 12
     away, height = ring_radius + tube_radius * np.cos(turn), tube_radius * np.sin(turn)
     ends = [np.column_stack((away * math.cos(a), away * math.sin(a), height)) for a in (-half, half)]
-    outer = away > ring_radius  # the middle of a segment is round only where it bends outward
+    outer = away > ring_radius  # a segment's middle is round only where it bends outward
     middle = np.column_stack((away, np.zeros(12), height))[outer]
     return _ring(Hull(np.vstack((*ends, middle))), segments)
 
 
 def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides: int = 24) -> Hull:
-    """A cone, or the frustum of one, along z; its origin is its center of mass.
+    """Make a cone or frustum along z; its origin is its center of mass.
 
     Args:
-        height: [m]
-        bottom_radius: [m]
-        top_radius: 0 for a pointed one [m].
-        sides: Faces around it.
+        height: Height [m].
+        bottom_radius: Radius of the lower end [m].
+        top_radius: Radius of the upper end, 0 for a pointed cone [m].
+        sides: Number of faces around it.
     """
     require("cone", "height", height, ROBOT_LENGTH)
     require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)
@@ -547,18 +547,18 @@ def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides:
 def hollow_cone(
     *, height: float, bottom_radius: float, top_radius: float, wall: float, foot: float = 0.0, staves: int = 12
 ) -> Compound:
-    """A cone along z that is open below and closed on top, as one that is put over a pole; its origin is its center.
+    """Make a cone along z, open below and closed on top, that fits over a pole; its origin is its center of mass.
 
     Args:
-        height: [m]
-        bottom_radius: Outside, at the lower end [m].
-        top_radius: Outside, at the upper end [m].
+        height: Height [m].
+        bottom_radius: Outer radius at the lower end [m].
+        top_radius: Outer radius at the upper end [m].
         wall: Thickness of its side and its top [m].
-        foot: Edge of a square plate around its lower end [m]; 0: there is none.
-        staves: Of its side, 6 to 16.
+        foot: Edge of a square plate around its lower end [m]; 0: no plate.
+        staves: Staves of its side, 6 to 16.
 
     Raises:
-        ConfigError: A length is not above zero, the wall fills the cone, or the foot is smaller than its lower end.
+        ConfigError: If a length is not above zero, the wall fills the cone, or the foot is smaller than its lower end.
     """
     for name, value in (
         ("height", height),

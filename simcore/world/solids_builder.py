@@ -1,4 +1,4 @@
-"""Shapes of the field and of bodies as the convex solids of the loop."""
+"""Conversion of shapes of the field and of bodies into the convex solids of the loop."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from simcore.world.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Shap
 
 __all__ = ["SolidsBuilder"]
 
-_SIDES = 48  # of a cylinder: 0.2 % of its radius off
-_POINTS = 162  # of a sphere: 0.5 % of its radius off
-_AROUND = 1.0  # [m] around the solids, that cells cover
-_CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], and how many there are at most, of fields that are larger
+_SIDES = 48  # of a cylinder: error 0.2 % of its radius
+_POINTS = 162  # of a sphere: error 0.5 % of its radius
+_AROUND = 1.0  # [m], margin of the cells around the solids
+_CELL, _MOST_CELLS = 0.25, 50_000  # edge of a cell [m], and largest number of cells, for larger fields
 
 
 class _Part(NamedTuple):
@@ -33,13 +33,13 @@ class _Part(NamedTuple):
 
 
 class SolidsBuilder:
-    """Collects shapes and makes `Solids` of them."""
+    """Collector of shapes that makes `Solids` from them."""
 
     def __init__(self) -> None:
         self._parts: list[_Part] = []
         self._built: Solids | None = None
         self.count = 0
-        """Solids so far."""
+        """Number of solids so far."""
 
     def add(
         self,
@@ -53,17 +53,17 @@ class SolidsBuilder:
         drivable: bool = False,
         in_plan: bool = False,
     ) -> int:
-        """Add a shape; returns the number of its first solid.
+        """Add a shape and return the number of its first solid.
 
         Args:
-            shape: A mesh counts triangle by triangle.
-            pos: Its origin in the frame of the field or the body [m].
-            quat: Its attitude there.
+            shape: Collision shape; each triangle of a mesh becomes a solid.
+            pos: Origin of the shape in the frame of the field or the body [m].
+            quat: Attitude of the shape in that frame.
             surface: Friction [-], restitution [-] and rolling lever [m].
-            row: Of the element or body that it is a part of.
-            body: Number of the body, `FIELD` for what stands on the field.
+            row: Row of the element or body that it belongs to.
+            body: Number of the body, `FIELD` for the static field.
             drivable: Whether robots drive on it.
-            in_plan: Whether bumpers meet it by its outline in plan.
+            in_plan: Whether bumpers meet it by its outline in plan view.
         """
         axes, at, first = matrix(quat), np.asarray(pos, dtype=float), self.count
         flags = row, body, drivable, in_plan
@@ -88,7 +88,7 @@ class SolidsBuilder:
 
     @property
     def solids(self) -> Solids:
-        """Arrays of all that was added."""
+        """Arrays of all solids."""
         if self._built is None:
             self._built = self._build()
         return self._built
@@ -118,7 +118,7 @@ class SolidsBuilder:
 
 
 def _cells(box: FloatArray, body: IntArray) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
-    """Lowest corner and numbers of the cells of the field, and the solids of each."""
+    """Compute lowest corner, edge and counts of the cells of the field, and the solids of each cell."""
     fixed = np.nonzero(body == FIELD)[0]
     if not len(fixed):
         return np.array([0.0, 0.0, _CELL]), np.zeros(2, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64)
@@ -139,7 +139,7 @@ def _cells(box: FloatArray, body: IntArray) -> tuple[FloatArray, IntArray, IntAr
 
 @lru_cache(maxsize=256)
 def _triangles(shape: Sphere | Cylinder | Box | Hull) -> FloatArray:
-    """Of a convex shape in its own frame, counter-clockwise seen from outside [m], shape (n, 3, 3)."""
+    """Return triangles of a convex shape in its frame, counter-clockwise seen from outside [m], shape (n, 3, 3)."""
     if isinstance(shape, Cylinder):
         turn = np.arange(_SIDES) * math.tau / _SIDES
         ring = shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -162,7 +162,7 @@ def _triangles(shape: Sphere | Cylinder | Box | Hull) -> FloatArray:
 
 
 def _sphere_points() -> FloatArray:
-    """Points spread evenly on a unit ball, shape (n, 3)."""
+    """Return points spread evenly over a unit sphere, shape (n, 3)."""
     k = np.arange(_POINTS) + 0.5
     z, turn = 1.0 - 2.0 * k / _POINTS, math.pi * (1.0 + math.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - z * z)

@@ -1,7 +1,7 @@
-"""The world: floor, statics, robots and pieces, and the step that moves them.
+"""Physics world: floor, statics, robots and pieces, and the step that moves them.
 
-The loop moves robots and balls. The engine is the host of all other bodies, and begins with the first of them: it gets
-what stands on the field, and the robots as bodies that touch only these.
+The loop moves robots and balls. The engine moves all other bodies, and starts with the first of them: it gets the
+static field, and the robots as bodies that touch only the other bodies.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 
-_STEP = 0.005  # [s], of a world in which nothing is driven
-_FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
-_FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
+_STEP = 0.005  # [s], step of a world without a match
+_FLOOR_THICKNESS = 1.0  # [m]; a plane would give one contact a tick, and driven boxes sink into it
+_FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches its end. From 4 km on, cylinders wobble on it for longer
 
 
 class CollisionGroup:
@@ -57,13 +57,13 @@ class CollisionGroup:
     STATIC = 1
     """The field."""
     PIECE = 2
-    """Pieces that are no balls, and what hangs; balls are not in the engine."""
+    """Pieces that are not balls, and hanging bodies; balls are not in the engine."""
     ROBOT = 4
 
 
-_HINGED = 1e4  # times its largest moment of inertia that a hinged body has about what is not its hinge
+_HINGED = 1e4  # factor on the largest moment of inertia of a hinged body, for the axes that are not its hinge
 _PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
-_SWINGS = 0.03  # [m]; what hangs as near as this is hit, and a robot is thrown by what it is put into
+_SWINGS = 0.03  # [m]; a robot placed closer than this to a hanging body is thrown by it
 
 
 class PhysicsWorld:
@@ -71,11 +71,11 @@ class PhysicsWorld:
 
     Args:
         engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
-        floor: Surface of the floor at z = 0, which has no end, or None for no floor.
-        gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
+        floor: Surface of the endless floor at z = 0, or None for no floor.
+        gravity: Gravity along -z [m/s^2]; None: the engine's, by default standard gravity.
 
     Raises:
-        UnknownNameError: There is no such engine.
+        UnknownNameError: If there is no such engine.
     """
 
     def __init__(
@@ -97,38 +97,38 @@ class PhysicsWorld:
             self._engine, gravity = engine, engine.gravity
         self.gravity: float = GRAVITY if gravity is None else gravity
         self.floor = floor
-        """Material of the floor at z = 0, None where there is none."""
+        """Material of the floor at z = 0, None without a floor."""
         self._begin()
 
     def _begin(self) -> None:
-        """The floor alone."""
+        """Start a world with the floor alone."""
         self._names: list[str] = []  # by row
         self._definitions: list[BodyDefinition] = []  # by row
         self.has_engine = False
-        """Whether the engine has begun: there are bodies that are neither balls nor robots."""
+        """Whether the engine has started: there are bodies that are neither balls nor robots."""
         self._ramps_of: tuple[Solids | None, FloatArray] = (None, np.zeros((0, 6)))
-        self._hanging: dict[int, FloatArray] = {}  # half extents along its own axes [m]
+        self._hanging: dict[int, FloatArray] = {}  # half extents along the body axes [m]
         self.robot_rows: list[int] = []
         """Rows of the robots."""
         self.hanging: list[tuple[int, Vector, float]] = []
-        """Of what hangs: row, pivot [m], and how far from there it reaches [m]."""
+        """Hanging bodies: row, pivot [m], and largest distance of the body from there [m]."""
         self._builder = SolidsBuilder()
         self.bodies = Bodies(self._builder)
         """Robots, and the engine's bodies that balls may touch."""
         self.balls = BallDynamics(self.bodies, self._builder, self.floor, self.gravity)
-        """The pieces that are balls."""
+        """Balls of the world."""
         self.robots = RobotDynamics(self.bodies)
-        """The robots, and what their bumpers touch."""
+        """Robots of the world, and the outlines that their bumpers meet."""
         if self.floor is not None:
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
             self._add("floor", box, (0.0, 0.0, -_FLOOR_THICKNESS / 2), self.floor, mask=CollisionGroup.PIECE)
 
     @property
     def engine(self) -> Engine:
-        """The engine, which begins when it is first asked for.
+        """Engine of the world, started on first use.
 
         Raises:
-            EngineError: It is not installed.
+            EngineError: If it is not installed.
         """
         if not self.has_engine:
             if self._engine is None:
@@ -144,12 +144,12 @@ class PhysicsWorld:
 
     @property
     def engine_name(self) -> str:
-        """Name of the engine, `none` while it has not begun."""
+        """Name of the engine, `none` while it has not started."""
         return self.engine.name if self.has_engine else "none"
 
     @property
     def solids(self) -> Solids:
-        """What stands on the field, and of what bodies consist."""
+        """Solids of the field and of bodies."""
         return self._builder.solids
 
     def __enter__(self) -> PhysicsWorld:
@@ -179,15 +179,15 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         drivable: bool = False,
     ) -> int:
-        """Add something that never moves; returns its row.
+        """Add a static and return its row.
 
         Args:
-            name: For messages.
+            name: Name, for messages.
             shape: Collision shape.
             pos: Origin of the shape, field frame [m].
-            surface: Its material.
-            quat: Its attitude.
-            drivable: Whether robots drive on it; then it has no friction for them.
+            surface: Material of the static.
+            quat: Attitude of the static.
+            drivable: Whether robots drive on it; then it has no friction for robots.
         """
         at = _checked_pos(name, pos)
         row = self._add(name, shape, at, surface, quat=quat, mask=CollisionGroup.PIECE)
@@ -200,7 +200,7 @@ class PhysicsWorld:
     def _add(
         self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
     ) -> int:
-        """Add a body of a name, with further fields of its `BodyDefinition`."""
+        """Add a body with a name and further fields of its `BodyDefinition`."""
         at = _checked_pos(name, pos)
         row = len(self._definitions)
         self._definitions.append(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
@@ -213,11 +213,11 @@ class PhysicsWorld:
         """Add all elements of a field.
 
         Args:
-            elements: For example `FieldGeometry.elements`.
-            drivable: Name patterns (`*`, `?`) of what robots drive on.
+            elements: Elements, for example `FieldGeometry.elements`.
+            drivable: Name patterns (`*`, `?`) of the elements that robots drive on.
 
         Raises:
-            UnknownNameError: A pattern matches no element.
+            UnknownNameError: If a pattern matches no element.
         """
         elements = list(elements)
         names = [element.name for element in elements]
@@ -246,7 +246,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
         bumpers: Sequence[BumperPart] = (),
     ) -> int:
-        """Add the body of a robot; returns its row. Without bumpers it meets neither walls nor robots."""
+        """Add the body of a robot and return its row. Without bumpers it meets neither walls nor robots."""
         require(name, "mass", mass, MASS)
         row = self._add(
             *(name, shape, pos, surface),
@@ -267,9 +267,9 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece that is no ball, awake and touchable; returns its row.
+        """Add the body of a game piece that is not a ball, awake and touchable; return its row.
 
-        Its mass is spread evenly; the origin of its shape must be its center of mass.
+        Its density is uniform; the origin of its shape must be its center of mass.
         """
         require(name, "mass", mass, MASS)
         moments, axes = principal_axes(mass * mass_properties(shape).inertia)
@@ -293,18 +293,18 @@ class PhysicsWorld:
         hinge: str | None = None,
         drivable: bool = False,
     ) -> int:
-        """Add a body that swings about a place of the field, or turns about a line there; returns its row.
+        """Add a body that swings about a point of the field, or turns about a hinge there; return its row.
 
-        Lines of sight pass it.
+        It does not block lines of sight.
 
         Args:
-            name: For messages.
-            shape: Its origin is the center of mass.
-            mass: [kg]
-            surface: Its material.
+            name: Name, for messages.
+            shape: Collision shape; its origin is the center of mass.
+            mass: Mass [kg].
+            surface: Material of the body.
             pos: Center of mass at rest, field frame [m].
-            pivot: The place that stays [m].
-            hinge: `x` or `y`, the axis that it turns about; None: any.
+            pivot: Fixed point, field frame [m].
+            hinge: Axis of the hinge, `x` or `y`; None: free rotation about the pivot.
             drivable: Whether robots drive on it; then it has no friction for bodies.
         """
         moments = [mass * float(moment) for moment in np.diag(mass_properties(shape).inertia)]
@@ -333,15 +333,15 @@ class PhysicsWorld:
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool, *, robots: bool = True) -> None:
-        """Put a piece into the world of contacts, with robots or without, or take it out of it."""
+        """Switch the contacts of a piece on, with robots or without, or off."""
         mask = _PIECE_MASK if robots else _PIECE_MASK & ~CollisionGroup.ROBOT
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Put a body somewhere, at rest and awake.
+        """Place a body at rest and awake.
 
         Raises:
-            NonFiniteError: A NaN or an infinity; nothing is moved.
+            NonFiniteError: If a value is not finite; nothing is moved.
         """
         at = _checked_pos(self._names[row], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
@@ -355,10 +355,10 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Give a body a velocity [m/s, rad/s], field frame, and wake it.
+        """Set the velocity of a body [m/s, rad/s], field frame, and wake it.
 
         Raises:
-            NonFiniteError: A NaN or an infinity; nothing is changed.
+            NonFiniteError: If a value is not finite; nothing is changed.
         """
         if not all(map(math.isfinite, (*linear, *angular))):
             raise NonFiniteError(
@@ -374,19 +374,19 @@ class PhysicsWorld:
     def obstacles(
         self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Whether a wall, what hangs or another robot than `row` reaches into an upright box, and whether a ramp does.
+        """Return whether a wall, a hanging body or another robot overlaps an upright box, and whether a ramp does.
 
         Args:
-            row: Of the robot.
-            x: Middle of the box, field frame [m].
-            y: The same [m].
-            yaw: Of its length [rad].
-            half_length: [m]
-            half_width: [m]
+            row: Row of the robot.
+            x: Center of the box, field frame [m].
+            y: Center of the box, field frame [m].
+            yaw: Direction of its length [rad].
+            half_length: Half of its length [m].
+            half_width: Half of its width [m].
             bottom: Lowest height [m].
-            top: Highest [m].
+            top: Highest height [m].
         """
-        is_solid, is_ramp = self._met(x, y, yaw, half_length, half_width, bottom, top)
+        is_solid, is_ramp = self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)
         if is_solid:
             return True, is_ramp
         reach = math.hypot(half_length, half_width)
@@ -409,10 +409,10 @@ class PhysicsWorld:
         middle, half = body["pos"] + axes @ (0.5 * (low + high)), np.abs(axes) @ (0.5 * (high - low))
         return middle - half, middle + half
 
-    def _met(
+    def _overlaps_static(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> tuple[bool, bool]:
-        """Return whether what stands on the field reaches into an upright box: what is solid, and what is driven on."""
+        """Return whether the static field overlaps an upright box: its solid parts, and its drivable parts."""
         solids = self.solids
         met = np.zeros(len(solids.body), np.uint8)
         find_in_box(solids, x, y, yaw, half_length, half_width, bottom, top, met)
@@ -423,7 +423,7 @@ class PhysicsWorld:
     def is_in_solid(
         self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
     ) -> bool:
-        """Return whether an upright box meets what stands or hangs on the field and is not driven over.
+        """Return whether an upright box overlaps a static or hanging body that robots do not drive on.
 
         The arguments are those of `obstacles`.
         """
@@ -435,25 +435,25 @@ class PhysicsWorld:
             dx, dy, _ = (np.abs(matrix(quat)) @ self._hanging[row]).tolist()
             if overlaps(outline, corners(hx, hy, 0.0, 2.0 * (dx + _SWINGS), 2.0 * (dy + _SWINGS))):
                 return True
-        return self._met(x, y, yaw, half_length, half_width, bottom, top)[0]
+        return self._overlaps_static(x, y, yaw, half_length, half_width, bottom, top)[0]
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Return whether robots drive on nothing but the floor within reach of a place of the field [m].
 
-        By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
+        It compares bounding boxes of drivable elements to the last bit, so that red and blue agree.
         """
         return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
 
     @property
     def _ramps(self) -> FloatArray:
-        """Bounding boxes of what robots drive over, shape (n, 6) [m]."""
+        """Bounding boxes of the drivable elements, shape (n, 6) [m]."""
         solids = self.solids
         if self._ramps_of[0] is not solids:
             self._ramps_of = solids, solids.box[(solids.is_drivable == 1) & (solids.body == FIELD)]
         return self._ramps_of[1]
 
     def are_flat(self, places: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return the same of several places [m], shapes (n, 2) and (n,)."""
+        """Return `is_flat` for several places [m], shapes (n, 2) and (n,)."""
         if self.floor is None:
             return np.zeros(len(places), dtype=bool)
         ramps = self._ramps
@@ -465,11 +465,11 @@ class PhysicsWorld:
         return flat
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
-        """Return whether the bounding box of something that stands on the field is near places, shape (n,).
+        """Return whether the bounding box of a static element is near each place, shape (n,).
 
         Args:
             pos: Places [m], shape (n, 3).
-            reach: How near, of each [m], shape (n,).
+            reach: Distance that counts as near, for each place [m], shape (n,).
         """
         boxes = self.solids.box[self.solids.body == FIELD]
         place = pos[:, None, :]
@@ -478,18 +478,18 @@ class PhysicsWorld:
         return near
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Return whether no bounding box of the field, the floor left out, reaches into this box [m]."""
+        """Return whether no bounding box of the field, without the floor, overlaps this box [m]."""
         return not self.field_in(low, high)
 
     def field_in(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Return rows of what stands on the field, the floor left out, that reaches into this box [m]."""
+        """Return rows of the field's elements, without the floor, whose bounding boxes overlap this box [m]."""
         solids = self.solids
         is_in = (solids.box[:, :3] <= high).all(axis=1) & (solids.box[:, 3:] >= low).all(axis=1)
         rows: list[int] = np.unique(solids.row[is_in & (solids.body == FIELD)]).tolist()
         return rows
 
     def ground_under(self, places: FloatArray, depth: float) -> FloatArray:
-        """Return heights of what robots drive on under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
+        """Return heights of the drivable ground under places, (n, 3) [m], shape (n,); `depth` [m] below for none."""
         end = places - (0.0, 0.0, depth)
         fraction, row = np.ones(len(places)), np.empty(len(places), np.int64)
         has_floor = self.floor is not None
@@ -501,8 +501,8 @@ class PhysicsWorld:
         """Return which straight lines from `start` to n `ends` meet the field or a robot.
 
         Args:
-            start: Field frame [m].
-            ends: Field frame [m].
+            start: Start of the lines, field frame [m].
+            ends: Ends of the lines, field frame [m].
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
         there = np.array(ends).reshape(-1, 3)
@@ -510,16 +510,16 @@ class PhysicsWorld:
         return [row >= 0 for row in self.first_obstacles(here, there, ignore=ignore)[1].tolist()]
 
     def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
-        """Find what segments, (n, 3) each [m], meet first of the field and of robots.
+        """Find the first hits of segments, (n, 3) each [m], on the field and on robots.
 
         Args:
-            start: Field frame [m]; what it is inside of is not met.
-            end: Field frame [m].
+            start: Start of the segments, field frame [m]; a solid that contains it is not hit.
+            end: End of the segments, field frame [m].
             ignore: Row of a robot that is transparent.
 
         Returns:
-            Part of each segment before the hit, 1.0 where nothing is met, shape (n,), and the row of what it meets,
-            -1 for nothing, shape (n,).
+            Fraction of each segment before the hit, 1.0 for no hit, shape (n,), and row of the element or body that it
+            hits, -1 for none, shape (n,).
         """
         fraction, row = np.ones(len(start)), np.empty(len(start), np.int64)
         has_floor = self.floor is not None
@@ -527,11 +527,11 @@ class PhysicsWorld:
         return fraction, row
 
     def standing(self, number: int, pose: Vector) -> tuple[Vector, Quaternion]:
-        """Return place of the origin and attitude of a robot as it would stand at a pose [m, m, rad].
+        """Return position of the origin and attitude of a robot standing at a pose [m, m, rad].
 
         Args:
-            number: Of the robot.
-            pose: Field frame.
+            number: Number of the robot.
+            pose: Planar pose, field frame.
         """
         x, y, _ = pose
         reach = float(self.robots.robots["reach"][number])
@@ -548,23 +548,23 @@ class PhysicsWorld:
         return self.robots.standing(number, pose, self.solids, self.floor is not None, self.gravity, height)
 
     def touching(self, row: int) -> set[int]:
-        """Return rows of the bodies and elements that a robot was in contact with in the last step."""
+        """Return rows of the bodies and elements that a robot touched in the last step."""
         others = self.engine.touching(row) if self.has_engine else ()
         return {*others, *self.robots.touching(row)}
 
     def body_name(self, row: int) -> str:
-        """Name of a body, as it was added."""
+        """Return the name of a body."""
         return self._names[row]
 
     def step(self, dt: float, *, substeps: int | None = None) -> None:
-        """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.
+        """Advance a world without a match; `Motion` advances one with robots and pieces.
 
         Args:
             dt: Time to advance [s].
-            substeps: How many steps of the engine; None: of 5 ms or less.
+            substeps: Number of engine steps; None: as many as needed for at most 5 ms each.
 
         Raises:
-            ConfigError: dt is not a positive finite number, or there are no steps.
+            ConfigError: If dt is not a positive finite number or there are no steps.
         """
         if not (math.isfinite(dt) and dt > 0.0):
             raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
@@ -579,10 +579,10 @@ class PhysicsWorld:
                 self.end_engine(dt / n)
 
     def advance(self, h: float) -> None:
-        """Move robots and balls for h [s], before the engine's steps of as long.
+        """Move robots and balls by h [s], before the engine's steps of the same time.
 
         Raises:
-            EngineError: A robot is lost (a value is not finite).
+            EngineError: If the state of a robot is not finite.
         """
         bodies = self.bodies
         if self.has_engine:
@@ -598,17 +598,17 @@ class PhysicsWorld:
         self.robots.report_brownouts()
 
     def begin_engine(self, h: float) -> None:
-        """Show the engine, before its steps of together h [s], what robots and balls did in the same time."""
+        """Give the engine, before its steps of h [s] together, the motion of robots and balls in this time."""
         self.balls.push_bodies(self.engine)
         self.robots.show_to(self.engine, self._before, h, self.gravity)
 
     def end_engine(self, h: float) -> None:
-        """Add what the engine's bodies did to robots in its steps of together h [s]."""
+        """Add the effect of the engine's bodies on robots in its steps of h [s] together."""
         self.robots.take_from(self.engine, h)
 
 
 def _is_near(low: FloatArray, high: FloatArray, pos: FloatArray, reach: float) -> bool:
-    """Return whether a ball around a place is near a box [m]."""
+    """Return whether a ball around a place overlaps a box [m]."""
     away = np.maximum(np.maximum(low - pos, pos - high), 0.0)
     return bool(away @ away < reach * reach)
 

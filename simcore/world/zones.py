@@ -1,4 +1,4 @@
-"""Regions of space that notice pieces without touching them, swept over a tick so that no fast piece is missed."""
+"""Regions that detect pieces without touching them, swept over a tick so that no fast piece is missed."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Zone(Protocol):
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of a box around it [m]: what stays outside of that cannot touch it."""
+        """Lowest and highest corner of its bounding box [m]: a piece outside cannot touch the zone."""
         ...
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
         ...
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which straight segments from `start` to `end`, (n, 3) each [m], touch the region, shape (n,)."""
+        """Return which straight segments from `start` to `end`, (n, 3) each [m], touch the region, shape (n,)."""
         ...
 
 
@@ -49,11 +49,11 @@ class BoxZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Its corners [m]."""
+        """Lowest and highest corner [m]."""
         return self.low, self.high
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
         inside = (points >= self.low) & (points <= self.high)
         return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
@@ -67,7 +67,7 @@ class CylinderZone:
     """An upright cylinder, field frame."""
 
     center: tuple[float, float]
-    """Place of the axis [m]."""
+    """Position of the axis [m]."""
     radius: float
     """Radius [m]."""
     bottom: float
@@ -84,12 +84,12 @@ class CylinderZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of the box around it [m]."""
+        """Lowest and highest corner of the bounding box [m]."""
         (x, y), r = self.center, self.radius
         return (x - r, y - r, self.bottom), (x + r, y + r, self.top)
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
         flat = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1])
         inside: BoolArray = (flat <= self.radius) & (points[:, 2] >= self.bottom) & (points[:, 2] <= self.top)
         return inside
@@ -97,8 +97,8 @@ class CylinderZone:
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
         """Find which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
 
-        The part of a segment between bottom and top is cut out first; the cylinder is touched where the closest
-        approach of that part to the axis is within the radius.
+        The part of a segment between bottom and top is cut out first; the segment touches if the closest approach of
+        that part to the axis is within the radius.
         """
         enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
         meets = enter[:, 0] <= leave[:, 0]
@@ -114,14 +114,14 @@ class CylinderZone:
 
 @dataclass(frozen=True, slots=True)
 class CapsuleZone:
-    """Everything within a radius of a straight line between two ends, field frame: along a pipe, a bar or a ledge."""
+    """All points within a radius of a straight line, field frame: along a pipe, a bar or a ledge."""
 
     start: tuple[float, float, float]
     """One end of the line [m]."""
     end: tuple[float, float, float]
     """The other end [m]."""
     radius: float
-    """[m]"""
+    """Radius [m]."""
 
     def __post_init__(self) -> None:
         require_fields(self, start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3, radius=FIELD_LENGTH)
@@ -130,12 +130,12 @@ class CapsuleZone:
 
     @property
     def box(self) -> tuple[Vector, Vector]:
-        """Lowest and highest corner of the box around it [m]."""
+        """Lowest and highest corner of the bounding box [m]."""
         (a, b, c), (d, e, f), r = self.start, self.end, self.radius
         return (min(a, d) - r, min(b, e) - r, min(c, f) - r), (max(a, d) + r, max(b, e) + r, max(c, f) + r)
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        """Return which points (n, 3) [m] lie inside, shape (n,)."""
         line = np.asarray(self.end) - self.start
         away = points - self.start
         share = np.clip(away @ line / (line @ line), 0.0, 1.0)
@@ -149,7 +149,7 @@ class CapsuleZone:
 
 
 def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Find which segments (n, 3) to (n, 3) [m] touch the box between two corners, shape (n,): the slab method."""
+    """Find which segments (n, 3) to (n, 3) [m] touch the box between two corners (slab method), shape (n,)."""
     enter, leave = _slab(start, end, np.asarray(low), np.asarray(high))
     first: FloatArray = np.max(enter, axis=1)
     last: FloatArray = np.min(leave, axis=1)
@@ -157,9 +157,9 @@ def box_crossed(low: Vector, high: Vector, start: FloatArray, end: FloatArray) -
 
 
 def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
-    """How near straight segments (n, 3) to (n, 3) come to the one from a to b [m], shape (n,).
+    """Compute the smallest distance of segments (n, 3) to (n, 3) from the one from a to b [m], shape (n,).
 
-    Where two lines are nearest within their ends, or one of the four ends is nearest to the other line.
+    The lines are closest either within both, or at one of the four ends.
     """
     line, move = np.asarray(b) - np.asarray(a), end - start
     away = start - np.asarray(a)
@@ -183,7 +183,7 @@ def _line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> 
 
 
 def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fractions 0..1 of each segment at which it enters and leaves each slab, (n, axes) each; enter > leave: never."""
+    """Compute fractions 0..1 at which segments enter and leave slabs, (n, axes) each; enter > leave for none."""
     move = end - start
     still = np.abs(move) < 1e-300
     safe = np.where(still, 1.0, move)

@@ -115,7 +115,7 @@ def told():
     return got, camera, [frame for frame in frames if frame.pipeline == 0], start
 
 
-def test_every_topic_is_there_with_its_type_and_a_value(told):
+def test_every_topic_has_its_type_and_a_value(told):
     got, _, _, _ = told
     for name, kind in TOPICS.items():
         assert got["types"][f"/limelight-wire/{name}"] == kind, name
@@ -158,7 +158,7 @@ def test_poses_of_all_origins_are_the_robots(told):
     assert blue[6] == pytest.approx(values["tl"] + values["cl"]) == pytest.approx(20.0)
 
 
-def test_stamp_less_latency_is_when_the_frame_was_taken(told):
+def test_stamp_minus_latency_is_the_exposure_time(told):
     """In the client, too: its clock is the server's, as far as it knows."""
     got, _, frames, start = told
     taken = [start + frame.time for frame in frames]
@@ -211,7 +211,7 @@ def test_json_says_the_same(told):
     assert len(data["stdev_mt1"]) == len(data["stdev_mt2"]) == 6
 
 
-def test_bad_requests_changed_nothing_and_a_good_one_switched_the_pipeline(told):
+def test_bad_requests_change_nothing_and_a_good_one_switches_the_pipeline(told):
     got, camera, _, _ = told
     assert got["after"] == {"getpipe": 1, "type": "pipe_neuraldetector"}
     assert camera.bad_requests == 2
@@ -243,7 +243,7 @@ def look(camera, seconds, scene=None, start=0.0):
         camera.update(t, history, scene or CameraScene())
 
 
-def test_without_tags_there_are_zeros_and_frames_go_on(local):
+def test_without_tags_frames_continue_with_zeros(local):
     """Zeros with a tag count of 0, a beating heart, and a stamp a frame: a reader sees that it is alive."""
     away = CameraConfig(name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=90.0))
     camera = camera_on(local, away)
@@ -280,7 +280,7 @@ def test_detections_on_the_wire(local):
 
 @pytest.mark.parametrize("kind", ["setDouble", "setInteger"])
 @pytest.mark.parametrize("is_early", [False, True])
-def test_numbers_are_taken_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
+def test_requests_are_read_as_doubles_or_integers_also_from_before_the_camera(local, kind, is_early):
     """Robot code often sets a pipeline in its constructor, before the simulated camera exists."""
     camera = None if is_early else camera_on(local, CONFIG)
     getattr(local.getEntry("/limelight-wire/pipeline"), kind)(1)

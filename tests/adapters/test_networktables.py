@@ -157,7 +157,7 @@ def test_server_listens_on_this_computer_only(instance: Any) -> None:
         socket.create_connection(("127.0.0.2", port), timeout=1.0).close()
 
 
-def test_taken_port_is_said(instance: Any) -> None:
+def test_a_taken_port_is_reported(instance: Any) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

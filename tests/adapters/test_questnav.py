@@ -48,7 +48,7 @@ def questnav():
     return questnav
 
 
-def test_their_classes_read_and_write_the_same_bytes(questnav):
+def test_questnavs_classes_read_and_write_the_same_bytes(questnav):
     frames, commands = questnav.data_pb2, questnav.commands_pb2
     rng = np.random.default_rng(7)
     for _ in range(50):
@@ -77,7 +77,7 @@ def test_their_classes_read_and_write_the_same_bytes(questnav):
     assert (response.command_id, response.success, response.error_message) == (9, False, "no")
 
 
-def test_their_library_follows_a_robot(questnav):
+def test_questnavs_library_follows_a_robot(questnav):
     """On the default instance, which is the one it uses."""
     instance = ntcore.NetworkTableInstance.getDefault()
     theirs = questnav.QuestNav()

@@ -59,8 +59,8 @@ def test_every_name_that_simcore_needs_is_there(module):
         ([], ""),
         ([("wpilib", "2026.2.2"), ("pyntcore", "2026.2.2"), ("phoenix6", "26.3.0")], ""),
         ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.70.0a2")], ""),
-        ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.3.0")], "phoenix6 26.3.0 beside WPILib of 2027"),
-        ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 beside WPILib of 2026"),
+        ([("wpilib", "2027.0.0a7"), ("phoenix6", "26.3.0")], "phoenix6 26.3.0 next to WPILib of 2027"),
+        ([("wpilib", "2026.2.2"), ("pyntcore", "2027.0.0a7")], "pyntcore 2027.0.0a7 next to WPILib of 2026"),
     ],
 )
 def test_two_seasons_are_one_sentence_and_none_or_one_are_none(installed, sentence):

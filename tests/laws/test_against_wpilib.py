@@ -75,7 +75,7 @@ def test_motor_current_matches_dc_motor_sim():
         assert ours.current == pytest.approx(theirs.getCurrentDraw(), abs=0.03 * 4 * both.stallCurrent / 4)
 
 
-def test_flywheel_matches_and_t90_too():
+def test_flywheel_and_its_t90_match():
     both = DCMotor.krakenX60FOC(4)
     theirs = simulation.FlywheelSim(LinearSystemId.flywheelSystem(both, 0.02, 24 / 36), both, [0.0])
     box = GearboxConfig(motor=DCMotor.krakenX60FOC(1), motors=4, gearing=24 / 36)
@@ -84,7 +84,7 @@ def test_flywheel_matches_and_t90_too():
     assert t90([a for a, _ in pairs]) == pytest.approx(t90([b for _, b in pairs]), abs=0.005)
 
 
-def test_weak_battery_limits_both_alike():
+def test_a_weak_battery_limits_both_equally():
     simulation.RoboRioSim.setVInVoltage(7.0)
     both = DCMotor.krakenX60(1)
     theirs = simulation.FlywheelSim(LinearSystemId.flywheelSystem(both, 0.005, 1.0), both, [0.0])
@@ -142,7 +142,7 @@ def test_arm_matches_the_differential_equation():
     assert [arm.position, arm.velocity] == pytest.approx(list(exact), rel=1e-4)
 
 
-def test_arm_at_20_ms_is_as_good_as_at_1_ms():
+def test_arm_is_as_accurate_at_20_ms_as_at_1_ms():
     def end(dt):
         box = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=40.0)
         arm = ArmSim(ArmConfig(gearbox=box, inertia=0.25, mass=3.0, center_of_mass=0.25, min_angle=-1.5, max_angle=1.5))

@@ -63,7 +63,7 @@ class Scene:
 # --- in the air -----------------------------------------------------------------------------------------------------
 
 
-def test_a_ball_falls_on_the_parabola_exactly():
+def test_a_ball_falls_exactly_on_the_parabola():
     """Drift, kick, drift is exact under constant acceleration, in whatever steps."""
     with PhysicsWorld() as world:
         scene = Scene(world, [(2.0, 4.0, 20.0)])
@@ -102,7 +102,7 @@ def test_a_flight_agrees_with_the_differential_equation(speed, elevation, slope)
 
 @pytest.mark.parametrize("surface", [CARPET, WALL, BUMPER, POLYCARBONATE], ids=lambda s: s.name)
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 6.0, 10.0, 15.0])
-def test_a_bounce_keeps_the_restitution_of_its_pair(surface, speed):
+def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
     """Within 0.03 at every phase of the hit within a step: the damper of a step at the rim of a contact is half on."""
     with PhysicsWorld(floor=surface, gravity=1e-9) as world:
         places = [(1.0 + k, 4.0, R + 0.02 + speed * 1e-3 * k / 8) for k in range(8)]
@@ -115,7 +115,7 @@ def test_a_bounce_keeps_the_restitution_of_its_pair(surface, speed):
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 8.0])
-def test_two_balls_part_with_the_restitution_of_their_pair(speed):
+def test_two_balls_separate_with_the_restitution_of_their_pair(speed):
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         scene = Scene(world, [(2.0, 4.0, 1.0), (2.0 + 2 * R + 0.01, 4.0, 1.0)])
         scene.set(0, (speed, 0.0, 0.0))
@@ -154,7 +154,7 @@ def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
 
 
 @pytest.mark.parametrize("spin", [120.0, -120.0])
-def test_balls_that_meet_head_on_and_spin_alike_go_aside_by_mu_times_the_impulse(spin):
+def test_head_on_balls_with_equal_spin_deflect_by_mu_times_the_impulse(spin):
     """J = (1 + e) m v / 2, and mu J across it to either side: their surfaces slip from the first touch to the last."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         kind = replace(FUEL, friction=0.3)
@@ -180,7 +180,7 @@ def test_a_spinning_ball_leaves_the_floor_with_mu_times_its_bounce_along_it(spin
 
 
 @pytest.mark.parametrize("rate", [6.0, -6.0])
-def test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface(rate):
+def test_a_ball_falling_on_a_turning_body_is_dragged_along_its_surface(rate):
     """mu (1 + e) v_z across the radius, and against a body that stands still nothing."""
     with PhysicsWorld(floor=None, gravity=1e-9) as world:
         row = world.add_robot_body(
@@ -199,7 +199,7 @@ def test_a_ball_that_falls_on_a_turning_body_is_taken_along_its_surface(rate):
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.07, 0.2])
-def test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_gave_it(depth):
+def test_a_ball_placed_into_an_element_comes_out_without_gaining_energy(depth):
     """At 0.5 m/s, so in 2 s per meter of its depth, and a second later it lies there.
 
     A mass on a spring whose end moves at u is never faster than 2 u: v = u (1 - cos w t).
@@ -217,7 +217,7 @@ def test_what_is_put_into_an_element_comes_out_without_the_energy_that_nobody_ga
 # --- on the floor ---------------------------------------------------------------------------------------------------
 
 
-def test_air_slows_a_ball_that_rolls_as_one_that_flies():
+def test_air_slows_a_rolling_ball_like_a_flying_one():
     """1 / v = 1 / v0 + x / (1 + x) k t with x as below: the carpet gives 2/7 of what the air takes."""
     kind = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.0)
     with PhysicsWorld(floor=replace(CARPET, rolling=0.0)) as world:
@@ -246,7 +246,7 @@ def test_a_sliding_ball_ends_rolling_with_five_sevenths_of_its_speed():
 
 @pytest.mark.parametrize("heading", [0.0, 15.0, 45.0, 100.0, 210.0])
 @pytest.mark.parametrize("speed", [0.5, 2.0])
-def test_a_rolling_ball_slows_by_its_lever(heading, speed):
+def test_a_rolling_ball_slows_by_its_rolling_resistance(heading, speed):
     """x = v^2 / 2a along its heading, a = c g / (1.4 r), within 1 % of what the flattened ball changes of r."""
     rate = CARPET.rolling * FUEL.friction * GRAVITY / (1.4 * R)
     c, s = math.cos(math.radians(heading)), math.sin(math.radians(heading))
@@ -301,7 +301,7 @@ def test_a_ball_squeezed_between_walls_hangs_by_its_friction():
 
 
 @pytest.mark.parametrize("degrees", [2.0, 8.0])
-def test_a_ball_on_a_slope_rolls_if_it_is_steeper_than_its_lever(degrees):
+def test_a_ball_rolls_on_a_slope_steeper_than_its_rolling_resistance(degrees):
     """tan a against c / l, l = r - m g / k1; beyond it a' = (sin a - c / l cos a) g / (1 + 0.4 r^2 / l^2)."""
     surface, lever = TerrainSurface(name="slope", friction=1.0, restitution=0.5, rolling=0.006), 0.006 * FUEL.friction
     with PhysicsWorld(floor=None) as world:
@@ -337,7 +337,7 @@ def test_a_ball_that_rolls_over_seams_keeps_its_course():
 # --- with bodies ----------------------------------------------------------------------------------------------------
 
 
-def test_robot_and_balls_keep_their_momentum():
+def test_robot_and_balls_conserve_momentum():
     """A body of 55 kg in zero gravity among flying balls: both momenta to rounding."""
     rng = np.random.default_rng(5)
     with PhysicsWorld(floor=None, gravity=1e-12) as world:
@@ -377,7 +377,7 @@ def test_robot_and_balls_keep_their_momentum():
 
 @pytest.mark.parametrize("speed", [1.0, 2.5, 4.0])
 @pytest.mark.parametrize("is_asleep", [False, True])
-def test_a_ball_takes_from_a_robot_what_the_robot_loses(speed, is_asleep):
+def test_a_ball_gains_the_momentum_that_a_robot_loses(speed, is_asleep):
     """A coasting robot pushes a fuel that lies on ice, asleep or awake: momentum to 1 %."""
     ice = TerrainSurface(name="ice", friction=0.0, restitution=0.0)
     with PhysicsWorld(floor=ice) as world:
@@ -470,7 +470,7 @@ def test_no_ball_at_forty_meters_a_second_gets_into_an_element_of_the_field(game
         assert np.isfinite(balls.pos).all() and balls.is_touched.any()
 
 
-def test_a_foam_needs_its_two_numbers():
+def test_foam_needs_both_of_its_numbers():
     from simcore.errors import ConfigError
 
     with pytest.raises(ConfigError, match="linear"):

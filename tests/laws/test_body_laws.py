@@ -70,7 +70,7 @@ def test_braking_moves_load_by_m_a_h_over_the_wheelbase(share):
 
 @pytest.mark.parametrize(("share", "tips"), [(0.95, False), (1.05, True), (1.25, True)])
 @pytest.mark.parametrize("height", [0.24, 0.4])
-def test_it_tips_where_statics_says(share, tips, height):
+def test_it_tips_at_the_limit_of_statics(share, tips, height):
     """With mu h over half the wheelbase above 1 the rear wheels lift, and they do not come back."""
     bench = braked(share * 0.5 * BASE / height, height=height)
     pitch = []
@@ -80,7 +80,7 @@ def test_it_tips_where_statics_says(share, tips, height):
 
 @pytest.mark.parametrize("radius", [0.45, 0.55])
 @pytest.mark.parametrize("height", [0.3, 0.7])
-def test_it_rocks_as_a_plastic_impact_of_its_wheels_says(radius, height):
+def test_it_rocks_by_plastic_impacts_of_its_wheels(radius, height):
     """Dropped from 1.5 degrees onto its rear wheels it rises by ((k^2 - b^2) / (k^2 + b^2))^2 of that on the others.
 
     From no spring: without friction the landing wheels stop, and what is left turns about them. k: radius of gyration.
@@ -107,7 +107,7 @@ def test_it_rocks_as_a_plastic_impact_of_its_wheels_says(radius, height):
     [((math.pi / 2, 0.0), 0), ((math.pi, 0.0), 0), ((0.0, math.pi / 2), 1)],
     ids=["side", "back", "end"],
 )
-def test_a_robot_that_lies_slides_to_a_stop_with_its_friction(attitude, axis):
+def test_a_fallen_robot_slides_to_a_stop_by_friction(attitude, axis):
     """a = mu g with 0.4; then it stays where it is."""
     config = ChassisConfig(center_of_mass_height=0.25)
     with PhysicsWorld() as world:
@@ -146,7 +146,7 @@ def bump(world):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.5])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
-def test_coasting_over_a_bump_makes_no_energy(speed, heading):
+def test_coasting_over_a_bump_gains_no_energy(speed, heading):
     with PhysicsWorld() as world:
         bump(world)
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, heading))
@@ -158,7 +158,7 @@ def test_coasting_over_a_bump_makes_no_energy(speed, heading):
         assert min(energies) > 0.1 * energies[0]
 
 
-def test_on_a_bump_s_ridge_it_stands_still():
+def test_it_stands_still_on_the_ridge_of_a_bump():
     with PhysicsWorld() as world:
         bump(world)
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.3))
@@ -170,7 +170,7 @@ def test_on_a_bump_s_ridge_it_stands_still():
 
 @pytest.mark.parametrize("roll", [0.0, 20.0, 80.0, 180.0])
 @pytest.mark.parametrize("mass", [8.0, 55.0])
-def test_a_fall_makes_no_energy(roll, mass):
+def test_a_fall_gains_no_energy(roll, mass):
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig(mass=mass))
         world.set_pose(chassis.row, (0.0, 0.0, 1.2), from_rpy(math.radians(roll), 0.1, 0.0))
@@ -182,7 +182,7 @@ def test_a_fall_makes_no_energy(roll, mass):
 
 
 @pytest.mark.parametrize("mass", [8.0, 60.0])
-def test_a_side_far_from_the_center_of_mass_lands_without_energy(mass):
+def test_landing_on_a_side_far_from_the_center_of_mass_gains_no_energy(mass):
     """It tips about one side on its back at 2 rad/s; where the other lands the robot shows a sixth of its mass."""
     size, wheels = (0.5, 0.97, 0.33), ((0.15, 0.15), (0.15, -0.15), (-0.15, 0.15), (-0.15, -0.15))
     center, inertia = (0.15, 0.0, 0.3), (0.088 * mass, 0.03 * mass, 0.114 * mass)
@@ -203,7 +203,7 @@ def test_a_side_far_from_the_center_of_mass_lands_without_energy(mass):
 
 
 @pytest.mark.parametrize(("aside", "heading"), [(0.0, 0.0), (0.3, 0.0), (0.2, 0.6)])
-def test_two_robots_that_meet_keep_their_momentum(aside, heading):
+def test_colliding_robots_conserve_momentum(aside, heading):
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, ChassisConfig(mass=40.0), pose=(1.5, aside, heading), name="b")
@@ -217,7 +217,7 @@ def test_two_robots_that_meet_keep_their_momentum(aside, heading):
         assert b.vel[0] > 0.5
 
 
-def test_one_on_top_of_another_stays_there():
+def test_a_robot_on_top_of_another_stays_there():
     with PhysicsWorld() as world:
         below = ChassisSimulation(world, ChassisConfig(), name="below")
         above = ChassisSimulation(world, ChassisConfig(), name="above")
@@ -230,7 +230,7 @@ def test_one_on_top_of_another_stays_there():
 
 
 @pytest.mark.parametrize("speed", [1.0, 3.0])
-def test_a_wall_gives_back_what_the_restitution_of_the_pair_says(speed):
+def test_a_robot_bounces_off_a_wall_with_the_restitution_of_the_pair(speed):
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (1.15, 0.0, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())
@@ -242,7 +242,7 @@ def test_a_wall_gives_back_what_the_restitution_of_the_pair_says(speed):
 
 @pytest.mark.parametrize("depth", [0.02, 0.1, 0.2])
 @pytest.mark.parametrize("speed", [0.0, 2.0, 4.0])
-def test_a_robot_that_is_put_into_another_one_parts_from_it_without_velocity(depth, speed):
+def test_overlapping_robots_separate_without_velocity(depth, speed):
     """A moving one meets it as if it came from outside: momentum stays, energy does not rise, they are soon apart."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(-2.0, 0.0, 0.0), name="a")
@@ -259,7 +259,7 @@ def test_a_robot_that_is_put_into_another_one_parts_from_it_without_velocity(dep
         assert max(energies) < energies[0] + 0.01
 
 
-def test_a_robot_that_is_put_into_a_wall_comes_out_of_it():
+def test_a_robot_placed_into_a_wall_comes_out():
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (0.5, 0.0, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())

@@ -24,7 +24,7 @@ def with_modules(**change) -> SwerveConfig:
     return replace(SQUARE, modules=tuple(replace(module, **change) for module in SQUARE.modules))
 
 
-def test_a_worn_wheel_tells_of_more_way_than_it_goes():
+def test_a_worn_wheel_reports_more_distance_than_it_drives():
     """Rolling at 1 m/s, a wheel of 0.9 of its radius turns 1/0.9 as fast, and encoder times config says 1/0.9 m/s."""
     worn = SwerveDrive(SQUARE, built=with_modules(wheel_radius=0.9 * SQUARE.wheel_radius))
     worn.reset(vx=1.0)
@@ -34,7 +34,7 @@ def test_a_worn_wheel_tells_of_more_way_than_it_goes():
     assert worn.shaft_angles[0] > 0.1
 
 
-def test_loops_on_board_feed_forward_what_they_know():
+def test_onboard_loops_feed_forward_the_known_constants():
     """With motors 20 % stronger than the config says, the same command ends at 1/1.2 of the free speed or less."""
     strong = [replace(m, drive_motor=m.drive_motor.varied(kt=1.2, resistance=1.0)) for m in SQUARE.modules]
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]
@@ -45,7 +45,7 @@ def test_loops_on_board_feed_forward_what_they_know():
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
 
-def test_a_module_that_is_not_zeroed_drives_where_it_truly_points():
+def test_a_module_with_a_zero_error_drives_in_its_true_direction():
     config = RobotConfig(drivetrain=with_modules(steer_offset=0.1))
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:
         (robot,) = match.robots

@@ -92,7 +92,7 @@ def test_a_push_along_a_wall_is_slowed_by_mu_n(into):
         assert chassis.pose[2] == pytest.approx(turned, abs=2e-5)
 
 
-def test_friction_of_bumpers_stops_a_slide_as_coulomb_says():
+def test_friction_of_bumpers_stops_a_slide_by_coulombs_law():
     """v^2 / (2 mu N / m) along a wall, pushed into it by N = 300 N, and then it sticks."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
@@ -108,7 +108,7 @@ def test_friction_of_bumpers_stops_a_slide_as_coulomb_says():
 
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 @pytest.mark.parametrize("depth", [0.002, 0.015])
-def test_a_robot_that_is_put_a_little_into_a_wall_is_not_thrown_off(depth, heading):
+def test_a_robot_placed_slightly_into_a_wall_is_not_thrown_off(depth, heading):
     """It comes out with 0.05 m/s and no more, and goes no farther than its depth."""
     yaw = math.radians(heading)
     reach = 0.4 * (math.cos(yaw) + math.sin(yaw))
@@ -127,7 +127,7 @@ def test_a_robot_that_is_put_a_little_into_a_wall_is_not_thrown_off(depth, headi
 
 @pytest.mark.parametrize("wall", ["guardrail", "alliance wall"])
 @pytest.mark.parametrize(("along", "into"), [(0.5, 0.1), (2.0, 0.3), (3.0, 1.0)])
-def test_a_robot_scrapes_along_a_wall_flat_and_straight(wall, along, into):
+def test_a_robot_slides_along_a_wall_level_and_straight(wall, along, into):
     """Two seconds: no wheel off, not tilted, heading within half a degree."""
     rail = wall == "guardrail"
     with field((2.0, 1.45 if rail else 0.45, 0.0), elements=GUARDRAIL if rail else ()) as match:
@@ -199,7 +199,7 @@ ESCAPE = ((4.0, 4.0, 0.0), (6.0, 4.0, math.pi / 2)), lambda tick: ((3.0, 0.0), (
 
 
 @pytest.mark.parametrize("scene", (SCRAPE, ESCAPE), ids=("scrape", "escape"))
-def test_the_contact_of_two_robots_is_no_torque_on_both_of_them(scene):
+def test_the_contact_of_two_robots_conserves_angular_momentum(scene):
     """What they turn, 4 degrees in a scrape and 22 on the way out of a T-bone, their own tires have not held.
 
     Angular momentum about a fixed place changes by the tires' moments alone; these are summed from each tick's last
@@ -234,7 +234,7 @@ def held_heading(torque):
 
 
 @pytest.mark.parametrize("torque", [100.0, 150.0, 200.0])
-def test_a_heading_gives_way_to_a_torque_as_the_loops_that_hold_it_say(torque):
+def test_a_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
     """2.3, 5.2 and 8.1 degrees after 0.8 s, within 5 %: exp(-6/s t) is missing, and tires creep."""
     with field((5.0, 4.84, 0.0)) as match:
         (robot,) = match.robots
@@ -245,7 +245,7 @@ def test_a_heading_gives_way_to_a_torque_as_the_loops_that_hold_it_say(torque):
         assert robot.chassis.pose[2] == pytest.approx(held_heading(torque), rel=0.05)
 
 
-def test_a_robot_turns_on_its_way_out_of_a_t_bone_while_all_its_tires_are_at_their_limit():
+def test_a_robot_turns_while_it_leaves_a_t_bone_with_all_tires_at_their_limit():
     """To 22 degrees: each of them has the force mu N, along or across, and none is left to hold the heading with."""
     starts, wanted = ESCAPE
     used, turned = [], [0.0]
@@ -263,7 +263,7 @@ def test_a_robot_turns_on_its_way_out_of_a_t_bone_while_all_its_tires_are_at_the
     assert len(used) > 20 and min(used) > 0.95
 
 
-def test_a_robot_that_another_one_scrapes_along_turns_as_one_that_nothing_but_its_force_and_torque_push():
+def test_a_robot_scraped_by_another_turns_like_one_under_the_same_force_and_torque():
     """4 degrees: a heading that is held with 6/s gives way by so much to the contact's largest torque, 130 N m."""
     starts, wanted = SCRAPE
     pushes, turned, lone = [], [], []
@@ -297,7 +297,7 @@ def test_a_robot_that_another_one_scrapes_along_turns_as_one_that_nothing_but_it
 
 @pytest.mark.parametrize("speed", [3.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.5])
-def test_bumpers_of_two_robots_overlap_by_no_more_than_they_give_way(speed, heading):
+def test_bumpers_of_two_robots_overlap_by_no_more_than_their_stiffness_allows(speed, heading):
     """v sqrt(m / k) with the reduced mass, and two bumpers in a row: at a corner half of a side at most."""
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
@@ -327,7 +327,7 @@ def test_bumpers_of_two_robots_overlap_by_no_more_than_they_give_way(speed, head
         assert 55.0 * a.vel[0] + 40.0 * b.vel[0] == pytest.approx(momentum, rel=0.01)
 
 
-def test_a_robot_at_a_wall_changes_nothing_of_anothers_path():
+def test_a_robot_at_a_wall_does_not_change_anothers_path():
     """20 m away, one leans on a wall or stands still; the other sways, turns and stops: steps are the same for all."""
 
     def path(pressing):
@@ -347,7 +347,7 @@ def test_a_robot_at_a_wall_changes_nothing_of_anothers_path():
 # --- loads and ramps --------------------------------------------------------------------------------------------------
 
 
-def test_wheel_loads_are_those_of_weight_and_of_the_wall_where_it_pushes():
+def test_wheel_loads_balance_weight_and_the_push_of_the_wall():
     """Front over rear by F z / L: a wall pushes at 0.15 m, the middle of the bumpers."""
     wall = FieldElement(name="low wall", shape=Box((0.3, 6.0, 1.0)), position=np.array([4.0, 4.0, 0.5]), surface=WALL)
     with field((3.0, 4.0, 0.0), elements=[wall]) as match:

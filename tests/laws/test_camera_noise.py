@@ -44,7 +44,7 @@ def picture(tags, pos, yaw, mount=MOUNT, rng=None, lens=LENS):
 
 
 @each("distance", [1.0, 2.0, 4.0])
-def test_deviations_of_a_tag_seen_head_on_are_those_of_the_textbook(distance):
+def test_deviations_of_a_frontal_tag_agree_with_the_textbook(distance):
     """Corners at (+-h, +-h) in depth z. A step along z moves each by h z'/z^2 in u and in v, of eight: s z^2 / (h
     sqrt(8)). A turn about the vertical moves u of all alike, as a step does, and v by +-h^2/z^2, of four: s z^2 /
     (2 h^2); and it is seen by its square, where that moves a corner by s: at sqrt(2 s z / h). All but for the square of
@@ -102,7 +102,7 @@ def stand(distance, angle_deg, height, ids, *, frames, seed=0, bias):
 
 
 @each(("distance", "angle", "height", "ids", "tag", "measured"), MEASURED)
-def test_a_robot_that_stands_is_as_noisy_as_a_measured_one(distance, angle, height, ids, tag, measured):
+def test_poses_of_a_robot_at_rest_are_as_noisy_as_measured_ones(distance, angle, height, ids, tag, measured):
     """A log of 2024 (github.com/Tan560/wpilogsTomf4), within a factor of 1.5. Where that robot stood is not known: at
     this angle one noise of a corner explains all of its numbers."""
     found = stand(distance, angle, height, ids, frames=600, bias=CameraBias.none())
@@ -126,7 +126,7 @@ def test_a_robot_that_stands_is_as_noisy_as_a_measured_one(distance, angle, heig
     ("name", "size", "closed"),
     [("mount_angle_deg", 0.5, "yaw"), ("mount_position", 0.05, "place"), ("focal_length", 0.01, "range")],
 )
-def test_each_bias_moves_megatag_1_as_the_pinhole_says(name, size, closed):
+def test_each_bias_moves_megatag_1_by_the_pinhole_model(name, size, closed):
     """A camera turned by its mount's error turns the robot by it; one beside its place moves the robot by it; a
     longer lens brings a tag nearer by the same part. Means of frames without noise, to second order in the bias."""
     none = {field: 0.0 for field in CameraBias.__dataclass_fields__}

@@ -93,7 +93,7 @@ def test_over_the_bump_it_rises_tilts_and_comes_down(speed, heading_deg):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.4])
-def test_a_wall_stops_it_with_as_much_overlap_as_its_bumpers_give_way(speed, heading):
+def test_a_wall_stops_it_with_the_overlap_of_its_bumpers_stiffness(speed, heading):
     """d = v sqrt(m / k) at most, of a mass on the spring of a whole side, and of half of it for a corner."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
@@ -117,7 +117,7 @@ def test_a_wall_stops_it_with_as_much_overlap_as_its_bumpers_give_way(speed, hea
         assert math.degrees(tilt) < 5.0
 
 
-def test_over_the_bare_floor_the_ground_is_what_rays_find(monkeypatch):
+def test_over_the_bare_floor_ground_height_agrees_with_rays(monkeypatch):
     """Where nothing stands around, none is cast."""
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig(), pose=(5.0, 3.0, 0.7))
@@ -135,7 +135,7 @@ def test_over_the_bare_floor_the_ground_is_what_rays_find(monkeypatch):
 
 @pytest.mark.parametrize("speed", [3.0, 4.5])
 @pytest.mark.parametrize("gap", [0.001, 0.005, 0.008, 0.03, 0.07])
-def test_fuel_in_a_loose_row_gives_way_like_fuel_that_touches(gap, speed):
+def test_a_loose_row_of_fuel_yields_like_a_touching_row(gap, speed):
     """Within a tick a knock crosses gaps: what it comes to must not stand there like a wall."""
     fuel = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
     with PhysicsWorld() as world:
@@ -179,7 +179,7 @@ def test_it_pushes_fuel_and_stays_on_the_carpet():
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_values_that_are_no_numbers_are_refused_and_change_nothing(value):
+def test_non_finite_values_are_refused_and_change_nothing(value):
     with PhysicsWorld() as world:
         robot = ChassisSimulation(world, ChassisConfig())
         with pytest.raises(NonFiniteError, match="robot"):

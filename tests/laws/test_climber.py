@@ -50,7 +50,7 @@ def advance(robot, world, seconds, volts):
         motion.tick()
 
 
-def test_it_stands_until_the_hook_comes_down_on_the_rung(hanging):
+def test_the_robot_stands_until_the_hook_comes_down_on_the_rung(hanging):
     robot, world = hanging
     advance(robot, world, 0.2, robot.mechanisms["hook"].holding_volts)
     assert robot.climbers[0].rung is None
@@ -59,7 +59,7 @@ def test_it_stands_until_the_hook_comes_down_on_the_rung(hanging):
     assert robot.climbers[0].rung is RUNG
 
 
-def test_it_lifts_itself_and_the_forces_balance(hanging):
+def test_the_robot_lifts_itself_and_the_forces_balance(hanging):
     """Hanging at rest, the rung carries the whole weight, and the drum its torque: weight times drum radius."""
     robot, world = hanging
     hook = robot.mechanisms["hook"]
@@ -79,7 +79,7 @@ def test_it_lifts_itself_and_the_forces_balance(hanging):
     assert hook.current / GEARBOX.motors * GEARBOX.torque_per_amp == pytest.approx(-hook.load_torque, rel=0.05)
 
 
-def test_with_zero_volts_the_brake_lets_it_down_as_slowly_as_the_shorted_motors_turn(hanging):
+def test_at_zero_volts_the_robot_sinks_at_the_speed_of_its_shorted_motors(hanging):
     """w = torque R / (kt ke), all at the drum; and it goes on hanging."""
     robot, world = hanging
     hook = robot.mechanisms["hook"]
@@ -94,7 +94,7 @@ def test_with_zero_volts_the_brake_lets_it_down_as_slowly_as_the_shorted_motors_
     assert hook.velocity > 0.0
 
 
-def test_it_comes_down_and_is_free_when_the_hook_rises_off_the_rung(hanging):
+def test_the_robot_comes_down_and_is_free_when_the_hook_leaves_the_rung(hanging):
     robot, world = hanging
     advance(robot, world, 1.5, -6.0)
     assert robot.climbers[0].rung is RUNG
@@ -104,7 +104,7 @@ def test_it_comes_down_and_is_free_when_the_hook_rises_off_the_rung(hanging):
     assert robot.chassis.pos[2] == pytest.approx(0.0, abs=0.003)
 
 
-def test_a_hook_that_lets_go_in_the_air_drops_the_robot(hanging):
+def test_a_hook_that_releases_in_the_air_drops_the_robot(hanging):
     """z = h - g t^2 / 2 until the carpet."""
     robot, world = hanging
     advance(robot, world, 1.5, -6.0)
@@ -117,7 +117,7 @@ def test_a_hook_that_lets_go_in_the_air_drops_the_robot(hanging):
     assert robot.chassis.pos[2] == pytest.approx(0.0, abs=0.003)
 
 
-def test_rungs_and_climbers_that_cannot_be_are_refused():
+def test_invalid_rungs_and_climbers_are_refused():
     with pytest.raises(ConfigError, match="ends must differ"):
         Rung(name="r", start=(0.0, 0.0, 1.0), end=(0.0, 0.0, 1.0))
     with pytest.raises(ConfigError, match="at least one joint"):

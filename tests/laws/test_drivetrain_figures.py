@@ -46,7 +46,7 @@ def test_every_acceptance_figure_is_within_its_tolerance():
 
 
 @pytest.mark.parametrize("h", [0.001, 0.005, 0.02])
-def test_unslipped_launch_is_an_exponential(h):
+def test_launch_without_slip_is_exponential(h):
     """v = v0 (1 - exp(-t / tau)); backward Euler of inner step d lags by at most d / 2 (1 - v / v0) / tau."""
     r = robot()
     volts = 2.0
@@ -73,7 +73,7 @@ def test_sliding_robot_stops_in_v2_over_2_mu_g():
     assert r.speed < 1e-6
 
 
-def test_spinning_robot_on_locked_wheels_stops_like_a_ring_of_friction():
+def test_spinning_robot_on_locked_wheels_stops_by_friction_at_their_radius():
     """Every wheel pulls mu N at radius r against the turn."""
     r = robot()
     arm = 0.527 / math.sqrt(2)
@@ -94,7 +94,7 @@ def test_steady_turn_holds_speed_and_circle():
 
 
 @pytest.mark.parametrize(("limit", "odometry_ok"), [(60.0, True), (math.inf, False)])
-def test_odometry_knows_a_skid(limit, odometry_ok):
+def test_odometry_is_wrong_only_after_a_skid(limit, odometry_ok):
     r = robot(drive_stator_limit=limit)
     r.drive.set_volts([12.0] * 4, [0.0] * 4)
     r.run(0.5)

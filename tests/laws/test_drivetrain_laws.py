@@ -119,7 +119,7 @@ def drive_around(config: SwerveConfig, battery: BatteryConfig | None, seed: int,
 
 @given(robots(), batteries, seeds, steps)
 @settings(max_examples=60)
-def test_tires_never_pull_more_than_their_grip(config, battery, seed, h):
+def test_tire_forces_never_exceed_their_grip(config, battery, seed, h):
     for drive, chassis in drive_around(config, battery, seed, h):
         force = drive.wheel_forces
         grip = np.array([m.wheel_cof for m in config.modules]) * np.array(chassis.loads)
@@ -198,7 +198,7 @@ def test_a_minute_of_random_commands_stays_finite(config, battery, seed):
 
 @given(robots(), seeds, st.floats(-math.pi, math.pi))
 @settings(max_examples=30)
-def test_a_turned_field_gives_the_turned_run(config, seed, turn):
+def test_a_rotated_field_gives_the_rotated_run(config, seed, turn):
     rng = np.random.default_rng(seed)
     velocity = rng.uniform(-4, 4, 2)
     paths = []
@@ -237,7 +237,7 @@ def test_left_and_right_are_mirror_images(seed):
 
 @given(st.floats(-13, 13), st.floats(-13, 13), st.integers(2, 4), st.floats(0.3, 2.0), st.floats(5.0, 200.0), steps)
 @settings(max_examples=30)
-def test_tank_keeps_the_same_laws(left, right, wheels, tread, limit, h):
+def test_a_tank_drive_obeys_these_laws(left, right, wheels, tread, limit, h):
     xs = tuple(np.linspace(0.3, -0.3, wheels))
     drive = TankDrive(TankConfig(wheel_xs=xs, wheel_cof=tread, stator_limit=limit), battery=Battery())
     chassis = DriveBench(drive)

@@ -35,7 +35,7 @@ def robot(name: str, count: int, limits: dict[str, float], *, stalled: bool) -> 
 @pytest.mark.parametrize("limits", [UNLIMITED, LIMITED], ids=["unlimited", "limited"])
 @pytest.mark.parametrize("count", [0, 1, 2, 4, 12])
 @pytest.mark.parametrize("name", ["Kraken X60", "NEO"])
-def test_the_battery_gives_what_motors_take_and_they_turn_it_into_heat_and_motion(name, count, limits, stalled):
+def test_battery_energy_equals_motor_heat_and_kinetic_energy(name, count, limits, stalled):
     """Half a second at 12 V, mechanisms and drivetrain: within 0.5 %.
 
     A motor of a datasheet gives kt kv of its electrical power as mechanical power, see `MotorModel`; in the
@@ -62,7 +62,7 @@ def test_the_battery_gives_what_motors_take_and_they_turn_it_into_heat_and_motio
             assert heat + motion == pytest.approx(taken, rel=0.005)
 
 
-def test_motors_that_feed_back_charge_the_battery_by_no_more_than_their_wheels_held():
+def test_regenerating_motors_charge_the_battery_by_at_most_the_wheels_energy():
     """From 12 V to 6: twelve of them raise its voltage by what their current makes in its resistance, and no more."""
     with Match.bare(robot("Kraken X60", 12, LIMITED, stalled=False), start=(4.0, 4.0, 0.0)) as match:
         (one,) = match.robots

@@ -39,7 +39,7 @@ def run(engine: Engine, seconds: float) -> None:
         engine.step(0.005)
 
 
-def test_a_test_gets_the_engine_that_it_is_named_after(engine, engine_name):
+def test_a_test_runs_on_the_engine_in_its_name(engine, engine_name):
     assert engine.name == engine_name
 
 
@@ -55,7 +55,7 @@ def test_two_bodies_touch_when_each_has_the_other_in_its_mask(engine, first, sec
     assert (engine.velocity(b)[0][0] > 1.0) == touch
 
 
-def test_masks_change_while_it_runs(engine):
+def test_masks_can_change_during_a_run(engine):
     a, b = ball(engine, 0.0), ball(engine, 0.3)
     engine.set_collision(b, 0, 0)
     engine.set_velocity(a, (2.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -67,7 +67,7 @@ def test_masks_change_while_it_runs(engine):
     assert engine.velocity(b)[0][0] < -1.0
 
 
-def test_a_sleeper_stays_until_something_that_moves_touches_it():
+def test_a_sleeper_stays_until_a_moving_body_touches_it():
     with PhysicsWorld() as world:
         engine = world.engine
         rows = [
@@ -90,7 +90,7 @@ def test_a_sleeper_stays_until_something_that_moves_touches_it():
 
 
 @pytest.mark.parametrize("shape", [Sphere(RADIUS), Box((0.15, 0.15, 0.15))], ids=["ball", "box"])
-def test_what_is_fixed_stands_as_a_static_until_it_is_woken_and_then_moves_as_before(shape):
+def test_a_fixed_body_acts_as_a_static_until_it_is_woken(shape):
     with PhysicsWorld() as world:
         engine = world.engine
         fixed, other = (
@@ -116,7 +116,7 @@ def test_what_is_fixed_stands_as_a_static_until_it_is_woken_and_then_moves_as_be
         assert hit < left
 
 
-def test_bodies_that_are_added_later_leave_the_others_as_they_are(engine):
+def test_adding_bodies_leaves_the_others_unchanged(engine):
     first = ball(engine, 0.0)
     engine.set_velocity(first, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
     asleep = ball(engine, 5.0)
@@ -139,7 +139,7 @@ def test_a_force_acts_for_one_step(engine):
     assert engine.velocity(row)[0][0] == pytest.approx(0.2, abs=1e-9)
 
 
-def test_poses_are_of_the_origin_and_velocities_of_the_center_of_mass(engine):
+def test_poses_refer_to_the_origin_and_velocities_to_the_center_of_mass(engine):
     row = engine.add_body(
         BodyDefinition(
             shape=Compound((Part(Box((0.4, 0.4, 0.2)), (0.0, 0.0, 0.1)),)),
@@ -159,7 +159,7 @@ def test_poses_are_of_the_origin_and_velocities_of_the_center_of_mass(engine):
     assert engine.velocity(row)[1][2] == pytest.approx(math.pi, rel=1e-6)
 
 
-def test_rays_meet_what_is_in_their_mask_and_not_what_they_start_in(engine):
+def test_rays_hit_bodies_in_their_mask_except_those_they_start_in(engine):
     box = engine.add_body(BodyDefinition(shape=Box((1.0, 1.0, 1.0)), surface=HARD, group=1, pos=(2.0, 0.0, 0.0)))
     points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     hull = engine.add_body(BodyDefinition(shape=Hull(points), surface=HARD, group=8, pos=(5.0, 0.0, 0.0)))
@@ -193,7 +193,7 @@ def digest():
 """
 
 
-def test_two_worlds_in_one_process_and_one_in_another_agree_to_the_last_bit():
+def test_worlds_in_this_and_another_process_agree_to_the_last_bit():
     names: dict = {}
     exec(SCENE, names)
     first = names["digest"]()
@@ -225,7 +225,7 @@ def test_a_box_bounces_with_the_restitution_of_its_pair_at_any_phase(h, restitut
 
 
 @pytest.mark.engines("mujoco")
-def test_what_is_fixed_is_where_it_was_after_a_robot_has_driven_into_it():
+def test_a_fixed_body_stays_in_place_when_a_robot_drives_into_it():
     with PhysicsWorld() as world:
         row = world.add_piece_body("box", Box((0.3, 0.3, 0.3)), mass=1.0, surface=BALL, pos=(2.7, 2.0, 0.15))
         world.engine.fix(row)

@@ -37,7 +37,7 @@ def corners(element):
 
 @pytest.mark.parametrize("kind", ["rotate", "mirror"])
 @pytest.mark.parametrize("toward", ["+x", "-x", "+y", "-y"])
-def test_a_slope_and_any_hull_is_on_both_halves(kind, toward):
+def test_slopes_and_hulls_are_mirrored_to_both_halves(kind, toward):
     symmetry = FieldSymmetry(kind, SIZE)
     blue, red = for_both_alliances([slope_element("ramp", (2.0, 1.0, 0.0), (3.0, 3.0, 0.2), toward)], symmetry)
     assert (blue.name, red.name) == ("blue_ramp", "red_ramp")
@@ -49,7 +49,7 @@ def test_a_slope_and_any_hull_is_on_both_halves(kind, toward):
     assert len(top) == 2 and {point[axis] for point in top} == {((2.0, 3.0), (1.0, 3.0))[axis][edge]}
 
 
-def test_what_cannot_be_said_of_both_halves_is_refused():
+def test_shapes_without_a_mirror_image_are_refused():
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
     with pytest.raises(ConfigError, match="boxes, cylinders, balls and hulls can be put on both sides, got a Mesh"):
         for_both_alliances([FieldElement(name="net", shape=mesh, position=np.zeros(3))], FieldSymmetry("rotate", SIZE))
@@ -70,7 +70,7 @@ def test_a_hollow_cone_sits_on_a_pole_and_a_full_one_does_not_fit():
         assert (x, y) == pytest.approx((4.0, 4.0), abs=0.02) and z == pytest.approx(0.8 - top, abs=0.01)
 
 
-def test_a_hollow_cone_that_cannot_be():
+def test_an_invalid_hollow_cone_is_refused():
     sizes = dict(height=0.3, bottom_radius=0.1, top_radius=0.02)
     with pytest.raises(ConfigError, match="wall must be below both radii"):
         hollow_cone(**sizes, wall=0.03)
@@ -89,7 +89,7 @@ def test_a_hollow_cone_that_cannot_be():
         (CONE, (3.0, 3.0, 0.55), None),
     ],
 )
-def test_pieces_that_are_staged_inside_of_something_are_refused(kind, place, said):
+def test_pieces_staged_inside_an_element_are_refused(kind, place, said):
     shelf = box_element("shelf", (2.5, 2.5, 0.0), (3.5, 3.5, 0.4))
     game = replace(
         Game.bare(elements=(shelf,), pieces=(PieceSupply(kind, 1),)),

@@ -24,7 +24,7 @@ def test_robot_off_a_bump_is_airborne_by_its_lowest_wheel() -> None:
     assert result.is_airborne
 
 
-def test_bad_input() -> None:
+def test_invalid_wheel_ground_is_refused() -> None:
     with pytest.raises(ConfigError, match="shape"):
         ground_clearance(WHEELS, np.zeros(3))
     with pytest.raises(ConfigError, match="shape"):

@@ -70,7 +70,7 @@ def test_it_swings_with_the_period_of_a_pendulum_and_gains_no_energy():
     assert gap < 0.001
 
 
-def test_friction_takes_what_it_says():
+def test_friction_damps_a_swing_at_its_rate():
     """The amplitude of a swing decays with exp(-c t / 2), so the energy with exp(-c t)."""
     _, energies, _ = swing(3.0, 0.2, replace(HEAVY, damping=0.4))
     assert energies[-1] / energies[0] == pytest.approx(math.exp(-0.4 * 3.0), rel=0.1)
@@ -83,7 +83,7 @@ def field_with(rungs=(), **changes):
     return replace(game, field=replace(game.field, hanging=hanging, rungs=rungs), starts=((2.0, 4.0, 0.0),))
 
 
-def test_a_robot_pushes_it_away_and_it_comes_to_rest_and_sleeps_at_no_cost():
+def test_a_pushed_body_comes_to_rest_and_sleeps():
     digests = []
     for seconds in (4.0, 0.0):
         with Match(field_with(damping=4.0)) as match:
@@ -112,7 +112,7 @@ def test_a_robot_pushes_it_away_and_it_comes_to_rest_and_sleeps_at_no_cost():
     assert digests[0] == digests[1]
 
 
-def test_a_thrown_ball_makes_it_swing_as_its_momentum_says():
+def test_a_thrown_ball_makes_it_swing_by_its_momentum():
     """About the pivot: I w is what the ball loses, m (v - v') d."""
     with Match(field_with()) as match:
         slot = match.pieces.spawn("Ball", np.array([[3.0, 4.0, 1.5 - DROP + 0.1]]))
@@ -127,7 +127,7 @@ def test_a_thrown_ball_makes_it_swing_as_its_momentum_says():
         assert match.count.is_conserved
 
 
-def test_rungs_name_a_body_that_hangs_there():
+def test_a_rung_must_name_a_hanging_body():
     rung = Rung(name="bar", start=(4.0, 3.9, 0.7), end=(4.0, 4.1, 0.7), mount="wait")
     with pytest.raises(ConfigError, match=r"no body hangs there.*\['wait'\]"):
         field_with((rung,))
@@ -136,7 +136,7 @@ def test_rungs_name_a_body_that_hangs_there():
     assert isinstance(field_with((replace(rung, mount="weight"),)).field, FieldDefinition)
 
 
-def test_a_piece_above_a_swinging_body_sleeps_and_one_that_it_hits_wakes(engine_name):
+def test_a_swinging_body_wakes_only_the_pieces_that_it_hits(engine_name):
     """It reaches as far as its own height, and slowly only what it touches."""
     game = field_with(damping=0.3)
     shelf = FieldElement(name="shelf", shape=Box((1.0, 1.0, 0.1)), position=np.array([4.0, 4.0, 1.6]), surface=WALL)

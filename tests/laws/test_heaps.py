@@ -106,7 +106,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
 
 
 @pytest.mark.parametrize("on_top", [1, 2, 3, 4, 5])
-def test_a_few_on_top_of_others_fall_asleep_like_many(on_top):
+def test_a_small_heap_falls_asleep_like_a_large_one(on_top):
     """In a box that holds five by five: those on top press them apart, and the walls push back."""
     with PhysicsWorld() as world:
         heap = Heap(world, 25 + on_top, 0.8)
@@ -119,7 +119,7 @@ def test_a_few_on_top_of_others_fall_asleep_like_many(on_top):
         assert (heap.pos == before).all()
 
 
-def test_a_sleeping_heap_gives_way_when_its_foot_is_taken():
+def test_a_sleeping_heap_collapses_when_its_base_is_removed():
     with PhysicsWorld() as world:
         heap = Heap(world, 60, 0.6)
         heap.play(6.0)

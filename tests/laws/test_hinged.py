@@ -36,7 +36,7 @@ INERTIA = MASS * (RISE**2 + (LENGTH**2 + THICK**2) / 12.0)
 STOP = math.asin((HEIGHT + RISE - 0.5 * THICK) / (0.5 * LENGTH))  # about: its edge on the carpet
 
 
-def test_it_swings_with_the_period_of_its_spring_less_its_weight():
+def test_it_swings_with_the_period_of_its_spring_minus_its_weight():
     """T = 2 pi sqrt(I / (k - m g r)): what is above its hinge falls away from it."""
     passes, before, h, time, aside = [], 1.0, 0.005, 0.0, 0.0
     with PhysicsWorld() as world:
@@ -78,7 +78,7 @@ def drive(match, goal, seconds, speed=1.0):
     return angles, seen
 
 
-def test_a_robot_drives_on_it_tips_it_to_its_stops_and_balances():
+def test_a_driving_robot_tips_it_to_its_stops_and_balances():
     with Match(seesaw()) as match:
         (plate,), robot = match.hanging, match.robots[0]
         robot.carry_to((6.0 - 0.5 * LENGTH + 0.3, 4.0, 0.0))
@@ -120,6 +120,6 @@ def test_a_robot_at_rest_tips_it_until_its_spring_balances(place, damping):
         (dict(spring=-1.0), r"spring must be a number from 0 to 100000 N m/rad, got -1"),
     ],
 )
-def test_what_cannot_be_a_hinge(change, said):
+def test_invalid_hinges_are_refused(change, said):
     with pytest.raises(ConfigError, match=said):
         replace(PLATE, **change)

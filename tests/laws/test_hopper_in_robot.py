@@ -66,7 +66,7 @@ def test_a_whole_auto_shoots_and_scores_out_of_a_hopper():
         assert _places_are_inside(run.match)
 
 
-def test_the_same_seed_is_the_same_run():
+def test_equal_seeds_give_equal_runs():
     digests = set()
     for _ in range(2):
         run = play_auto(REBUILT, "depot", seed=3, robot=WIDE, seconds=4.0)
@@ -85,7 +85,7 @@ def _places_are_inside(match) -> bool:
     return bool((places >= storage.low).all() and (places <= storage.high).all())
 
 
-def test_a_narrow_outlet_jams_is_told_once_and_keeps_its_fuel(caplog):
+def test_a_narrow_outlet_jams_with_one_warning_and_keeps_its_fuel(caplog):
     narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     run = play_auto(REBUILT, "depot", seed=0, robot=narrow, on_tick=_require_conserved)
     with run.match:
@@ -94,7 +94,7 @@ def test_a_narrow_outlet_jams_is_told_once_and_keeps_its_fuel(caplog):
     assert 1 <= len(told) <= 1 + len(run.match.record.shots)
 
 
-def test_a_field_that_is_reset_has_the_preloads_where_they_began_and_tells_of_the_next_jam(caplog):
+def test_a_field_reset_restores_preloads_and_warns_of_the_next_jam(caplog):
     """They have the same slots, and came to jam where they are not any more."""
     narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     with Match(REBUILT, robots=(RobotEntry(config=narrow),)) as match:
@@ -111,7 +111,7 @@ def test_a_field_that_is_reset_has_the_preloads_where_they_began_and_tells_of_th
     assert len([one for one in caplog.records if "jam the outlet" in one.getMessage()]) == 2
 
 
-def test_each_of_two_hoppers_tells_of_its_own_jam(caplog):
+def test_each_of_two_hoppers_warns_of_its_own_jam(caplog):
     """Both belts are the same one, and nobody shoots."""
     base = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     room = replace(base.storage, name="a", capacity=8)
@@ -148,6 +148,6 @@ def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_its_jam():
     assert jams[0] == 1 and jams[-1] == 0
 
 
-def test_a_belt_that_is_not_there_is_named():
+def test_a_missing_belt_is_named():
     with pytest.raises(UnknownNameError, match="for a hopper"):
         robot(outlet_width=0.3, belt="spindxer")

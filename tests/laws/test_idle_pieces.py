@@ -13,7 +13,7 @@ pytestmark = pytest.mark.engines("bullet")
 
 
 @pytest.mark.parametrize("carried", [False, True])
-def test_a_robot_that_stood_for_long_pushes_sleepers_as_if_it_had_just_come(carried):
+def test_a_robot_pushes_sleepers_equally_after_a_long_rest(carried):
     """It stands for 2 s, or is carried there after them; then it drives through fuel of the neutral zone."""
     far, near = (2.5, 6.5, 0.0), (6.4, 4.0, 0.0)
     moved = []

@@ -110,7 +110,7 @@ def test_no_more_pieces_are_taken_than_there_is_room_for(bare):
     assert len(bare.robots[0].held) == 2
 
 
-def test_an_intake_leaves_other_kinds(bare):
+def test_an_intake_ignores_other_kinds(bare):
     bare.pieces.spawn("Crate", np.array([[4.6, 4.0, 0.1]]))
     bare.play(0.2)
     assert bare.robots[0].held == []
@@ -141,11 +141,11 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         assert match.count.is_conserved
     with pytest.raises(UnknownNameError, match="no storage \\(of intake\\) named 'bakc'"):
         replace(both, intakes=(IntakeConfig(zone=back, storage="bakc"),))
-    with pytest.raises(ConfigError, match="storages need names of their own"):
+    with pytest.raises(ConfigError, match="storages need unique names"):
         replace(both, more_storages=(StorageConfig(),))
 
 
-def test_an_intake_of_a_reversed_roller_takes_while_it_turns_backward():
+def test_an_intake_with_a_reversed_roller_takes_while_it_turns_backward():
     config = robot()
     config = replace(config, intakes=(replace(config.intakes[0], roller="claw", roller_reversed=True),))
     with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=lambda: config)) as match:
@@ -272,7 +272,7 @@ def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
     return replace(game, field=replace(game.field, elements=(*game.field.elements, post))), at
 
 
-def test_a_placer_keeps_a_piece_that_is_in_a_wall_and_lets_it_go_once_it_is_out():
+def test_a_placer_keeps_a_piece_inside_a_wall_and_releases_it_outside():
     game, at = crate_before_post(0.15)
     with Match(game, robots=(RobotEntry(start=(4.0, 3.7, 0.0)),)) as match:
         one = match.robots[0]

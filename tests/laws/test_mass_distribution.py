@@ -40,7 +40,7 @@ def test_a_point_moves_center_and_moments_by_the_parallel_axis_theorem():
     assert inertia == pytest.approx(expected)
 
 
-def test_what_is_added_and_taken_out_again_leaves_the_body():
+def test_adding_and_removing_a_mass_restores_the_body():
     point = (7.0, (0.3, 0.2, 0.9))
     added = with_points(BODY, [point])
     for number, expected in zip(with_points(added, [(-7.0, point[1])]), BODY, strict=True):
@@ -48,7 +48,7 @@ def test_what_is_added_and_taken_out_again_leaves_the_body():
     assert with_points(BODY, []) == BODY
 
 
-def test_the_stated_mass_is_that_of_the_whole_robot_as_it_starts():
+def test_the_configured_mass_is_that_of_the_whole_robot_at_the_start():
     robot = replace(ROBOT, moving_masses=(CARRIAGE,))
     assert robot.whole == ROBOT.whole == ROBOT.bare_body
     assert robot.bare_body.mass == pytest.approx(47.0)
@@ -57,7 +57,7 @@ def test_the_stated_mass_is_that_of_the_whole_robot_as_it_starts():
         assert number == pytest.approx(expected)
 
 
-def test_moving_masses_that_cannot_be_are_refused():
+def test_invalid_moving_masses_are_refused():
     with pytest.raises(UnknownNameError, match="lifft"):
         joint = replace(JOINT, mechanism="lifft")
         replace(ROBOT, moving_masses=(MovingMass(name="carriage", mass=8.0, joints=(joint,)),))

@@ -56,7 +56,7 @@ def test_it_pushes_with_its_grip_over_root_two(direction):
     assert abs(across) < 1e-6 * along
 
 
-def test_a_roller_holds_along_its_axis_alone():
+def test_a_roller_holds_only_along_its_axis():
     """Front left moves freely along (1, 1), and holds along (1, -1)."""
     drive = MecanumDrive(FREE)
     hold(drive, 0.005, (0.5, 0.5, 0.0))
@@ -76,7 +76,7 @@ def test_acceleration_within_the_grip_is_that_of_motors_and_inertia():
 
 
 @each("speeds", [(2.0, 0.0, 0.0), (0.0, 1.5, 0.0), (0.0, 0.0, 3.0), (1.0, -1.0, 0.2)])
-def test_its_loops_drive_it_as_it_is_asked(speeds):
+def test_its_loops_follow_commanded_speeds(speeds):
     drive = MecanumDrive(MecanumConfig())
     robot = DriveBench(drive)
     drive.set_chassis_speeds(*speeds)

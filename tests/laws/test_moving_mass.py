@@ -127,7 +127,7 @@ def test_an_elevator_that_is_up_moves_load_to_the_rear_wheels(height):
 
 
 @pytest.mark.parametrize("share", [0.8, 1.05])
-def test_a_robot_tips_where_weight_and_height_say(share):
+def test_a_robot_tips_at_the_limit_of_statics(share):
     """Tires that slide brake with mu g. Just above g b / (2 h) the rear wheels lift, just below they do not."""
     height = 2.5
     tipping = BASE / 2.0 / (0.2 + CARRIAGE * height / MASS)  # [g]
@@ -185,7 +185,7 @@ def test_a_shot_gives_the_robot_its_recoil():
 
 
 @pytest.mark.parametrize("aside", [0.25, -0.25])
-def test_a_shot_from_beside_the_center_turns_the_robot(aside):
+def test_an_off_center_shot_turns_the_robot(aside):
     """Angular momentum stays 0: I omega = aside m v.
 
     The ball of 2 kg was held in the middle and leaves at the muzzle: what is left has its center 9 mm beside.
@@ -211,7 +211,7 @@ def test_a_shot_from_beside_the_center_turns_the_robot(aside):
         assert inertia * one.chassis.robot_rate[2] == pytest.approx(aside * 2.0 * speed, rel=0.08)
 
 
-def test_an_arm_that_is_stretched_slows_the_turn():
+def test_an_extended_arm_slows_the_rotation():
     """I omega stays on wheels without grip, and energy falls; the arm is a rack that goes out on both sides of x."""
     out = [
         Joint(mechanism="lift", axis=(sign, 0.0, 0.0), origin=(0.0, 0.0, 0.2), slides=True, ratio=DRUM)
@@ -229,7 +229,7 @@ def test_an_arm_that_is_stretched_slows_the_turn():
         assert one.chassis.rate[2] == pytest.approx(2.0 * inertia / (inertia + 2.5), rel=1e-3)
 
 
-def test_a_piece_that_is_let_go_as_it_is_carried_changes_no_velocity():
+def test_releasing_a_carried_piece_changes_no_velocity():
     """Mass that leaves with the velocity of its place: no force, whatever turns."""
     with Match.bare(robot(SLIDING, storage=StorageConfig(capacity=1)), pieces=(PieceSupply(BALL, 1),)) as match:
         one = match.robots[0]
@@ -273,7 +273,7 @@ def test_a_free_robot_turns_about_its_center_of_mass(lift):
         assert (chassis.pos[2] > 1.0) is (lift > 1.0)
 
 
-def test_tires_that_hold_turn_a_robot_about_its_middle_wherever_its_mass_is():
+def test_gripping_tires_turn_a_robot_about_its_center_wherever_its_mass_is():
     """They give the m w^2 r toward it: the middle stays, and so it is with velocities that are followed."""
     ways = []
     for config in (None, robot(FREE)):

@@ -23,7 +23,7 @@ def play(engine: str = "", *missing: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_rebuilt_is_the_same_with_either_engine_and_with_none():
+def test_rebuilt_is_equal_with_either_engine_and_without_one():
     runs = [play(), play("bullet"), play("mujoco"), play("", "pybullet", "mujoco")]
     assert runs[0][0].endswith(" none") and runs[0][1] == "[]"
     assert all(run == runs[0] for run in runs[1:])

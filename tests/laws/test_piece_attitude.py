@@ -17,7 +17,7 @@ BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=0.3, friction=1.0, r
 CRATE = GamePieceConfig(name="Crate", shape=Box((0.4, 0.3, 0.2)), mass=1.0, friction=0.8, restitution=0.1)
 
 
-def test_a_rolling_ball_has_turned_by_its_way_over_its_radius():
+def test_a_rolling_ball_turns_by_distance_over_radius():
     """Once it rolls, v = w r: from then on the turn between two times is the way between them over r."""
     with Match.bare(pieces=[PieceSupply(BALL, 1)]) as match:
         slots = match.pieces.spawn("Ball", np.array([[8.0, 4.0, 0.1]]))
@@ -37,7 +37,7 @@ def test_a_rolling_ball_has_turned_by_its_way_over_its_radius():
         assert turn == pytest.approx((x_later - x) / 0.1, rel=0.03)
 
 
-def test_a_crate_put_down_turned_stays_so_asleep_and_awake():
+def test_a_crate_keeps_its_attitude_asleep_and_awake():
     with Match.bare(pieces=[PieceSupply(CRATE, 1)]) as match:
         slot = match.pieces.stage("Crate", 1)
         match.pieces.hold(slot, 0)

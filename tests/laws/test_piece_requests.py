@@ -52,7 +52,7 @@ def test_requests_for_pieces_are_checked_before_the_first_change():
         assert pieces.count(PieceStatus.ASLEEP) == 1 and len(pieces.held(0)) == 1
 
 
-def test_a_pushed_piece_flies_the_same_in_whole_ticks_and_in_parts_of_them():
+def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts():
     """Where a ball pushed at 5 m/s from 1.5 m is after half a second."""
     ends = []
     for parts in (1, 2, 4):

@@ -53,7 +53,7 @@ def low_gap(match: Match, slot: int) -> float:
     return float(match.pieces.state.pos[slot, 2]) - kind.rest_height_at((x, y, z, w))
 
 
-def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest_as_they_lie(engine_name):
+def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest(engine_name):
     """Dropped from up to 1.3 m or thrown down, a piece is never deeper in the carpet than 5 mm, on MuJoCo than 8 mm."""
     drops = [
         ("Tube", IDENTITY, 0.152, 0.0),
@@ -87,7 +87,7 @@ def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest_as_they_lie(e
 
 
 @pytest.mark.parametrize("rolls", [True, False], ids=["rolling", "sliding"])
-def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
+def test_a_tube_rolls_and_slides_down_a_ramp_as_in_theory(rolls, engine_name):
     """A = g sin a / (1 + I / m r^2) across the slope, g (sin a - mu cos a) along it.
 
     A tube of 96 faces loses what each face takes: 15 % of the way after 0.8 s in steps of 4 ms on PyBullet, 8 % on
@@ -115,7 +115,7 @@ def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
 
 
 @pytest.mark.parametrize(("speed", "yaw"), [(0.8, 0.0), (1.2, math.pi / 4), (1.6, 0.0)])
-def test_a_tube_rolls_as_far_as_its_rolling_resistance_says(speed, yaw, engine_name):
+def test_a_tube_rolls_as_far_as_its_rolling_resistance_allows(speed, yaw, engine_name):
     """A = c g / (r (1 + I / m r^2)), c the lever of the pair; it slides at first.
 
     Engines resist rolling about fixed axes, and a tube of 96 faces loses what each face takes: up to 1.8 times as much.
@@ -163,7 +163,7 @@ def test_a_tumbling_body_keeps_its_energy_and_precesses(engine_name):
 
 
 @pytest.mark.parametrize("over", [-1.2, 1.2])
-def test_a_block_starts_where_its_friction_ends(over, engine_name):
+def test_a_block_starts_to_slide_at_the_angle_of_friction(over, engine_name):
     """1.2 degrees over the friction angle it accelerates by 0.22 m/s^2 and does not fall asleep; below it stays."""
     friction, slope = 0.4, math.atan(0.4) + math.radians(over)
     turn = from_rpy(0.0, slope, 0.0)
@@ -183,7 +183,7 @@ def test_a_block_starts_where_its_friction_ends(over, engine_name):
     assert way == pytest.approx(max(0.0, theory), rel=0.08, abs=0.002)
 
 
-def test_a_block_slides_down_a_hull_as_theory_says(engine_name):
+def test_a_block_slides_down_a_hull_as_in_theory(engine_name):
     """A = g (sin a - mu cos a), at steps of any length, and it does not sink in."""
     slope, mu = math.radians(20.0), 0.2
     rise = 6.0 * math.tan(slope)
@@ -204,7 +204,7 @@ def test_a_block_slides_down_a_hull_as_theory_says(engine_name):
         assert (pos - start) @ up == pytest.approx(0.0, abs=0.003)
 
 
-def test_a_pipe_enters_the_bore_and_one_beside_it_does_not():
+def test_a_pipe_enters_the_bore_and_one_outside_it_does_not():
     """The bore is 101.6 mm, the pipe 42.2 mm: a tube whose axis is within 29.7 mm goes over it, to the carpet."""
     steel = TerrainSurface(name="steel", friction=0.5, restitution=0.3)
     places = [(3.0, 0.0), (5.0, 0.02), (7.0, 0.045)]
@@ -282,7 +282,7 @@ def test_a_tube_that_spins_where_it_lies_stops_by_friction(engine_name):
 
 @pytest.mark.parametrize("stiffness", [1500.0, 3000.0])
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
-def test_an_inflated_cube_bounces_and_rests_by_its_data(stiffness, restitution):
+def test_an_inflated_cube_bounces_and_rests_as_configured(stiffness, restitution):
     """Dropped flat from h it comes back to e^2 h, e the product with the carpet's, and lies less than m g / k deep.
 
     Four corners share its weight. Within a fifth: its spring also damps, and the loop's step of 5 ms sees the turn.

@@ -81,7 +81,7 @@ def room(world: PhysicsWorld, thickness: float) -> None:
 @pytest.mark.parametrize("thickness", [0.05, 0.3])
 @pytest.mark.parametrize("speed", [1.0, 3.0, 4.5])
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 3), (6, 4)])
-def test_a_ball_pinned_by_a_robot_stays_before_the_wall(thickness, speed, rows, columns):
+def test_a_ball_pinned_by_a_robot_stays_in_front_of_the_wall(thickness, speed, rows, columns):
     """No center comes to the face; what is not squeezed to it does not leave under bumpers of 57 mm clearance."""
     if columns > 1 and thickness == 0.05 and speed == 3.0:
         pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
@@ -115,7 +115,7 @@ def test_a_ball_pinned_by_a_robot_stays_before_the_wall(thickness, speed, rows, 
 
 
 @pytest.mark.parametrize("ahead", [0.0, 0.2, 0.36])
-def test_a_robot_that_comes_down_on_a_ball_is_carried_by_it(ahead):
+def test_a_robot_that_lands_on_a_ball_is_carried_by_it(ahead):
     """As after a jump over a bump: the ball is under the frame, with nothing around but carpet.
 
     In the middle the ball bears all of the weight. Nearer to an end the robot stands on the ball and on two wheels: of
@@ -222,7 +222,7 @@ def test_random_pins_on_the_field_lose_no_fuel(field, whole):
 
 
 @pytest.mark.parametrize("speed", [2.4, 2.9])
-def test_bumpers_of_a_robot_that_drives_through_loose_fuel_press_it_in_and_no_more(speed):
+def test_bumpers_driving_through_loose_fuel_only_compress_it(speed):
     """It moves by 12 and 15 mm in a step of its body; m v^2 / 2 of a ball goes into less than 65 mm of foam."""
     grid = np.array([(x, y) for x in np.arange(3.0, 5.6, 0.3) for y in np.arange(3.2, 4.9, 0.3)])
     grid += np.random.default_rng(0).uniform(-0.06, 0.06, grid.shape)

@@ -62,7 +62,7 @@ def game_of(**more):
     )
 
 
-def test_a_piece_counts_where_it_rests_and_no_longer_when_it_is_knocked_off_or_taken():
+def test_a_piece_counts_at_rest_in_its_place_until_it_is_knocked_off_or_taken():
     with game_of() as match:
         watch = Watch(match)
         on_pipe = int(match.pieces.spawn("Tube", np.array([[6.0, 4.0, 1.0]]))[0])
@@ -96,7 +96,7 @@ def test_a_piece_counts_where_it_rests_and_no_longer_when_it_is_knocked_off_or_t
         assert match.count.is_conserved and match.count.held == 1 and match.count.placed == 0
 
 
-def test_what_is_full_or_lies_wrong_or_leans_on_a_robot_does_not_count():
+def test_a_piece_in_a_full_place_or_misaligned_or_leaning_on_a_robot_does_not_count():
     with game_of() as match:
         first, second = match.pieces.spawn("Tube", np.array([[6.0, 4.0, 0.86], [6.0, 4.0, 1.18]])).tolist()
         match.play(1.5)
@@ -120,7 +120,7 @@ def test_what_is_full_or_lies_wrong_or_leans_on_a_robot_does_not_count():
         assert match.pieces.places.slots().tolist() == [slot], "the one on the pipe does not lie as it must"
 
 
-def test_a_piece_staged_on_another_stays_asleep_until_that_goes():
+def test_a_piece_staged_on_another_sleeps_until_that_one_is_gone():
     with game_of() as match:
         under = match.pieces.spawn("Tube", np.array([[4.0, 4.0, 0.15]]))
         height = 0.3 + math.sqrt(0.2**2 - 0.051**2)
@@ -137,7 +137,7 @@ def test_a_piece_staged_on_another_stays_asleep_until_that_goes():
 
 
 @pytest.mark.parametrize(("force", "comes_free"), [(60.0, False), (15.0, True)])
-def test_a_lodged_piece_comes_free_at_its_force(force, comes_free):
+def test_a_lodged_piece_is_freed_by_its_force(force, comes_free):
     """Hit at 0.25 m/s by its like: v sqrt(k m / 2), with k of two in a row, is 37 N as long as it is held."""
     assert 0.25 * math.sqrt(0.5 * BALL.stiffness * BALL.mass) == pytest.approx(37.5, rel=0.01)
     with game_of() as match:
@@ -158,7 +158,7 @@ def test_a_lodged_piece_comes_free_at_its_force(force, comes_free):
         assert match.pieces.state.pos[taken[0], 2] < 1.1, "a robot took it out"
 
 
-def test_places_that_cannot_be_are_refused():
+def test_invalid_places_are_refused():
     zone = FLAT.zone
     for words, what in (
         ("name must not be empty", {"name": ""}),

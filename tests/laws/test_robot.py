@@ -56,7 +56,7 @@ def test_odometry_follows_an_s_curve_without_skid():
         assert robot.odometry.pose[2] == pytest.approx(yaw, abs=1e-3)
 
 
-def test_odometry_counts_what_spinning_wheels_count():
+def test_odometry_counts_spinning_wheels():
     """40 A do not spin a wheel (at 60 A the unloaded front ones do); without a limit all four spin at the start."""
     with PhysicsWorld() as world:
         robot = make(world)
@@ -129,7 +129,7 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
 
 
 @pytest.mark.parametrize("ticks", [10, 100], ids=["speeding up", "pushing a wall"])
-def test_a_robot_that_is_carried_forgets_how_it_moved(ticks):
+def test_a_reset_robot_has_the_wheel_loads_of_one_at_rest(ticks):
     """Its wheels bear what those of a robot at rest bear, in the first sub-step too."""
     wall = FieldElement(name="wall", shape=Box((0.5, 4.0, 1.0)), position=np.array([2.0, 0.0, 0.5]))
     with PhysicsWorld() as world:

@@ -80,7 +80,7 @@ def test_one_long_step_equals_many_short_ones(sim, asked, speed, load, parts):
 
 @settings(max_examples=100)
 @given(shafts_with(LIMITS, FRICTIONS, [math.inf]), volts, st.floats(-300.0, 300.0), st.floats(-3.0, 3.0))
-def test_limits_and_friction_begin_and_end_a_step_too_early_or_late_at_most(sim, asked, speed, load):
+def test_limits_and_friction_begin_and_end_within_one_step(sim, asked, speed, load):
     """On constant volts the speed goes one way, so an event that moves by h moves speed and charge by h as well."""
     ((x, w, charge),) = _run(sim, asked, speed, load, 0.04, 1)
     path = np.array(_run(sim, asked, speed, load, 0.04 + STEP, round((0.04 + STEP) / FINE)))
@@ -97,7 +97,7 @@ def test_limits_and_friction_begin_and_end_a_step_too_early_or_late_at_most(sim,
 
 @settings(max_examples=100)
 @given(shafts_with(LIMITS, FRICTIONS, [0.1, 3.0]), volts, st.floats(-300.0, 300.0), st.floats(-3.0, 3.0))
-def test_a_shaft_meets_its_stops_a_step_too_early_or_late_at_most(sim, asked, speed, load):
+def test_a_shaft_meets_its_stops_within_one_step(sim, asked, speed, load):
     """It is where it is by fine steps, but for the way that it goes in a step by what its speed has changed."""
     ((x, w, _),) = _run(sim, asked, speed, load, 0.04, 1)
     path = np.array(_run(sim, asked, speed, load, 0.04, round(0.04 / FINE)))

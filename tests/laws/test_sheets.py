@@ -116,7 +116,7 @@ def is_image(field, symmetry=ROTATE):
 
 @settings(max_examples=50)
 @given(st.integers(1, 2**12 - 2))
-def test_triangles_wound_both_ways_become_plates_on_the_side_of_most(turned):
+def test_triangles_of_mixed_winding_become_plates_on_the_majoritys_side(turned):
     """Twelve triangles, any of them turned round: as if all were wound as the larger part of the area is."""
     group = funnel()
     triangles = group.triangles()
@@ -135,7 +135,7 @@ def test_triangles_wound_both_ways_become_plates_on_the_side_of_most(turned):
         assert np.sort(a.shape.points, axis=0) == pytest.approx(np.sort(b.shape.points, axis=0))
 
 
-def test_a_square_of_two_triangles_wound_both_ways_is_one_plate():
+def test_a_square_of_two_triangles_of_opposite_winding_is_one_plate():
     square = np.array([[0.0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]])
     (part,) = plates_of(square, np.array([[0, 1, 2], [0, 3, 2]]))
     assert isinstance(part.shape, Box) and part.shape.size == pytest.approx((2.0, 3.0, T))
@@ -162,7 +162,7 @@ def test_an_upright_wall_of_mixed_winding_is_named(load):
     assert (low[0], high[0]) == pytest.approx((2.0, 2.0 + T)), "the face of 2 m looks to -x"
 
 
-def test_surfaces_that_are_wound_one_way_are_as_the_file_says(quietly):
+def test_consistently_wound_surfaces_keep_the_side_of_the_file(quietly):
     """Without another half to compare with, a ceiling may look down and a funnel may be a dome."""
     field = quietly(funnel(outward=True), symmetry=None)
     assert throat(field, "hub_funnel") < 0.3
@@ -182,7 +182,7 @@ def test_halves_that_agree_give_no_warning(quietly, symmetry):
 
 @each("symmetry", [ROTATE, MIRROR])
 @each("upside_down", [False, True])
-def test_a_half_made_with_its_faces_turned_round_is_put_right(load, symmetry, upside_down):
+def test_a_half_with_reversed_faces_is_corrected(load, symmetry, upside_down):
     """A ramp and a funnel face up on both halves, whichever half was wrong; upright panels face as the first ones do.
 
     Before, the red ramp grew 0.05 m up into an exit of 0.2 m, and balls of 0.15 m stuck there.
@@ -226,7 +226,7 @@ def test_a_group_without_an_image_is_named(load):
     assert len(said) == 1
 
 
-def test_halves_that_are_cut_up_otherwise_agree(quietly):
+def test_halves_that_are_divided_differently_agree(quietly):
     """An L-shaped floor plate as two quads, and on the other half as two others."""
     outline = np.array([(1.0, 1, 1), (3, 1, 1), (3, 2, 1), (2, 2, 1), (2, 3, 1), (1, 3, 1), (1, 2, 1), (2, 1, 1)])
     one = ObjGroup("ledge", outline, ((0, 7, 1, 2, 3, 6), (6, 3, 4, 5)))

@@ -96,7 +96,7 @@ def traced_back(pos, velocity, chassis, muzzle):
 
 
 @pytest.mark.parametrize("speeds", [(2.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1.5, 0.0, 4.0), (-1.0, 1.5, -3.0)])
-def test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant(speeds):
+def test_a_shot_of_a_moving_robot_leaves_from_the_muzzle_at_its_time(speeds):
     """Traced back it meets the muzzle's path within 1 mm, in the direction and at the speed of the shooter, whatever
     part of the tick it flew; and the instants are a period apart.
     """
@@ -138,7 +138,7 @@ def test_a_turret_that_turns_against_the_robot_shoots_in_one_direction():
 
 
 @pytest.mark.parametrize(("attitude", "along"), [(from_rpy(0.0, 0.5 * math.pi, 0.0), 1.0), (IDENTITY, 0.0)])
-def test_a_piece_that_is_no_ball_is_turned_as_the_muzzle_is(attitude, along):
+def test_a_piece_that_is_not_a_ball_has_the_muzzles_attitude(attitude, along):
     """A tube that lies along the robot leaves along its velocity, a ring that lies flat edge on; both at 40 degrees."""
     tube = GamePieceConfig(name="Tube", shape=Cylinder(0.05, 0.2), mass=0.3)
     config = replace(robot(elevation=0.7), storage=StorageConfig(capacity=60, attitude=attitude))
@@ -181,7 +181,7 @@ def test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off(
 
 @pytest.mark.parametrize("exit_speed", [6.0, 12.0, 25.0])
 @pytest.mark.parametrize("yaw", [0.0, 0.6])
-def test_a_robot_before_a_thin_wall_shoots_none_through_it(exit_speed, yaw):
+def test_a_robot_shoots_nothing_through_a_thin_wall(exit_speed, yaw):
     """0.05 m of wall before the bumpers, up to 0.5 m flown within a tick, at all delays: they stay before it."""
     wall = box_element("thin", (8.0, 0.0, 0.0), (8.05, 8.0, 3.0))
     half = 0.4 * (math.cos(yaw) + math.sin(yaw))
@@ -201,7 +201,7 @@ def test_a_shot_at_a_wall_bounces_back_within_its_first_tick():
         assert 7.8 < pos[0] < 8.0 - 0.1 * RADIUS and -12.0 < velocity[0] < 0.0
 
 
-def test_a_robot_on_its_head_shoots_none_under_the_carpet():
+def test_an_overturned_robot_shoots_nothing_under_the_carpet():
     """It keeps them, and shoots when it stands again."""
     with match_with(robot(), (8.0, 4.0, 0.0)) as match:
         row = match.robots[0].chassis.row
@@ -246,7 +246,7 @@ def test_no_shot_leaves_into_the_one_before_it(exit_speed, caplog):
 
 
 @pytest.mark.parametrize("blocked", [0, 1])
-def test_a_piece_at_the_muzzle_of_one_barrel_holds_up_that_barrel_alone(blocked, caplog):
+def test_a_piece_at_one_muzzle_blocks_only_that_barrel(blocked, caplog):
     """Muzzles 0.4 m apart, a ball at rest on one of them: in that tick the other one shoots, and this one does not."""
     sides, config = (0.2, -0.2), robot(forward=0.0, height=0.62, elevation=1.2)
     (shooter,) = config.shooters

@@ -20,7 +20,7 @@ def seen(pieces: GamePieceManager, name: str) -> tuple[np.ndarray, np.ndarray]:
     return slots, np.hstack((pieces.state.pos[slots], pieces.attitudes(slots)))
 
 
-def test_shown_pieces_are_those_that_are_there():
+def test_shown_pieces_are_those_on_the_field():
     """Through a fall, a knock that is passed on, pieces that are taken and put back: at every tick."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(BALL, 4), (CRATE, 2)], field_size=(16.0, 8.0))

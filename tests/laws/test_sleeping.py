@@ -64,7 +64,7 @@ def test_a_ball_at_its_apex_falls_whether_a_robot_is_near_or_far(distance):
         assert pieces.state.pos[slot, 2] == pytest.approx(RADIUS, abs=0.002)
 
 
-def test_a_ball_spawned_in_the_air_falls_without_anybody_near():
+def test_a_ball_spawned_in_the_air_falls_without_a_robot_near():
     with PhysicsWorld() as world:
         pieces = make(world, 3)
         slots = pieces.spawn("Fuel", np.array([[3.0, 3.0, 0.08], [5.0, 3.0, 1.0], [6.0, 3.0, 3.0]]))
@@ -125,7 +125,7 @@ def pyramid(pieces: GamePieceManager, world: PhysicsWorld, x: float = 4.0) -> tu
 
 
 @pytest.mark.parametrize("how", ["hold", "score"])
-def test_a_ball_falls_when_the_ones_that_carried_it_are_taken(how):
+def test_a_ball_falls_when_the_balls_under_it_are_taken(how):
     with PhysicsWorld() as world:
         pieces = make(world, 4)
         base, top = pyramid(pieces, world)
@@ -140,7 +140,7 @@ def test_a_ball_falls_when_the_ones_that_carried_it_are_taken(how):
         assert pieces.state.pos[top, 2] == pytest.approx(RADIUS, abs=0.003)
 
 
-def test_a_ball_falls_when_the_ones_that_carried_it_are_put_elsewhere():
+def test_a_ball_falls_when_the_balls_under_it_are_moved():
     with PhysicsWorld() as world:
         pieces = make(world, 4)
         base, top = pyramid(pieces, world)
@@ -258,7 +258,7 @@ def travel(kind: str, elsewhere: float | None) -> np.ndarray:
 
 @pytest.mark.parametrize("speed", [10.0, 40.0])
 @pytest.mark.parametrize("kind", ["fly", "roll"])
-def test_a_ball_goes_as_far_with_a_fast_ball_elsewhere(kind, speed):
+def test_a_fast_ball_elsewhere_does_not_change_a_balls_path(kind, speed):
     alone, busy = travel(kind, None), travel(kind, speed)
     length = float(np.linalg.norm(alone[:2] - (2.0, 2.0)))
     assert length > 2.0

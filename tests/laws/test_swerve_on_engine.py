@@ -132,7 +132,7 @@ def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float)
 
 
 @pytest.mark.parametrize("offset", [0.1, 0.3, 0.5])
-def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
+def test_a_robot_hit_off_center_turns_by_angular_momentum(offset):
     """No tires; momentum, linear and angular, is kept within 2 %, spin and speed are the closed form's within 5 %."""
     smooth = ChassisConfig(surface=FRICTIONLESS, bumper_friction=0.0)
     with PhysicsWorld() as world:
@@ -158,7 +158,7 @@ def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
-def test_over_the_bump_by_voltage(speed):
+def test_a_robot_drives_over_the_bump_by_voltage(speed):
     """Wheels in the air spin up, odometry counts it, the gyro sees the slope; it lands and drives on."""
     height, depth = inches(6.513), inches(44.4)
     slope = math.degrees(math.atan2(height, depth / 2))

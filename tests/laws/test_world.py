@@ -109,13 +109,13 @@ def test_each_element_of_a_field_keeps_its_own_material():
         assert top[1] == pytest.approx(0.9**2 * 0.5, rel=0.12)
 
 
-def test_a_pattern_that_matches_no_element_offers_what_there_is():
+def test_a_pattern_without_a_match_lists_the_elements():
     plate = Element("blue_bump_left", Box((1.0, 1.0, 0.2)), (0.0, 0.0, 0.1), WALL)
     with PhysicsWorld() as world, pytest.raises(UnknownNameError, match="blue_bump_left"):
         world.add_field([plate], drivable=["blue_bmp_*"])
 
 
-def test_robots_glide_over_what_they_drive_on_and_pieces_do_not():
+def test_drivable_elements_have_no_friction_for_robots_but_for_pieces():
     """All grip of a robot is its tires'; a piece on the same carpet is slowed by it."""
     with PhysicsWorld(floor=CARPET) as world:
         robot = world.add_robot_body(
@@ -189,7 +189,7 @@ def test_closing_frees_the_engine():
     assert memory_mb() - before < 150.0
 
 
-def test_a_closed_world_says_so_whatever_is_asked():
+def test_every_call_of_a_closed_world_says_so():
     scene = Scene(0)
     scene.world.close()
     scene.world.close()
@@ -236,7 +236,7 @@ def test_a_step_has_at_least_one_substep(world, substeps):
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_places_and_velocities_that_are_no_numbers_are_refused_and_change_nothing(world, value):
+def test_non_finite_poses_and_velocities_are_refused_and_change_nothing(world, value):
     row = world.add_piece_body("ball", Sphere(0.1), mass=0.5, surface=ICE, pos=(1.0, 2.0, 3.0))
     before = world.engine.pose(row), world.engine.velocity(row)
     with pytest.raises(NonFiniteError, match="ball: position"):
@@ -252,7 +252,7 @@ def test_places_and_velocities_that_are_no_numbers_are_refused_and_change_nothin
     assert (world.engine.pose(row), world.engine.velocity(row)) == before
 
 
-def test_an_attitude_of_any_length_is_made_a_rotation(world):
+def test_an_attitude_of_any_length_is_normalized(world):
     row = world.add_piece_body("box", Box((0.1, 0.2, 0.3)), mass=0.5, surface=ICE, pos=(0.0, 0.0, 1.0))
     world.set_pose(row, (0.0, 0.0, 1.0), (0.0, 0.0, 3.0, 4.0))
     assert world.engine.pose(row)[1] == pytest.approx((0.0, 0.0, 0.6, 0.8))

@@ -21,7 +21,7 @@ ZONES = {
 
 @pytest.mark.parametrize("kind", ZONES)
 @given(start=point, end=point)
-def test_a_crossing_is_what_brute_force_finds(kind, start, end):
+def test_crossings_agree_with_brute_force(kind, start, end):
     """Where a sample lies inside, the sweep sees it; where the sweep sees it, a sample lies within half a spacing."""
     a, b = np.array([start]), np.array([end])
     path = a + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (b - a)
@@ -35,7 +35,7 @@ def test_a_crossing_is_what_brute_force_finds(kind, start, end):
 
 @pytest.mark.parametrize("kind", ZONES)
 @given(start=point, middle=point, end=point)
-def test_a_path_in_two_ticks_crosses_where_one_of_the_ticks_does(kind, start, middle, end):
+def test_a_path_of_two_ticks_crosses_if_one_of_them_does(kind, start, middle, end):
     """Rows are independent, and what is inside at a tick's end was seen in that tick and is seen in the next."""
     zone = ZONES[kind](0.0)
     a, b, c = np.array([start]), np.array([middle]), np.array([end])

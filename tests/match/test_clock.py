@@ -15,7 +15,7 @@ CLOCK = MatchClock([Phase("auto", 20.0, "auto"), Phase("pause", 3.0, "disabled")
     ("time", "name"),
     [(0.0, "auto"), (19.98, "auto"), (20.0, "pause"), (23.0, "teleop"), (162.99, "teleop"), (500.0, "teleop")],
 )
-def test_a_phase_begins_at_its_first_instant(time, name):
+def test_a_phase_includes_its_start_time(time, name):
     assert CLOCK.phase(time).name == name
 
 
@@ -29,13 +29,13 @@ def test_summed_ticks_change_the_phase_at_the_right_tick():
     assert names.index("teleop") == 1150
 
 
-def test_starts_and_what_remains():
+def test_starts_and_remaining_time():
     assert [CLOCK.start(p.name) for p in CLOCK.phases] == [0.0, 20.0, 23.0]
     assert CLOCK.duration == 163.0
     assert (CLOCK.remaining(100.0), CLOCK.remaining(200.0)) == (63.0, 0.0)
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_clocks_are_refused():
     with pytest.raises(ConfigError, match=r"no phase 'endgame'; there are \['auto', 'pause', 'teleop'\]"):
         CLOCK.start("endgame")
     with pytest.raises(ConfigError, match="at least one phase"):
@@ -60,7 +60,7 @@ def test_the_time_of_many_ticks_is_their_number_times_their_length():
     assert timer.time == 8150 * 0.02 and timer.is_over and timer.remaining == 0.0
 
 
-def test_robots_may_move_but_in_pauses_and_after_the_end():
+def test_robots_may_move_except_in_pauses_and_after_the_end():
     enabled = [after(MatchTimer(CLOCK), ticks).is_enabled for ticks in (0, 999, 1000, 1149, 1150, 8149, 8150)]
     assert enabled == [True, True, False, False, True, True, False]
 
@@ -85,7 +85,7 @@ def test_a_driver_station_starts_and_stops_the_time():
     assert after(timer, 10).time == pytest.approx(23.2)
 
 
-def test_a_mode_that_never_comes_is_refused():
+def test_a_mode_without_a_phase_is_refused():
     with pytest.raises(ConfigError, match="no phase of mode 'auto'"):
         MatchTimer(MatchClock([Phase("all", 10.0)])).start("auto")
     with pytest.raises(ConfigError, match="mode must be"):

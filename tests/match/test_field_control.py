@@ -41,7 +41,7 @@ def match():
 
 
 @each(("name", "arguments", "words"), UNREADABLE)
-def test_what_cannot_be_read_is_refused_at_once(match, name, arguments, words):
+def test_unreadable_arguments_are_refused_at_once(match, name, arguments, words):
     with pytest.raises(SimcoreError) as caught:
         match.control.do(name, arguments)
     assert words in str(caught.value)
@@ -49,7 +49,7 @@ def test_what_cannot_be_read_is_refused_at_once(match, name, arguments, words):
     assert match.control.count == 0
 
 
-def test_what_cannot_be_done_is_refused_in_the_next_tick_and_says_why(match):
+def test_an_impossible_command_is_refused_in_the_next_tick_with_the_reason(match):
     for name, arguments, words in NOT_DONE:
         match.control.do(name, arguments)
         match.tick()
@@ -58,7 +58,7 @@ def test_what_cannot_be_done_is_refused_in_the_next_tick_and_says_why(match):
     assert {name for name, _, _ in UNREADABLE[:-3] + NOT_DONE} == set(ACTIONS), "each action is tried"
 
 
-def test_a_piece_is_put_before_a_robot_and_at_the_wall_into_the_field(match):
+def test_a_piece_is_put_ahead_of_a_robot_but_within_the_field(match):
     match.control.do("spawn", {"kind": "Ball", "robot": 0})
     match.tick()
     assert match.control.results[-1].text == "1 Ball put down at (3.20, 2.00) m"

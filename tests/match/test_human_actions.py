@@ -51,7 +51,7 @@ def stocks(match: Match) -> list[int]:
     return [feeder.stock for feeder in match.rules.feeders.values()]
 
 
-def test_the_policy_and_a_person_are_as_fast_as_the_action_lets_them_be(match):
+def test_policy_and_person_are_limited_by_the_period_of_an_action(match):
     match.control.human_action("red", "Roll")
     match.play(0.7)
     assert stocks(match) == [1, 2], "blue's policy at 0 and 0.5 s; red's person once"
@@ -76,7 +76,7 @@ def test_clumsy_hands_take_longer_and_throw_worse(match):
     assert clumsy == pytest.approx(2.0 * exact)
 
 
-def test_what_lasts_goes_on_and_ends_by_itself(match):
+def test_a_lasting_action_continues_and_ends_by_itself(match):
     match.timer.start("teleop")
     match.control.take_over("blue")
     match.control.human_action("blue", "Tip")
@@ -94,7 +94,7 @@ def refusal(match: Match, give, *arguments: object) -> str:
     return result.text
 
 
-def test_what_cannot_be_says_why_and_takes_nothing_over(match):
+def test_an_impossible_action_gives_the_reason_and_leaves_the_policy_in_charge(match):
     ask = match.control.human_action
     for alliance, name, words in (
         ("blue", "Tip", "blue's human player cannot tip the table: the rules allow it in teleop"),
@@ -112,7 +112,7 @@ def test_what_cannot_be_says_why_and_takes_nothing_over(match):
         assert "this run of bare has no human players" in refusal(other, other.control.take_over, "blue")
 
 
-def test_what_comes_too_early_waits_once_and_is_dropped_when_it_cannot_be_any_more(match):
+def test_an_early_request_waits_once_and_is_dropped_when_it_becomes_impossible(match):
     match.control.human_action("blue", "Roll")
     match.play(0.02)
     match.control.human_action("blue", "Roll")

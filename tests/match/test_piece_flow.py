@@ -31,7 +31,7 @@ def flow_and_robot(held=(), *, placers=()):
     ("held", "kinds", "ready"),
     [((0, 2, 1, 4), ("Coral",), 2), ((1, 0, 2), ("Coral",), 0), ((0, 1, 2), (), 3), ((), ("Coral",), 0)],
 )
-def test_a_shooter_throws_its_kinds_until_another_one_is_in_the_way(held, kinds, ready):
+def test_a_shooter_shoots_its_kinds_until_another_kind_is_next(held, kinds, ready):
     flow, robot = flow_and_robot(held)
     assert flow._ready(robot, SimpleNamespace(kinds=kinds)) == ready
 
@@ -45,7 +45,7 @@ def test_two_intakes_that_reach_one_piece_take_it_once():
     assert robot.storage_of(None).pieces == [2, 5]
 
 
-def test_a_roller_that_holds_the_piece_of_a_placer_takes_none_in():
+def test_an_intake_takes_nothing_while_its_roller_holds_a_placers_piece():
     jaw = SimpleNamespace(config=SimpleNamespace(roller="jaw"), piece=None)
     flow, robot = flow_and_robot((0,), placers=(jaw,))
     for piece, roller, room in ((None, "jaw", 4), (3, "jaw", 0), (3, "rollers", 4)):
@@ -54,7 +54,7 @@ def test_a_roller_that_holds_the_piece_of_a_placer_takes_none_in():
 
 
 @each(("held", "at_handover", "takes"), [((0,), True, False), ((), True, True), ((0,), False, True)])
-def test_a_placer_to_which_a_storage_hands_on_takes_none_from_the_field(held, at_handover, takes):
+def test_a_placer_fed_by_a_storage_takes_no_piece_from_the_field(held, at_handover, takes):
     placer = Mock(takes=True, is_at_handover=at_handover, config=SimpleNamespace(kinds=()))
     placer.captured.return_value = np.array([True])
     flow, robot = flow_and_robot(held, placers=(placer,))

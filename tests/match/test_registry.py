@@ -52,7 +52,7 @@ def installed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_broken_game_takes_only_itself_out(installed, way, capsys):
+def test_a_broken_game_leaves_the_others_installed(installed, way, capsys):
     source, why = WAYS[way]
     installed(source)
     said = []
@@ -70,14 +70,14 @@ def test_a_broken_game_takes_only_itself_out(installed, way, capsys):
     assert main(["play", "--list"]) == 0 and line in capsys.readouterr().err
 
 
-def test_a_game_that_is_named_is_loaded_alone(installed):
+def test_only_the_named_game_is_loaded(installed):
     installed("raise RuntimeError\n")
     installed("open('was_loaded', 'w')\n", package="other", name="other")
     assert find_game("rebuilt").name == "rebuilt"
     assert not list(__import__("pathlib").Path().glob("was_loaded"))
 
 
-def test_a_mistake_in_a_games_rules_is_shown_from_where_it_begins(installed, capsys):
+def test_a_traceback_starts_in_the_games_rules(installed, capsys):
     installed(
         OTHER
         + """
@@ -99,7 +99,7 @@ GAME = replace(GAME, rules=Mine)
     assert 'mine/game.py", line 11, in after_tick' in said[1] and len(said) < 6
 
 
-def test_the_page_of_a_log_whose_game_is_broken_says_so(installed, capsys):
+def test_the_page_of_a_log_reports_its_broken_game(installed, capsys):
     installed(OTHER)
     outputs = ["--log", "run.wpilog", "--page", "run.html"]
     assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 0
@@ -110,7 +110,7 @@ def test_the_page_of_a_log_whose_game_is_broken_says_so(installed, capsys):
     assert "mine/game.py, line 1: RuntimeError: half written; its field is drawn bare" in said
 
 
-def test_two_games_of_one_name_are_both_left_out(installed):
+def test_two_games_with_the_same_name_are_both_left_out(installed):
     installed(OTHER)
     installed(OTHER, package="other")
     said = []
@@ -118,14 +118,14 @@ def test_two_games_of_one_name_are_both_left_out(installed):
     assert len(said) == 1 and "mine-game (mine.game:GAME)" in said[0] and "other-game (other.game:GAME)" in said[0]
 
 
-def test_a_game_of_simcore_keeps_its_name(installed):
+def test_simcores_own_game_keeps_its_name(installed):
     installed(OTHER, name="rebuilt")
     said = []
     assert installed_games(say=said.append)["rebuilt"].year == find_game("rebuilt").year == 2026
     assert said == ["left out: game rebuilt of the package mine-game: simcore has one of that name: rename it"]
 
 
-def test_a_sweep_whose_game_is_gone_at_its_end_has_a_title(installed):
+def test_a_sweep_has_a_title_even_if_its_game_was_uninstalled(installed):
     installed("raise RuntimeError\n")
     experiment = type("Experiment", (), dict(project=None, game="mine", auto="depot", red=None, blue=None))
     assert _title(type("Results", (), dict(experiment=experiment, factors={}))) == "Sweep: mine, auto depot"

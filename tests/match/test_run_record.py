@@ -75,7 +75,7 @@ def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
     return raw.getvalue().decode(encoding)
 
 
-def test_columns_are_the_same_until_something_happens_and_show_a_second_of_events() -> None:
+def test_columns_change_only_with_events_and_show_the_last_second() -> None:
     """What was read of them stays as it was; a row has the event's number and place [mm]."""
     state = SimpleNamespace(pos=np.array([[1.0, 2.0, 0.1], [3.0, 4.5, 0.1]]))
     record = RunRecord(SimpleNamespace(state=state), [], 0.02)  # type: ignore[arg-type]
@@ -92,7 +92,7 @@ def test_columns_are_the_same_until_something_happens_and_show_a_second_of_event
     assert record.columns.taken_in.tolist() == [2, 3000, 4500, 3, 1000, 2000]
 
 
-def test_json_has_the_fields_that_programs_read() -> None:
+def test_json_has_the_documented_fields() -> None:
     got = json.loads(REPORT.to_json())
     assert list(got) == [
         *(
@@ -122,13 +122,13 @@ def test_json_has_the_fields_that_programs_read() -> None:
     assert "\n" not in REPORT.to_json()
 
 
-def test_numpy_numbers_become_plain() -> None:
+def test_json_has_plain_numbers_for_numpy_ones() -> None:
     report = report_of(shots=np.int64(5), min_battery_v=np.float64(9.5), distance_m=np.float32(0.5))
     got = json.loads(report.to_json())
     assert (got["shots"], got["min_battery_v"], got["distance_m"]) == (5, 9.5, 0.5)
 
 
-def test_nan_is_named() -> None:
+def test_nan_is_refused_with_its_field() -> None:
     with pytest.raises(NonFiniteError, match=r"report\.tick_ms\.max"):
         report_of(tick_ms=TickTimes(median=1.0, p95=1.0, p99=1.0, max=float("nan"))).to_json()
 
@@ -156,7 +156,7 @@ def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
         assert part in text and part not in printed(report, encoding)
 
 
-def test_lost_pieces_are_said() -> None:
+def test_the_report_names_lost_pieces() -> None:
     assert "accounted for" not in printed(REPORT, "utf-8")
     lost = report_of(pieces=replace(REPORT.pieces, on_field=376))
     assert "407 of 408 pieces accounted for" in printed(lost, "utf-8")
@@ -172,12 +172,12 @@ def digest(*ticks: tuple[object, ...]) -> str:
     return recorder.hexdigest()
 
 
-def test_known_value() -> None:
+def test_digest_of_a_known_state() -> None:
     """Fixed for good: another value means that digests of old reports no longer compare."""
     assert digest(([1.0, 2.0],)) == "f2942cc692d15d574dc0dd7f6b46695441e9fedd690d3b7ce38ad1f5127d1924"
 
 
-def test_percentiles() -> None:
+def test_tick_times_have_percentiles() -> None:
     assert TickTimes.of([k / 1000.0 for k in range(101)]) == TickTimes(
         median=pytest.approx(50.0), p95=pytest.approx(95.0), p99=pytest.approx(99.0), max=pytest.approx(100.0)
     )
@@ -185,7 +185,7 @@ def test_percentiles() -> None:
     assert Spread.of([1, 2, 6]) == Spread(mean=3.0, max=6) and Spread.of([]) == Spread(mean=0.0, max=0)
 
 
-def test_layout_and_sign_of_zero_do_not() -> None:
+def test_memory_layout_and_sign_of_zero_do_not_change_the_digest() -> None:
     values = np.arange(12.0).reshape(3, 4)
     assert digest((values,)) == digest((np.asfortranarray(values),)) == digest((values.astype(">f8"),))
     assert digest(([0.0],)) == digest(([-0.0],))

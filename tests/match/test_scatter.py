@@ -73,7 +73,7 @@ CHANGED = {
 
 
 @each("name", Scatter.names())
-def test_each_spread_changes_what_it_must_and_draws_the_same_whichever_others_are_on(name):
+def test_each_spread_changes_its_own_values_and_is_independent_of_the_others(name):
     none, alone, every = drawn(Scatter.none()), drawn(only(name)), drawn(Scatter())
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
     changed = {path for path, value in alone.items() if value != none[path]}
@@ -85,7 +85,7 @@ def test_each_spread_changes_what_it_must_and_draws_the_same_whichever_others_ar
     assert (drawn(only(name), robot=1) == alone) == (name in ("piece_mass", "piece_diameter", "restitution", "drag"))
 
 
-def test_none_builds_what_the_config_says():
+def test_a_robot_without_scatter_is_built_as_configured():
     for config in (ROBOT, TANK):
         built = dict(leaves(replace(built_robot(config, ScatterDraws(Scatter.none(), 3), 0), shot_errors=())))
         assert built == dict(leaves(BuiltRobot.exactly(config))) and len(built) > 40
@@ -147,7 +147,7 @@ def samples() -> dict[str, tuple[str, np.ndarray]]:
     }
 
 
-def test_each_spread_is_as_large_as_it_says():
+def test_each_spread_has_its_stated_size():
     """Means and mean squares of n samples, within 4 of their own standard deviations; one number in 16,000 is out."""
     found = samples()
     assert set(found) == set(Scatter.names())
@@ -176,14 +176,14 @@ def test_each_spread_is_as_large_as_it_says():
         (lambda: Match.bare(scatter=0.5), "scatter must be a Scatter or None, got 0.5"),
     ],
 )
-def test_what_cannot_be_is_refused(make, problem):
+def test_invalid_scatter_is_refused(make, problem):
     with pytest.raises(ConfigError, match=problem.replace("(", r"\(")):
         make()
     with pytest.raises(UnknownNameError, match="Did you mean 'elevation'"):
         Scatter.parse("1,elevatoin=0.1")
 
 
-def test_a_robot_stands_where_people_put_it_and_believes_what_they_meant():
+def test_a_robot_stands_at_the_missed_pose_and_believes_the_intended_one():
     start = (4.0, 3.0, 0.5)
     scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
     with Match.bare(start=start, scatter=scatter, seed=2) as match:
@@ -206,7 +206,7 @@ def test_a_robot_stands_where_people_put_it_and_believes_what_they_meant():
         assert robot.chassis.pose == pytest.approx((2.0 + ahead, 2.0 + left, turn))
 
 
-def test_nobody_puts_a_robot_into_a_wall():
+def test_a_missed_pose_is_never_in_a_wall():
     """Along the wall y = 0 with 2 mm of air, on 12 seeds."""
     scatter = replace(Scatter.none(), start_position=0.03)
     moved = []
@@ -219,7 +219,7 @@ def test_nobody_puts_a_robot_into_a_wall():
     assert sum(moved) >= 8
 
 
-def test_cameras_differ_in_their_noise():
+def test_scatter_changes_the_noise_of_cameras():
     cameras = tuple(CameraConfig(name=name, pipelines=(PiecePipeline(),)) for name in ("a", "b"))
     with Match.bare(replace(TANK, cameras=cameras), scatter=only("camera_noise")) as match:
         factors = []

@@ -30,19 +30,19 @@ def test_pieces_that_fall_through_score_for_the_hubs_alliance():
     assert tracker.pieces == {"BlueHub": 2, "RedHub": 1}
 
 
-def test_a_piece_on_its_way_up_does_not_score_unless_the_zone_says_so():
+def test_a_rising_piece_scores_only_in_a_zone_that_allows_it():
     assert fall(ScoringTracker([BLUE]), 0.0, 0.5, up=True) == []
     both = ScoringZone(name="Both", alliance="blue", zone=BLUE.zone, downward=False)
     assert len(fall(ScoringTracker([both]), 0.0, 0.5, up=True)) == 1
 
 
-def test_where_zones_overlap_a_piece_counts_once_in_the_first():
+def test_in_overlapping_zones_a_piece_counts_once_in_the_first():
     second = ScoringZone(name="Second", alliance="red", zone=BLUE.zone)
     tracker = ScoringTracker([BLUE, second])
     assert [e.zone for e in fall(tracker, 0.0, 0.5)] == ["BlueHub"]
 
 
-def test_worth_is_asked_per_piece_and_a_worthless_piece_is_still_counted():
+def test_worth_is_called_per_piece_and_a_piece_without_points_is_still_counted():
     asked = []
 
     def worth(zone):
@@ -57,7 +57,7 @@ def test_worth_is_asked_per_piece_and_a_worthless_piece_is_still_counted():
     assert [e.points for e in tracker.events] == [2, 2, 0]
 
 
-def test_two_zones_of_one_name_are_refused():
+def test_two_zones_with_the_same_name_are_refused():
     with pytest.raises(ConfigError, match="names must differ"):
         ScoringTracker([BLUE, BLUE])
 
@@ -70,7 +70,7 @@ def test_a_zone_takes_only_its_kinds_of_pieces():
         ScoringTracker([crates], kinds=["Ball"])
 
 
-def test_points_that_no_piece_brings_are_added_and_a_reset_forgets_everything():
+def test_points_without_a_piece_are_added_and_a_reset_clears_everything():
     tracker = ScoringTracker([BLUE])
     fall(tracker, 0.0, 0.5)
     tracker.add("red", 10)

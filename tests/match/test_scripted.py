@@ -86,7 +86,7 @@ def test_collecting_ends_when_the_region_is_empty_and_when_time_is_up():
     assert robot.pose[:2] == pytest.approx((0.3 + 0.62, 6.1), abs=0.05), "with the intake, 0.62 m behind, over the fuel"
 
 
-def test_a_script_that_has_ended_stops_the_robot_and_a_new_robot_begins_it_anew():
+def test_a_finished_script_stops_the_robot_and_a_new_robot_restarts_it():
     def script(robot):
         yield from robot.wait(0.04)
 
@@ -101,7 +101,7 @@ def test_a_script_that_has_ended_stops_the_robot_and_a_new_robot_begins_it_anew(
     assert not code.is_done
 
 
-def test_mechanisms_hold_their_places_and_volts():
+def test_mechanisms_hold_their_positions_and_volts():
     arm, claw = ShaftSim(GEARBOX, 0.5), ShaftSim(GEARBOX, 0.01)
     robot = Ideal((2.0, 3.0, 0.0))
     robot.mechanisms = {"arm": arm, "claw": claw}

@@ -1,4 +1,4 @@
-"""Drag and lift as formulas."""
+"""Formulas of drag and lift."""
 
 import math
 
@@ -52,14 +52,14 @@ def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
     assert lift[2] == pytest.approx(0.5 * 1.2 * math.pi * 0.075**2 * coefficient * 100.0 / 0.215)
 
 
-def test_a_piece_at_rest_feels_nothing():
+def test_a_piece_at_rest_has_no_drag_or_lift():
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
     for spin in ((0.0, 50.0, 0.0), (0.0, 0.0, 0.0)):
         assert air_acceleration(0.0, 0.0, 0.0, *spin, *factors[:3]) == (0.0, 0.0, 0.0)
 
 
 @each("change", [{"drag_coefficient": -0.1}, {"lift_slope": math.nan}, {"lift_limit": 0.0}])
-def test_coefficients_that_cannot_be_are_refused(change):
+def test_invalid_coefficients_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         Aerodynamics(**change)
 

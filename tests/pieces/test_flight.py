@@ -1,4 +1,4 @@
-"""Flights in the loop: the equation of motion, the parabola, and that each flies alone."""
+"""Flights in the loop: equation of motion, parabola, and independence."""
 
 import math
 from dataclasses import replace
@@ -46,14 +46,14 @@ def test_drag_and_lift_are_those_of_the_equation_of_motion():
     assert np.linalg.norm(ball.vel[0] - exact[3:6]) < 0.004
 
 
-def test_without_air_it_is_the_parabola():
+def test_a_flight_without_air_is_a_parabola():
     ball = flown(flying_balls(HEAVY, POS, VEL, SPIN), 0.7)
     assert ball.pos == pytest.approx(POS + 0.7 * VEL - (0.0, 0.0, 0.5 * GRAVITY * 0.7**2))
     assert ball.vel == pytest.approx(VEL - (0.0, 0.0, GRAVITY * 0.7))
 
 
-def test_balls_fly_alone_with_factors_of_their_own():
-    """Two from one place pass each other; a heavier one has less drag, to the last bit as if it were alone."""
+def test_balls_fly_independently_with_their_own_factors():
+    """Two from one place pass through each other; a heavier one has less drag, to the last bit as if it were alone."""
     mass = np.array([1.0, 1.1])
     both = flown(flying_balls(FUEL, POS.repeat(2, 0), VEL.repeat(2, 0), SPIN.repeat(2, 0), mass=mass), 1.0)
     one = flown(flying_balls(FUEL, POS, VEL, SPIN, mass=mass[1:]), 1.0)
@@ -62,8 +62,8 @@ def test_balls_fly_alone_with_factors_of_their_own():
 
 
 @pytest.mark.parametrize(("factor", "spent"), [(0.99, True), (1.01, False)])
-def test_a_ball_rises_by_its_energy_and_that_of_its_spin(factor, spent):
-    """v^2 / 2 + (2/5) r^2 omega^2 / 2 = g h of a solid ball."""
+def test_the_rise_of_a_ball_follows_its_kinetic_and_spin_energy(factor, spent):
+    """v^2 / 2 + (2/5) r^2 omega^2 / 2 = g h for a solid ball."""
     rim = 3.0
     up = math.sqrt(2.0 * (GRAVITY * 1.5 * factor - 0.2 * rim**2))
     ball = flying_balls(FUEL, POS, np.array([[0.0, 0.0, up]]), np.array([[rim / FUEL.bounding_radius, 0.0, 0.0]]))

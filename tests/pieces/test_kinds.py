@@ -1,4 +1,4 @@
-"""One kind of piece: derived numbers against their formulas, and what is refused."""
+"""Kinds of pieces: derived numbers against their formulas, and refusals."""
 
 import math
 
@@ -53,7 +53,7 @@ OFF_CENTER = Compound((Part(Sphere(0.1)), Part(Sphere(0.1), (0.4, 0.0, 0.0))))
         (Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])), "one plane"),
     ],
 )
-def test_a_shape_that_engines_cannot_do_well_is_refused(shape, words):
+def test_a_shape_that_engines_simulate_badly_is_refused(shape, words):
     with pytest.raises(ConfigError, match=words):
         GamePieceConfig(name="Thing", shape=shape, mass=1.0)
     assert GamePieceConfig(name="Thing", shape=centered(OFF_CENTER), mass=1.0).rest_height == pytest.approx(0.1)

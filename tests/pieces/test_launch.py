@@ -1,4 +1,4 @@
-"""Where and how fast a piece leaves."""
+"""Position and velocity of a piece at launch."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_yaw_turns_muzzle_and_velocity_to_the_left():
 
 
 def test_a_turret_that_turns_against_the_robot_keeps_the_muzzle_where_it_is():
-    """Robot and turret at +-2 rad/s about the same axis: the muzzle stands still in the field."""
+    """Robot and turret at +-2 rad/s about the same axis: the muzzle is at rest in the field."""
     _, velocity = state(robot_spin=np.array([0.0, 0.0, 2.0]), turret_rate=-2.0)
     assert velocity == pytest.approx(state()[1])
 
@@ -58,6 +58,6 @@ def test_turret_turns_about_its_pivot():
 
 
 @each("change", [{"height": -0.1}, {"forward": math.nan}, {"barrels": ()}, {"barrels": (math.inf,)}])
-def test_launchers_that_cannot_be_are_refused(change):
+def test_invalid_launchers_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         LaunchParameters(**{"height": 0.5, **change})

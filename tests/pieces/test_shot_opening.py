@@ -1,4 +1,4 @@
-"""Shots at an opening among what stands on a field: the equation of motion, and what rim and boards do."""
+"""Shots at an opening among field elements: equation of motion, and effects of rim and boards."""
 
 import math
 from dataclasses import replace
@@ -54,13 +54,13 @@ def fly(balls, *more, **how):
 
 
 def through(x, rise):
-    """Velocity without drag that comes down through the plane of the opening at x, after having risen so far [m]."""
+    """Return the velocity without drag that comes down through the opening's plane at x, after a rise [m]."""
     up = math.sqrt(2.0 * GRAVITY * rise)
     time = up / GRAVITY + math.sqrt(2.0 * (rise - (HEIGHT - 0.5)) / GRAVITY)
     return (x / time, 0.0, up)
 
 
-def test_the_surface_of_a_ball_clears_the_rim_before_and_behind():
+def test_a_scoring_ball_clears_the_rim_in_front_and_behind():
     """A steep shot must pass a radius inside of both edges, and the last one a little more on its way down."""
     reach = np.linspace(4.3, 5.7, 281)
     found = fly(shots([through(x, 6.0) for x in reach]))
@@ -75,16 +75,16 @@ def test_the_surface_of_a_ball_clears_the_rim_before_and_behind():
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
 
 
-def test_shots_that_need_not_be_followed_are_judged_alike():
-    """What goes in without touching the rim does so whether or not the others are followed to their end."""
+def test_clean_shots_are_judged_as_with_full_flights():
+    """A shot that goes in without touching the rim does so whether or not the others are followed to their end."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)
     assert np.array_equal(all_of_them.goes_in & ~all_of_them.by_rim, some.goes_in & ~some.by_rim)
     assert all_of_them.goes_in.sum() > some.goes_in.sum(), "some go in by the rim"
 
 
-def test_a_ball_that_falls_on_an_edge_goes_to_the_side_of_its_middle():
-    """Straight down from 0.5 s above, a share of the radius aside of the rim in front."""
+def test_a_ball_falling_on_an_edge_goes_to_the_side_of_its_center():
+    """After a fall of 0.5 s straight down, a fraction of the radius off an edge."""
     for side, goes_in in ((1.0, True), (-1.0, False)):
         edge = 4.5 if side > 0.0 else 4.5 - THICKNESS
         found = fly(shots([(0.0, 0.0, 0.0)], pos=(edge + side * 0.06, 0.0, HEIGHT + RADIUS + 1.2)))
@@ -93,7 +93,7 @@ def test_a_ball_that_falls_on_an_edge_goes_to_the_side_of_its_middle():
 
 
 def test_a_board_sends_shots_back_in():
-    """What flies too far meets it, keeps half of its speed toward it the other way round, and drops in."""
+    """A long shot hits it, keeps half of its normal speed in the other direction, and drops in."""
     flat = through(6.5, 2.5)
     assert not fly(shots([flat])).goes_in[0]
     found = fly(shots([flat]), NET)
@@ -102,14 +102,14 @@ def test_a_board_sends_shots_back_in():
     assert not fly(shots([through(5.6, 20.0)]), NET).goes_in[0]
 
 
-def test_what_stands_before_the_opening_stops_a_shot():
+def test_an_obstacle_in_front_of_the_opening_stops_a_shot():
     shot = through(5.0, 2.5)
     assert fly(shots([shot])).goes_in[0]
     found = fly(shots([shot]), wall((2.0, -1.0, 0.0), (2.1, 1.0, 4.0)))
     assert not found.goes_in[0] and found.by_rim[0] and not found.by_board[0]
 
 
-def test_a_zone_that_does_not_ask_for_falling_pieces_takes_shots_on_their_way_up():
+def test_a_zone_without_downward_accepts_rising_shots():
     """A slot in a wall, open to the front: the parabola is in it at 45 degrees up, and would top out a meter higher."""
     slot = ((1.0, -0.5, 1.2), (1.0, 0.5, 1.2), (1.0, 0.5, 1.8), (1.0, -0.5, 1.8))
     opening, inside = ShotOpening(corners=slot, approach=0.0), BoxZone((1.0, -0.5, 1.2), (1.5, 0.5, 2.5))
@@ -132,7 +132,7 @@ def test_an_opening_is_flat_and_convex(corners):
         ShotOpening(corners=corners, approach=0.0)
 
 
-def test_an_opening_holds_what_is_within_its_rim_whichever_way_its_corners_go_round():
+def test_an_opening_contains_points_within_its_rim_for_either_order_of_corners():
     points = np.array([(5.0, 0.0, 2.0), (4.6, -0.4, 7.0), (4.4, 0.0, 2.0), (5.0, 0.6, 2.0)])
     for corners in (SQUARE, SQUARE[::-1]):
         opening = ShotOpening(corners=corners, approach=0.0)

@@ -1,4 +1,4 @@
-"""Solved shots: the known ones and the impossible ones."""
+"""Solved shots: known and impossible ones."""
 
 import math
 from dataclasses import astuple
@@ -14,12 +14,12 @@ K = 0.0232
 
 
 @each(("speed", "degrees", "x"), [(7, 65, 2.75), (8, 60, 4.18), (10, 55, 7.13), (12, 50, 10.42)])
-def test_the_table_of_fuel_flights_is_found_back(speed, degrees, x):
+def test_the_table_of_fuel_flights_is_reproduced(speed, degrees, x):
     muzzle, hub = (0.0, 0.0, 0.5), (x, 0.0, inches(72))
     assert solve_shot(muzzle, hub, elevation=math.radians(degrees), drag=K).speed == pytest.approx(speed, rel=0.01)
 
 
-def test_in_a_vacuum_it_is_the_parabola():
+def test_a_shot_in_a_vacuum_is_the_parabola():
     """v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     shot = solve_shot((1.0, 1.0, 0.5), (4.0, 5.0, 2.0), elevation=1.0)
     speed = math.sqrt(GRAVITY * 25.0 / (2.0 * math.cos(1.0) ** 2 * (5.0 * math.tan(1.0) - 1.5)))
@@ -35,7 +35,7 @@ def test_a_given_speed_has_two_arcs():
     assert (high.speed, low.speed) == pytest.approx((9.0, 9.0))
 
 
-def test_a_turning_robot_counts_what_its_muzzle_does():
+def test_a_turning_robot_includes_the_velocity_of_its_muzzle():
     turning = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, yaw_rate=3.0, muzzle_offset=(0.2, 0.1, 0.5))
     driving = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, robot_velocity=(-0.3, 0.6, 0.0))
     assert astuple(turning) == pytest.approx(astuple(driving))
@@ -59,8 +59,8 @@ def test_impossible_shots_say_why(arguments, reason):
     assert isinstance(caught.value, SimcoreError) and isinstance(caught.value, ValueError)
 
 
-def test_a_goal_that_is_open_to_the_front_may_be_met_on_the_way_up():
-    """From 1.2 m before a slot at 2.05 m at 58 degrees, as the parabola has it: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
+def test_a_goal_open_to_the_front_accepts_rising_shots():
+    """From 1.2 m in front of a slot at 2.05 m at 58 degrees, like the parabola: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     muzzle, slot, elevation = (1.37, 5.54, 0.45), (0.23, 5.54, 2.05), math.radians(58.0)
     with pytest.raises(NoShotError, match="rising"):
         solve_shot(muzzle, slot, elevation=elevation)
@@ -76,7 +76,7 @@ def test_right_under_the_target_there_is_no_direction():
 
 
 @each("arguments", [{}, {"elevation": 1.0, "speed": 9.0}, {"elevation": 2.0}, {"speed": -1.0}])
-def test_unclear_questions_are_refused(arguments):
+def test_ambiguous_arguments_are_refused(arguments):
     with pytest.raises(ConfigError):
         solve_shot((0, 0, 0.5), (4, 0, 1.8), **arguments)
 

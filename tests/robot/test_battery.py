@@ -9,14 +9,14 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
-    """Draw a current for h [s], worked out at a voltage, as the loop of robots does; returns the voltage [V]."""
+    """Draw a current for h [s], computed at a voltage, as the loop of robots does; return the voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
     battery.report()
     return battery.voltage
 
 
 def test_load_drops_the_voltage_at_once_and_then_slowly():
-    """V = V_open - R I - R_slow I (1 - exp(-t / tau)), charge apart."""
+    """V = V_open - R I - R_slow I (1 - exp(-t / tau)), without discharge."""
     c = BatteryConfig(capacity_ah=math.inf)
     battery = Battery(c)
     draw(battery, 1e-6, 100.0)
@@ -50,13 +50,13 @@ def made(**changes) -> Battery:
 
 
 def sag(battery: Battery, volts: float, h: float) -> bool:
-    """One step at this terminal voltage; whether motors are off afterwards."""
+    """Make one step at this terminal voltage; return whether motors are off afterwards."""
     draw(battery, h, (12.9 - volts) / 0.02)
     return battery.browned_out
 
 
 def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    """At steps as long as a heartbeat each of them is heard of."""
+    """With steps as long as a heartbeat the motors follow each of them."""
     battery = made()
     seen = [sag(battery, volts, 0.02) for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0)]
     assert seen == [False, False, True, True, True, False, False]
@@ -69,9 +69,9 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
 
 
 @each("h", [0.00125, 0.0025, 0.005])
-def test_motors_hear_of_a_brown_out_with_the_heartbeat(h):
-    """On until the next heartbeat and off until the one after: a load that comes back with the motors has them on for
-    half of the time, whatever the step is, and the tick that saw it tells."""
+def test_motors_follow_a_brownout_at_heartbeats(h):
+    """On until the next heartbeat and off until the one after: a load that returns with the motors is on for half the
+    time, for any step, and the tick that contains a brown-out reports it."""
     battery = made()
     begun = []
     battery.on_brownout = lambda: begun.append((battery.voltage, battery.current))
@@ -99,7 +99,7 @@ def test_a_dip_between_two_heartbeats_stops_nothing():
 
 @pytest.mark.parametrize("h", [0.00125, 0.005])
 def test_a_roborio_without_4_5_volts_resets_and_boots(h):
-    """10 ms are carried by its capacitors; 15 ms are not, and the boot counts from the end of the sag."""
+    """Its capacitors carry 10 ms, not 15 ms, and the boot counts from the end of the sag."""
     battery = made(reboot_time=0.5)
     told = []
     battery.on_reset = lambda: told.append(battery.voltage)
@@ -115,8 +115,8 @@ def test_a_roborio_without_4_5_volts_resets_and_boots(h):
 
 
 @each("load", [0.005, 0.02, 0.1])
-def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
-    """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
+def test_currents_proportional_to_voltage_settle_as_with_a_resistor(load):
+    """Computed from the previous voltage, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
     battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)
     lowest = math.inf

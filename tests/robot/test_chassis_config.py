@@ -1,4 +1,4 @@
-"""The chassis that a drivetrain gets."""
+"""Chassis of a drivetrain."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def test_the_chassis_of_a_tank_stands_on_its_wheels_left_side_first():
 
 
 def test_a_bay_opens_bumpers_and_frame_from_the_back():
-    """0.5 m deep and 0.3 m wide in 0.8 x 0.8 m: nothing stands in it, and beside it the rest is as without it."""
+    """0.5 m deep and 0.3 m wide in 0.8 x 0.8 m: no part is inside of it, and the other parts are as without it."""
     whole, open_behind = ChassisConfig(), ChassisConfig(bay=(0.5, 0.3))
 
     def solid(config, x, y):

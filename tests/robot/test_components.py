@@ -1,4 +1,4 @@
-"""Parts and pieces of all robots at once are where the chain of joints of each says, to the last bit."""
+"""Parts and pieces of all robots at once follow their chains of joints, to the last bit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def poses(rng: np.random.Generator, n: int) -> FloatArray:
     return rows
 
 
-def test_parts_are_where_their_joints_say_and_stay_the_same_array_while_they_stand() -> None:
+def test_parts_follow_their_joints_and_keep_the_same_array_at_rest() -> None:
     rng = np.random.default_rng(1)
     robots = [RobotEntry(start=(2.0, y, 0.0), config=c) for y, c in ((2.0, reefscape_robot()), (5.0, rebuilt_robot()))]
     with Match(Game.bare(size=(16.0, 8.0)), robots=robots) as match:
@@ -52,7 +52,7 @@ def test_parts_are_where_their_joints_say_and_stay_the_same_array_while_they_sta
         assert after[0] is before[0] and after[1] is not before[1]
 
 
-def test_what_is_carried_is_where_the_pose_of_its_robot_puts_it() -> None:
+def test_carried_pieces_follow_the_pose_of_their_robot() -> None:
     rng = np.random.default_rng(2)
     rows, places, owners = poses(rng, 12), poses(rng, 3), rng.integers(0, 3, 12)
     for found, row, own in zip(carried(rows, owners, places), rows, places[owners], strict=True):

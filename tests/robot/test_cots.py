@@ -1,4 +1,4 @@
-"""Modules and treads that teams buy."""
+"""Modules and treads on the market."""
 
 import pytest
 

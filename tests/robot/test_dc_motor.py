@@ -1,4 +1,4 @@
-"""The motor table."""
+"""Motor table and linear model."""
 
 import math
 from dataclasses import replace
@@ -32,7 +32,7 @@ def _figures(m):
     return m.nominal_voltage, m.stall_torque, m.stall_current, m.free_current, m.free_speed, m.resistance, m.kt, m.kv
 
 
-def test_what_is_no_motor_is_refused():
+def test_an_object_that_is_not_a_motor_is_refused():
     with pytest.raises(ConfigError, match="DCMotor; got"):
         as_motor("Kraken X60")
 
@@ -41,7 +41,7 @@ def test_what_is_no_motor_is_refused():
     ("name", "torque", "amps", "rpm"),
     [("Kraken X60", 7.09, 366, 6000), ("Kraken X60 FOC", 9.37, 483, 5800), ("NEO Vortex", 3.6, 211, 6784)],
 )
-def test_figures_are_the_datasheet(name, torque, amps, rpm):
+def test_figures_match_the_datasheet(name, torque, amps, rpm):
     m = motor(name)
     assert (m.stall_torque, m.stall_current) == (torque, amps)
     assert m.free_speed * 60 / math.tau == pytest.approx(rpm)
@@ -50,14 +50,14 @@ def test_figures_are_the_datasheet(name, torque, amps, rpm):
     assert (12.0 - m.free_speed / m.kv) / m.resistance == pytest.approx(m.free_current)
 
 
-def test_names_are_forgiving_and_errors_helpful():
+def test_names_ignore_case_and_spaces_and_errors_suggest():
     assert motor("kraken-x60") is motor("Kraken X60")
     with pytest.raises(UnknownNameError, match="Kraken X60"):
         motor("Kraken X6")
 
 
 @each("wrong", [{"stall_current": math.inf}, {"stall_torque": 0.0}, {"nominal_voltage": 0.0}, {"free_current": 400.0}])
-def test_a_motor_without_resistance_cannot_be_written(wrong):
+def test_a_motor_without_resistance_is_refused(wrong):
     with pytest.raises(ConfigError):
         replace(motor("Kraken X60"), **wrong)
 
@@ -93,7 +93,7 @@ def test_less_duty_never_draws_more_than_full_duty(volts, bus, emf, limit, share
         assert amps == pytest.approx((volts - emf) / m.winding)
 
 
-def test_supply_resistance_must_leave_some_for_the_winding():
+def test_supply_resistance_must_be_below_the_total_resistance():
     model = motor("Falcon 500")
     with pytest.raises(ConfigError, match="supply_resistance"):
         replace(model, supply_resistance=model.resistance)

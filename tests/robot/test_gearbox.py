@@ -1,4 +1,4 @@
-"""Controllers that close the loop round the mechanisms."""
+"""Controllers that close the loop around mechanisms."""
 
 import math
 
@@ -11,7 +11,7 @@ from simcore.robot.mechanisms import ArmConfig, ArmSim, FlywheelConfig, Flywheel
 
 
 def test_feedforward_alone_reaches_the_goal():
-    """Friction included: ks pays for it exactly, so the end speed is the goal's."""
+    """Friction included: ks compensates for it exactly, so the final speed is the goal's."""
     box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36, friction_torque=0.2)
     wheel = FlywheelSim(FlywheelConfig(gearbox=box, inertia=0.01))
     control = VelocityController.for_gearbox(box)
@@ -52,7 +52,7 @@ def test_volts_stay_within_the_limit():
     assert PositionController(kp=100.0, max_volts=9.0).volts(1.0, 0.0, 0.0, 5.0) == 9.0
 
 
-def test_nonsense_is_refused():
+def test_invalid_gains_are_refused():
     with pytest.raises(ConfigError, match="kv"):
         VelocityController(kv=math.nan)
     with pytest.raises(ConfigError, match="max_volts"):

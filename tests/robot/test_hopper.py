@@ -1,4 +1,4 @@
-"""Balls in a hopper: feed rate, fill, what acceleration does to them, jams and what loosens them, bad input."""
+"""Balls in a hopper: feed rate, fill, effects of acceleration, jams and their clearing, invalid input."""
 
 import math
 
@@ -18,7 +18,7 @@ BELT = 0.6  # [m/s]
 
 
 def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config) -> Hopper:
-    """With balls at rest at places on its floor [m]."""
+    """Return a hopper with balls at rest at places on its floor [m]."""
     made = Hopper(HopperConfig(**{"outlet_width": 0.4, "outlet_height": 0.16, **config}), low, high)
     made.follow(list(range(len(places))), [R] * len(places), [(0.0, 0.0, R)])
     slope = config.get("slope", 0.0)
@@ -28,7 +28,7 @@ def hopper(places, *, low=(-0.6, -0.305, 0.0), high=(0.3, 0.305, 0.16), **config
 
 
 def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
-    """Places in which balls of one layer do not touch."""
+    """Return places at which balls of one layer do not touch."""
     rng, places = np.random.default_rng(seed), []
     while len(places) < count:
         x, y = rng.uniform(-0.6 + R, 0.3 - R), rng.uniform(-half + R, half - R)
@@ -38,7 +38,7 @@ def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
 
 
 def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, gate: bool = True) -> list[int]:
-    """Ticks in which balls left."""
+    """Return the ticks in which balls left."""
     left = []
     for tick in range(ticks):
         made.advance(pull, spin, NONE, belt)
@@ -50,7 +50,7 @@ def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, ga
 
 
 def filled(radius: float, **room) -> Storage:
-    """As full as intakes make it: four at once at most, until nothing has come in for two seconds."""
+    """Return a storage filled by intakes: four at once at most, until nothing has entered for two seconds."""
     storage = Storage(StorageConfig(capacity=500, hopper=HopperConfig(outlet_width=0.01), **room))
     idle = 0
     while idle < 100:
@@ -71,7 +71,7 @@ def deepest(pos, radius: float) -> float:
 
 @each("speed", (0.3, 0.7, 1.5))
 def test_a_lane_feeds_belt_speed_over_diameter(speed):
-    """n / (t_n - t_0) = v / d once the belt has them; each time is known to a tick."""
+    """n / (t_n - t_0) = v / d once the belt moves them; each time is known to a tick."""
     lane = hopper(
         [(1.0 - R - 2.0 * R * number, 0.0) for number in range(30)],
         low=(-4.0, -R - 0.001, 0.0), high=(1.0, R + 0.001, 0.16), outlet_width=0.152, belt="belt",
@@ -83,7 +83,7 @@ def test_a_lane_feeds_belt_speed_over_diameter(speed):
 
 
 def test_the_foremost_leaves_first_whatever_came_first():
-    """Its outlet is at x = 0.3 m: the last one in is the one farthest through it."""
+    """Its outlet is at x = 0.3 m: the last one in is the farthest through it."""
     storage = Storage(StorageConfig(capacity=4, hopper=HopperConfig(outlet_width=0.4), high=(0.3, 0.305, 0.5)))
     storage.add([7, 8, 9, 5])
     storage.follow([R] * 4)
@@ -92,14 +92,14 @@ def test_the_foremost_leaves_first_whatever_came_first():
     assert [storage.take() for _ in range(3)] == [9, 5, 7] and storage.pieces == [8]
 
 
-def test_a_closed_gate_holds_them_and_then_they_come():
+def test_a_closed_gate_holds_balls_until_it_opens():
     made = hopper(scattered(1, 8, 0.305), belt="belt", funnel=0.5)
     assert run(made, 150, belt=BELT, gate=False) == [] and made.at_outlet()
     assert len(run(made, 150, belt=BELT)) == 8
 
 
 @pytest.mark.parametrize(("radius", "least", "most"), [(R, 0.35, 0.55), (0.05, 0.42, 0.64)])
-def test_as_much_comes_in_as_a_loose_packing_has(radius, least, most):
+def test_a_hopper_fills_to_a_loose_packing(radius, least, most):
     """Random packings of spheres fill 0.55 to 0.64 of a large box, less of one of four to eight diameters."""
     storage = filled(radius, **ROOM)
     size = np.subtract(ROOM["high"], ROOM["low"])
@@ -128,8 +128,8 @@ def test_two_intakes_share_the_places_at_an_inlet():
 
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
-def test_pieces_go_where_an_acceleration_drives_them(pull, side):
-    """A robot that accelerates forward has them at the rear; before a belt that stands they roll."""
+def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
+    """In a robot that accelerates forward they move to the rear; on a stopped belt they roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
     run(made, 75, pull=(*pull, -GRAVITY))
@@ -137,14 +137,14 @@ def test_pieces_go_where_an_acceleration_drives_them(pull, side):
     assert sign * (made.pos.mean(axis=0) - before)[axis] > 0.1
 
 
-def test_a_robot_that_spins_has_them_at_the_walls():
+def test_a_spinning_robot_throws_pieces_to_the_walls():
     made = hopper(scattered(3, 6, 0.305), outlet_width=0.1)
     before = np.hypot(*made.pos[:, :2].T).mean()
     run(made, 75, spin=(0.0, 0.0, 6.0))
     assert np.hypot(*made.pos[:, :2].T).mean() > before + 0.05
 
 
-def test_a_floor_with_a_slope_and_a_hole_in_the_bottom_need_no_belt():
+def test_a_sloping_floor_and_a_bottom_outlet_need_no_belt():
     assert len(run(hopper([(-0.4, 0.0), (-0.2, 0.1)], slope=0.2, high=(0.3, 0.305, 0.5), funnel=0.5), 150)) == 2
     assert len(run(hopper([(0.0, 0.0), (0.1, 0.0)], outlet="bottom", outlet_height=0.4), 150)) >= 1
 
@@ -153,7 +153,7 @@ def test_a_floor_with_a_slope_and_a_hole_in_the_bottom_need_no_belt():
 
 
 def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
-    """Two balls that touch each other and the edges of an opening of 1.5 diameters, one of them at an angle to it."""
+    """Return two balls that touch each other and the edges of an opening of 1.5 diameters, one at an angle to it."""
     (ex, ey), (fx, fy) = (0.0, 1.5 * R), (0.0, -1.5 * R)
     x, y = ex - R * math.cos(angle), ey - R * math.sin(angle)
     dx, dy = fx - x, fy - y
@@ -165,8 +165,8 @@ def arch(angle: float) -> tuple[list[tuple[float, float]], tuple[float, float]]:
     return normals, (other[0] - x, other[1] - y)
 
 
-def test_an_arch_holds_as_long_as_friction_can():
-    """Side by side, at 30 degrees, it needs none; turned by 10 it holds with the friction of foam, not of ice."""
+def test_an_arch_holds_within_the_limit_of_friction():
+    """Side by side, at 30 degrees, it needs no friction; turned by 10 it holds with that of foam, not of ice."""
     for turn, friction, holds in ((0.0, 0.001, True), (10.0, 0.5, True), (3.0, 0.01, False), (10.0, 0.05, False)):
         for sign in (1.0, -1.0):
             normals, between = arch(math.radians(30.0 + sign * turn))
@@ -177,7 +177,7 @@ def test_an_arch_holds_as_long_as_friction_can():
 
 @each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
 def test_narrow_outlets_jam_sometimes_and_wide_ones_never(width, least, most):
-    """Of four balls in a channel of 2.7 diameters, over the places from which they start: the narrower the oftener."""
+    """Four balls in a channel of 2.7 diameters, for many initial places: the narrower the outlet, the more jams."""
     jams = []
     for seed in range(12):
         made = hopper(
@@ -206,7 +206,7 @@ def test_reversing_the_belt_clears_a_jam():
     assert len(run(made, 200, belt=BELT)) >= 1
 
 
-def test_a_knock_that_beats_the_belt_clears_a_jam():
+def test_a_jolt_stronger_than_the_belt_clears_a_jam():
     """The belt pushes with mu g = 3.9 m/s^2."""
     made = jammed()
     run(made, 5, belt=BELT, pull=(-3.0, 0.0, -GRAVITY))
@@ -218,8 +218,8 @@ def test_a_knock_that_beats_the_belt_clears_a_jam():
 # --- bad input ------------------------------------------------------------------------------------------------------
 
 
-def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
-    """Taken out and put in by hand, twice the same one, more than there is room for, and numbers that are none."""
+def test_hopper_and_storage_always_hold_the_same_pieces():
+    """Taken out and put in by hand, the same one twice, more than fit, and invalid numbers."""
     storage = Storage(StorageConfig(capacity=100, hopper=HopperConfig(outlet_width=0.4, belt="belt"), **ROOM))
     storage.add(list(range(90)))
     storage.pieces.remove(4)
@@ -246,7 +246,7 @@ def test_pieces_stay_what_the_storage_holds_whatever_is_done_to_it():
     assert waits.pieces == [3]
 
 
-def test_hoppers_that_cannot_be_are_refused():
+def test_invalid_hoppers_are_refused():
     for change, words in (
         ({"outlet": "top"}, "outlet must be 'front', 'back', 'left', 'right' or 'bottom'"),
         ({"inlet": "bottom"}, "inlet must be another side than the bottom, got 'bottom'"),

@@ -1,4 +1,4 @@
-"""Which pieces the intake takes."""
+"""Pieces that an intake takes."""
 
 import math
 from types import SimpleNamespace
@@ -41,7 +41,7 @@ def mechanism(position=0.0, velocity=0.0, stops=(0.0, 10.0)):
     return SimpleNamespace(position=position, velocity=velocity, stops=stops)
 
 
-def test_an_intake_takes_while_its_roller_turns_and_it_is_out():
+def test_an_intake_takes_while_deployed_with_its_roller_turning():
     roller, slide = mechanism(), mechanism()
     config = IntakeConfig(zone=ZONE, roller="roller", deploy="slide")
     intake = Intake(config, {"roller": roller, "slide": slide})
@@ -52,7 +52,7 @@ def test_an_intake_takes_while_its_roller_turns_and_it_is_out():
         assert intake.captured(at, at).tolist() == [takes]
 
 
-def test_an_intake_that_is_out_at_its_lower_stop():
+def test_an_intake_deployed_at_its_lower_stop():
     arm = mechanism(position=10.0)
     intake = Intake(IntakeConfig(zone=ZONE, deploy="arm", deployed_at="lower"), {"arm": arm})
     assert not intake.is_active
@@ -60,7 +60,7 @@ def test_an_intake_that_is_out_at_its_lower_stop():
     assert intake.is_active
 
 
-def test_a_stretched_zone_covers_the_way_of_its_slide():
+def test_a_stretched_zone_covers_the_travel_of_its_slide():
     slide = mechanism()
     stretch = Joint(mechanism="slide", axis=(-1.0, 0.0, 0.0), slides=True, ratio=0.02)
     intake = Intake(IntakeConfig(zone=ZONE, stretch=stretch), {"slide": slide})
@@ -75,7 +75,7 @@ def test_a_stretched_zone_covers_the_way_of_its_slide():
 
 
 def test_a_zone_on_a_part_sweeps_with_the_part():
-    """An arm brings the zone down over a piece that lies still, past it within one tick."""
+    """An arm swings the zone over a resting piece, past it within one tick."""
     arm = mechanism()
     zone = IntakeZone(x_min=0.4, x_max=0.6, y_min=-0.2, y_max=0.2, z_min=-0.05, z_max=0.05)
     joint = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.5))
@@ -88,7 +88,7 @@ def test_a_zone_on_a_part_sweeps_with_the_part():
     assert intake.captured(at, at).tolist() == [True]
 
 
-def test_an_intake_that_cannot_be_is_refused():
+def test_an_invalid_intake_is_refused():
     with pytest.raises(UnknownNameError, match="for an intake"):
         Intake(IntakeConfig(zone=ZONE, roller="rollr"), {"roller": mechanism()})
     with pytest.raises(ConfigError, match="deploy must have stops"):
@@ -104,11 +104,11 @@ def test_nan_is_never_taken():
 
 
 @each("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
-def test_boxes_that_cannot_be_are_refused(change):
+def test_invalid_boxes_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))[0]):
         IntakeZone(**{**REAR, **change})
 
 
-def test_a_quaternion_must_be_one():
+def test_a_rotation_must_be_a_unit_quaternion():
     with pytest.raises(ConfigError, match="quaternion"):
         field_to_robot(points([0, 0, 0]), np.zeros(3), np.zeros(4))

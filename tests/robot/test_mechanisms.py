@@ -1,4 +1,4 @@
-"""Flywheel, roller, arm, elevator and rack: what each adds to the shaft."""
+"""Flywheel, roller, arm, elevator and rack: their additions to the shaft."""
 
 import itertools
 import math
@@ -131,20 +131,20 @@ def test_rack_goes_out_and_comes_back_between_its_stops():
         (rack, {"start_extension": 1.0}),
     ],
 )
-def test_settings_that_cannot_work_are_refused(make, change):
+def test_invalid_configs_are_refused(make, change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         make(**change)
 
 
-def test_flywheel_and_roller_refuse_nonsense():
+def test_flywheel_and_roller_refuse_invalid_values():
     with pytest.raises(ConfigError, match="inertia"):
         FlywheelConfig(gearbox=BOX, inertia=-0.1)
     with pytest.raises(ConfigError, match="radius"):
         RollerConfig(gearbox=BOX, inertia=0.1, radius=0.0)
 
 
-def test_springs_carry_their_part_of_a_weight():
-    """A carriage whose weight springs carry stays where it is; half of an arm's weight takes half the volts."""
+def test_springs_carry_their_share_of_a_weight():
+    """A carriage whose weight springs carry stays where it is; half of an arm's weight needs half the volts."""
     box = GearboxConfig(motor=motor("NEO"), motors=1, gearing=10.0)
     carriage = {"gearbox": box, "carriage_mass": 5.0, "drum_radius": 0.02, "max_height": 1.0, "start_height": 0.5}
     balanced, heavy, light = (
@@ -172,10 +172,10 @@ def with_friction(torque: float) -> GearboxConfig:
     return GearboxConfig(motor=KRAKEN.motor, motors=2, gearing=3.0, friction_torque=torque)
 
 
-def test_a_mechanism_that_is_let_go_stops_as_coulomb_friction_says():
-    """dw/dt = -T/J: it stands still after J w / T, having turned J w^2 / (2 T).
+def test_a_coasting_mechanism_stops_by_coulomb_friction():
+    """dw/dt = -T/J: it stops after J w / T, having turned J w^2 / (2 T).
 
-    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): T h^2 / (8 J) more at most.
+    In the millisecond in which it stops it turns w h / 2 instead of w^2 J / (2 T): at most T h^2 / (8 J) more.
     """
     torque, inertia, speed = default_friction(KRAKEN), 0.004, 150.0
     shaft = ShaftSim(with_friction(torque), inertia)
@@ -227,13 +227,13 @@ STROKE, TIME = 0.3, 0.5
 
 
 def settling(time: float, tau: float) -> float:
-    """The way from rest over the final speed, with a time constant [s]."""
+    """Return the travel from rest over the final speed, with a time constant [s]."""
     return time - tau * (1.0 - math.exp(-time / tau))
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.02])
 def test_a_piston_takes_its_stroke_time_each_way(dt):
-    """It comes to speed with a time constant of a twentieth of that; steps are exact, whatever dt is."""
+    """It gets up to speed with a time constant of a twentieth of that; steps are exact, for any dt."""
     piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME))
     piston.set_volts(12.0)
     speed = STROKE / settling(TIME, TIME / 20.0)
@@ -318,7 +318,7 @@ def test_a_servo_keeps_within_its_travel_and_holds_still_without_a_signal():
         (lambda: ServoSim(SERVO).set_goal(math.nan), "goal"),
     ],
 )
-def test_numbers_that_make_no_sense_are_refused(build, words):
+def test_invalid_piston_and_servo_values_are_refused(build, words):
     with pytest.raises(ConfigError, match=words):
         build()
 
@@ -336,7 +336,7 @@ def test_a_stalled_mechanism_has_the_torque_of_its_motor_at_part_duty():
     "name, volts, share",
     itertools.product(["Falcon 500", "Kraken X60", "NEO"], [-12.0, -4.0, 2.0, 8.0, 12.0], [-0.4, 0.0, 0.3, 0.9]),
 )
-def test_a_mechanism_and_a_drivetrain_have_one_motor(name, volts, share):
+def test_a_mechanism_and_a_drivetrain_use_the_same_motor_model(name, volts, share):
     """I = (V - e) / R behind the controller, or (V_bus - e) / R of the whole circuit where its duty is full.
 
     Both over the whole range, at a share of the free speed; within the inertia of 1 ms.

@@ -1,4 +1,4 @@
-"""Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
+"""Speed, spin and direction of shots, from the wheels, the hood and the turret."""
 
 import math
 from types import SimpleNamespace
@@ -36,7 +36,7 @@ def shot(made):
 
 
 def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
-    """The lower rim faster: the underside is carried along more, which is backspin, about the axis to the right."""
+    """The lower rim is faster: it carries the underside along more, which is backspin, about the axis to the right."""
     made, parts = shooter()
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
     assert made.wheel_speed == 250.0
@@ -46,7 +46,7 @@ def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
 
 
 def test_wheels_of_two_radii_throw_with_the_mean_of_their_rims():
-    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel gives by its own radius."""
+    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel acts by its own radius."""
     made, parts = shooter(second_wheel_radius=0.025)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 300.0
     assert made.aim.speed == pytest.approx(0.5 * (15.0 + 7.5) * 0.9)
@@ -58,7 +58,7 @@ def test_wheels_of_two_radii_throw_with_the_mean_of_their_rims():
     assert 300.0 - parts["upper"].velocity == pytest.approx(0.2 * (0.5 * speed - share) * 0.025 / 0.01)
 
 
-def test_a_faster_left_wheel_spins_a_piece_clockwise_about_what_is_upright_to_its_flight():
+def test_a_faster_left_wheel_spins_a_piece_clockwise_about_its_upright_axis():
     made, parts = shooter(wheel_places="left and right", elevation=0.4)
     parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
     piece, rate = shot(made), 0.5 * 100.0 * 0.05 * 0.9 / RADIUS
@@ -93,8 +93,8 @@ def test_the_turret_turns_muzzle_velocity_and_spin():
     assert piece.rate[0] > 0.0 and piece.rate[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant():
-    """Wheels, hood and turret move evenly within the tick; the second shot of a rate of 80 leaves after 5/8 of it."""
+def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
+    """Wheels, hood and turret move evenly within the tick; the second shot at a rate of 80 leaves after 5/8 of it."""
     made, parts = shooter(shot_rate=80.0, hood="hood", turret="turret")
     parts["lower"].velocity = parts["upper"].velocity = 200.0
     parts["turret"].velocity = 10.0
@@ -113,7 +113,7 @@ def test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant():
 
 
 def test_the_muzzle_points_where_the_piece_leaves():
-    """Its x axis is the direction of the shot: what lies along x in the storage leaves along the muzzle."""
+    """Its x axis is the direction of the shot: a piece along x in the storage leaves along the muzzle."""
     made, parts = shooter(turret="turret", elevation=0.7)
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     parts["turret"].position = 0.4
@@ -137,7 +137,7 @@ def test_the_hood_tilts_and_the_gate_holds_back():
 
 
 def angular_impulses(made, parts, names, mass, speed):
-    """What each wheel loses [N m s]."""
+    """Return the angular impulse that each wheel loses [N m s]."""
     before = {name: parts[name].velocity for name in names}
     made.after_shot(mass, speed)
     return [(before[name] - parts[name].velocity) * parts[name].inertia for name in names]
@@ -192,8 +192,8 @@ def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
     assert lost == pytest.approx(2.0 * gained)
 
 
-def test_shots_are_off_by_their_errors_and_the_robot_does_not_know():
-    """Each launch takes one error of each; hood and turret are where their encoders do not show them."""
+def test_shots_have_their_errors_and_the_robots_readings_do_not():
+    """Each launch takes one error of each kind; hood and turret differ from their encoders."""
     rng = np.random.default_rng(1)
     late = iter(rng.normal(0.0, 0.02, 2000).tolist())
     errors = ShotErrors(
@@ -268,7 +268,7 @@ def test_compression_sets_how_much_slip_depends_on_size_and_its_loss_slows_the_w
         *(({"shot_rate": rate}, "shot_rate") for rate in (0.0, -8.0, math.nan)),
     ],
 )
-def test_shooters_that_cannot_be_are_refused(change, said):
+def test_invalid_shooters_are_refused(change, said):
     with pytest.raises((ConfigError, UnknownNameError), match=said):
         shooter(**change)
 
@@ -282,7 +282,7 @@ OPEN, CLOSED = 10.0, 0.0  # speed of the feeder [rad/s]
 
 
 def firing_shooter(launch=SINGLE, rate=8.0):
-    """A shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
+    """Return a shooter with wheels at 9 m/s and an open gate, and its mechanisms."""
     parts = {name: SimpleNamespace(velocity=OPEN, position=0.0, inertia=0.01) for name in ("wheel", "feeder", "hood")}
     parts["wheel"].velocity = 360.0
     config = ShooterConfig(
@@ -313,7 +313,7 @@ def test_dual_barrels_fire_together():
     assert made.update(held=28) == []
 
 
-def test_no_more_leave_than_are_held():
+def test_no_more_pieces_leave_than_are_held():
     made, _ = firing_shooter(DUAL, rate=200.0)  # four events a tick
     assert len(made.update(held=5)) == 5
     assert made.update(held=0) == []
@@ -330,7 +330,7 @@ def test_first_shot_comes_at_once_after_the_gate_was_closed():
     assert sum(len(made.update(held=10)) for _ in range(5)) == 0  # nothing saved up
 
 
-def test_shots_after_a_gate_that_opens_in_the_course_of_a_tick_are_a_period_apart():
+def test_shots_after_a_gate_opens_within_a_tick_are_a_period_apart():
     """The gate opens after 3/5 of a tick; 25 ms later the next one leaves, open or not."""
     made, parts = firing_shooter(rate=40.0)
     parts["feeder"].velocity = made.config.gate_speed - 3.0
@@ -350,7 +350,7 @@ def test_a_gate_that_flickers_does_not_shoot_faster():
     assert shots <= 800
 
 
-def test_an_empty_robot_saves_no_shots_up():
+def test_an_empty_robot_accumulates_no_shots():
     made, _ = firing_shooter()
     for _ in range(500):
         made.update(held=0)
@@ -365,7 +365,7 @@ def test_wheels_that_hardly_turn_keep_the_piece():
     assert [launch.aim.speed for launch in made.update(held=10)] == [8.0]
 
 
-def test_a_piece_whose_muzzle_is_blocked_stays_and_leaves_when_it_is_free():
+def test_a_blocked_piece_stays_and_leaves_when_its_muzzle_is_free():
     made, _ = firing_shooter(DUAL)
     for _ in range(30):
         assert made.update(held=9, is_free=lambda launch: False) == []
@@ -379,7 +379,7 @@ def test_a_free_barrel_shoots_while_the_other_is_blocked():
     assert [launch.barrel for launch in launches] == [1, 1, 1]
 
 
-def test_an_aim_of_nan_is_named_when_it_matters():
+def test_a_nan_aim_raises_when_a_shot_is_due():
     made, parts = firing_shooter()
     parts["hood"].position = math.nan
     with pytest.raises(NonFiniteError, match="nan"):

@@ -1,4 +1,4 @@
-"""Pieces in a robot: places inside of the room and apart, the order in which they leave, and no more than fit."""
+"""Pieces in a storage: places, order of leaving, and capacity."""
 
 import math
 
@@ -17,8 +17,8 @@ LOW, HIGH = (-0.33, -0.30, 0.20), (0.20, 0.30, 0.50)
 
 
 @given(st.floats(0.04, 0.14), st.integers(1, 60))
-def test_places_are_inside_of_the_room_and_apart_if_it_has_space(radius, count):
-    """As many as fit touch at most; more are drawn into one another, and none stands over the room."""
+def test_places_are_inside_of_the_storage_and_do_not_overlap_if_it_has_space(radius, count):
+    """As many as fit touch at most; more overlap, and none is above the storage."""
     config = StorageConfig(capacity=count, low=LOW, high=HIGH)
     places = np.array([config.position(number, radius) for number in range(count)])
     assert (places - radius >= np.array(LOW) - 1e-9).all()
@@ -28,15 +28,15 @@ def test_places_are_inside_of_the_room_and_apart_if_it_has_space(radius, count):
 
 
 def test_balls_lie_in_the_hollows_of_one_another():
-    """4 x 4, 3 x 3 and 4 x 4 of diameter d in a cube of 4 d: a layer each d / sqrt(2), so five of them fit."""
+    """4 x 4, 3 x 3 and 4 x 4 of diameter d in a cube of 4 d: a layer every d / sqrt(2), so five of them fit."""
     room = StorageConfig(capacity=66, low=(-0.2, -0.2, 0.0), high=(0.2, 0.2, 0.4))
     assert room.balls_that_fit(0.05) == 3 * 16 + 2 * 9
     heights = sorted({room.position(number, 0.05)[2] for number in range(66)})
     assert np.diff(heights) == pytest.approx(0.1 / math.sqrt(2.0))
 
 
-def test_a_full_robot_of_rebuilt_is_no_higher_than_its_rules_allow():
-    """50 fuel fit in its hopper, below 30 in; in the room of a robot that says nothing they are no tower either."""
+def test_a_full_rebuilt_robot_is_within_the_height_limit():
+    """50 fuel fit in its hopper, below 30 in; in the default storage they are not a tower either."""
     hopper, radius = rebuilt_robot().storage, FUEL.bounding_radius
     assert hopper.balls_that_fit(radius) >= hopper.capacity == 50
     assert max(hopper.position(number, radius)[2] for number in range(50)) + radius < inches(30.0)
@@ -54,7 +54,7 @@ def test_pieces_leave_in_their_order(order, first):
         storage.take()
 
 
-def test_no_more_than_fit_and_then_nothing_has_changed():
+def test_more_pieces_than_fit_are_refused_without_a_change():
     storage = Storage(StorageConfig(capacity=2))
     storage.add([7])
     with pytest.raises(CapacityError, match="room for 1 more, got 2"):
@@ -64,7 +64,7 @@ def test_no_more_than_fit_and_then_nothing_has_changed():
     assert storage.room == 2
 
 
-def test_rooms_that_cannot_be_are_refused():
+def test_invalid_storages_are_refused():
     for change, words in (
         ({"capacity": -1}, "capacity"), ({"capacity": 1.5}, "whole number"), ({"order": "x"}, "order must be"),
         ({"low": (0.5, 0.0, 0.0)}, "low must be below high"),

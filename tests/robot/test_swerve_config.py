@@ -1,4 +1,4 @@
-"""What a swerve drivetrain is made of, checked when it is written down."""
+"""Validation of swerve configs."""
 
 import logging
 import math

@@ -38,7 +38,7 @@ def test_chassis_speeds_are_reached():
     assert robot.speed == pytest.approx(0.0, abs=1e-3)
 
 
-def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
+def test_a_stalled_azimuth_keeps_its_supply_limit():
     """12 V on a stalled motor would draw V^2 / R; limited to P = 5 A at 12 V, it has I = sqrt(P / R)."""
     drive = drive_of(steer_supply_limit=5.0, steer_friction_volts=13.0, steer_efficiency=1.0)
     drive.set_volts([0.0] * 4, [12.0] * 4)
@@ -49,11 +49,11 @@ def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
 
 
 @pytest.mark.parametrize(("speed", "turns"), [(0.0, False), (2.0, True)])
-def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rolls(speed, turns):
-    """Volts halfway between what friction in the air takes and what the carpet takes beside it, while nothing rolls.
+def test_scrub_holds_the_azimuth_of_a_wheel_at_rest_but_not_of_a_rolling_one(speed, turns):
+    """Volts halfway between the friction in the air and that with the carpet, while nothing rolls.
 
     At 2 m/s a patch slips by s = .01 v, and an azimuth at omega rubs it by r omega: the carpet takes r omega / s of
-    mu N r. So its speed is where volts less friction are those of back-EMF and this share.
+    mu N r. So its speed is where volts less friction equal back-EMF and this share.
     """
     drive = drive_of(steer_brake=False)
     standing = float(drive.shafts["model"]["ks"][4])
@@ -65,7 +65,7 @@ def test_scrub_holds_the_azimuth_of_a_wheel_that_stands_and_of_no_wheel_that_rol
     assert (drive.steer_angles[0] - before > 0.01) == turns
 
 
-def test_too_fast_a_wish_is_scaled_down_in_its_direction():
+def test_too_fast_a_command_is_scaled_down_in_its_direction():
     drive = drive_of()
     robot = DriveBench(drive)
     drive.set_chassis_speeds(30.0, 30.0, 0.0)
@@ -75,7 +75,7 @@ def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
 
 
-def test_getters_are_what_the_robot_does():
+def test_top_speeds_and_accelerations_match_the_motion():
     for changes in ({}, {"drive_stator_limit": 60.0}, {"drive_stator_limit": 40.0}):
         drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes), height=0.0))
         robot = DriveBench(drive)
@@ -93,7 +93,7 @@ def test_getters_are_what_the_robot_does():
         assert robot.omega == pytest.approx(drive.max_omega, rel=0.01)
 
 
-def test_torque_current_is_the_current():
+def test_a_torque_current_command_sets_the_stator_current():
     drive = drive_of(drive_stator_limit=80.0)
     robot = DriveBench(drive)
     drive.set_torque_currents([30.0, 30.0, 30.0, 200.0], [0.0] * 4)
@@ -110,7 +110,7 @@ def test_duty_cycle_follows_the_battery():
 
 
 def test_brake_shorts_and_coast_opens():
-    """In coast friction and rolling drag are left: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
+    """In coast friction and rolling drag remain: a = (4 T / r + .01 m g) / (m + 4 J / r^2)."""
     m = MODULE
     dry = (
         4 * m.drive_gearing * m.drive_motor.kt * m.drive_efficiency * m.drive_friction_volts / m.drive_motor.resistance
@@ -130,7 +130,7 @@ def test_brake_shorts_and_coast_opens():
     assert ends[1] == pytest.approx(60.0 * 0.0508 - 0.2 * slows, rel=0.005)
 
 
-def test_brownout_takes_the_outputs_and_gives_them_back():
+def test_a_brownout_disables_the_outputs_and_recovery_enables_them():
     drive = drive_of(Battery(BatteryConfig(resistance=0.02)))
     drive.set_volts([1.0] * 4, [0.0] * 4)
     drive.other_current = 320.0
@@ -184,7 +184,7 @@ def test_wrong_counts_say_how_many():
         drive.set_volts([1.0] * 3, [0.0] * 4)
 
 
-def test_reset_is_as_new():
+def test_reset_restores_the_initial_state():
     drive = drive_of(Battery())
     drive.set_chassis_speeds(2.0, 1.0, 1.0)
     first = [hold(drive, 0.02, (0.0, 0.0, 0.0)) for _ in range(10)]
@@ -255,7 +255,7 @@ def test_steer_cannot_diverge_at_any_inertia_or_step():
                     assert (np.abs(drive.state.steer_speed) <= top).all()
 
 
-def test_forces_explain_the_change_of_velocity():
+def test_reported_forces_equal_the_change_of_momentum():
     drive = drive_of()
     drive.set_volts([6.0, 3.0, 6.0, 3.0], [0.0] * 4)
     dvx, dvy, domega = hold(drive, STEP, (0.0, 0.0, 0.0))
@@ -267,7 +267,7 @@ def test_forces_explain_the_change_of_velocity():
 
 
 def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step():
-    """Seven hundredths of its speed in 2 s, by slip across: forces act in the axes of the middle of a step."""
+    """Seven hundredths of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []
     for h in (0.005, STEP, 1e-4):
@@ -285,7 +285,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_what_its_tires_take_at_any_step()
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
     def test_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
-        """Both middle wheels are at its center and scrub nothing: omega = tread speed over half the trackwidth."""
+        """Both middle wheels are at its center and do not scrub: omega = tread speed over half the trackwidth."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_volts(-volts, volts)
@@ -296,7 +296,7 @@ class TestTank:
 
     @pytest.mark.parametrize("turn", [1.0, -1.0])
     def test_a_dropped_center_curves(self, turn):
-        """At 2 m/s told to turn at 1 rad/s, in which treads of wheels that do not scrub differ by 0.56 m/s."""
+        """At 2 m/s, commanded to turn at 1 rad/s, for which treads without scrub differ by 0.56 m/s."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
         drive.set_chassis_speeds(2.0, turn)
@@ -332,7 +332,7 @@ class TestTank:
 
 
 def test_a_drive_can_start_with_rolling_wheels():
-    """Wheels along each module's way and at its speed: nothing slips, so the tires change next to nothing."""
+    """Wheels along each module's direction of travel and at its speed: nothing slips, so tire forces are near zero."""
     drive = drive_of()
     drive.reset(vx=2.0, vy=-1.0, omega=1.5)
 
@@ -395,5 +395,5 @@ def test_turning_on_the_spot():
     assert angles == pytest.approx([math.radians(135), math.radians(-135)])
 
 
-def test_no_wish_keeps_the_angles():
+def test_zero_speed_keeps_the_angles():
     assert module_targets([(0.3, 0.3)], 0.0, 0.0, 0.0, 5.0, [1.2]) == ([0.0], [1.2])

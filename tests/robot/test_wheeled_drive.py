@@ -1,4 +1,4 @@
-"""How much of the robot each wheel carries."""
+"""Loads of the wheels."""
 
 import math
 from dataclasses import replace
@@ -30,8 +30,8 @@ def test_loads_at_rest_follow_the_center_of_mass():
 
 
 @each(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
-def test_a_dropped_center_carries_all_with_the_end_that_it_leans_on(ahead, end):
-    """The share of an end is how far the center of mass is ahead over the way to that end, 0.28 m."""
+def test_a_dropped_center_and_the_end_it_leans_on_carry_all_load(ahead, end):
+    """The share of an end is the center of mass's distance ahead over the distance to that end, 0.28 m."""
     tank = replace(TankConfig(), center_of_mass=(ahead, 0.0, 0.2))
     loads = static_loads(tank)
     front, middle, back = (loads[k] + loads[k + 3] for k in range(3))
@@ -67,8 +67,8 @@ def tank(config: TankConfig | None = None) -> TankDrive:
 
 
 @pytest.mark.parametrize("make", [swerve, tank])
-def test_a_robot_told_its_mass_moves_as_one_built_with_it(make):
-    """Force over mass, torque over inertia, arms and loads from the center of mass: all of them."""
+def test_a_robot_with_changed_mass_moves_as_one_built_with_it(make):
+    """Force over mass, torque over inertia, lever arms and loads from the center of mass."""
     told = make()
     told.set_mass_properties(*HEAVIER)
     mass, yaw_inertia, center = HEAVIER
@@ -102,7 +102,7 @@ def test_acceleration_falls_as_the_mass_grows(extra):
 
 
 @each("bad", [(0.0, 5.0, (0.0, 0.0, 0.2)), (50.0, -1.0, (0.0, 0.0, 0.2)), (50.0, 5.0, (math.nan,) * 3)])
-def test_mass_without_sense_is_refused_and_changes_nothing(bad):
+def test_an_invalid_mass_is_refused_and_changes_nothing(bad):
     drive = swerve()
     with pytest.raises(NonFiniteError, match="mass properties"):
         drive.set_mass_properties(*bad)
@@ -116,7 +116,7 @@ GRAINED = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
 
 
 def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
-    """Locked wheels that slide forward at 3 m/s, turned by an angle [rad]; load stays where it is."""
+    """Return a drive with locked wheels that slides forward at 3 m/s, turned by an angle [rad]; loads stay constant."""
     drive = SwerveDrive(SwerveConfig.square(0.527, module, height=0.0))
     drive.reset(angles=[angle] * 4)
     drive.state.wheel_speed[:] = [0.0] * 4
@@ -129,7 +129,7 @@ def sliding(angle: float, module: SwerveModuleConfig = GRAINED) -> SwerveDrive:
 
 
 @each("angle", [0.0, 90.0, 30.0, -45.0])
-def test_a_slide_is_braked_by_the_point_of_the_ellipse_against_it(angle):
+def test_a_sliding_tire_brakes_with_the_opposite_point_of_its_friction_ellipse(angle):
     """F = -mu N (s_l, q^2 s_t) / |(s_l, q s_t)|: mu N along, q mu N across, and between them beside the slip."""
     a, q = math.radians(angle), GRAINED.wheel_grain
     along, across = math.cos(a), -q * math.sin(a)
@@ -146,7 +146,7 @@ def test_a_slide_is_braked_by_the_point_of_the_ellipse_against_it(angle):
     steer=st.tuples(*[st.floats(-12.0, 12.0)] * 4),
     velocity=st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(-8.0, 8.0)),
 )
-def test_no_force_is_beyond_its_ellipse(grain, volts, steer, velocity):
+def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(GRAINED, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):
@@ -158,7 +158,7 @@ def test_no_force_is_beyond_its_ellipse(grain, volts, steer, velocity):
 
 
 def test_a_tank_turns_more_easily_on_treads_with_grain():
-    """Its wheels scrub across: q of the moment is left."""
+    """Its wheels scrub sideways: q of the moment remains."""
     spins = []
     for grain in (1.0, 0.73):
         drive = TankDrive(TankConfig(wheel_grain=grain, dropped_center=False))
@@ -169,7 +169,7 @@ def test_a_tank_turns_more_easily_on_treads_with_grain():
     assert spins[1] > 1.05 * spins[0] > 0.5
 
 
-def test_a_grain_without_sense_is_refused():
+def test_an_invalid_grain_is_refused():
     for grain in (0.0, -1.0, math.nan, 3.0):
         with pytest.raises(ConfigError, match="wheel_grain"):
             replace(GRAINED, wheel_grain=grain)

@@ -6,7 +6,7 @@ from simcore.robot_file.robot_settings import RobotSettings
 
 @pytest.fixture
 def read(tmp_path):
-    """Reads a simcore.toml of some text."""
+    """Return a reader of a simcore.toml with some text."""
 
     def read(text: str) -> RobotSettings:
         path = tmp_path / "simcore.toml"

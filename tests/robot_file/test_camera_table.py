@@ -1,4 +1,4 @@
-"""`[[camera]]` of any maker: what it says arrives, and what cannot be is named."""
+"""Table `[[camera]]` of any maker: values arrive, and mistakes are named."""
 
 import math
 
@@ -26,7 +26,7 @@ def test_one_of_each_maker(read):
 
 
 def test_a_lens_by_its_diagonal(read):
-    """f = hypot(w, h) / 2 / tan(d / 2), in pixels, the same across and down."""
+    """f = hypot(w, h) / 2 / tan(d / 2) in pixels, equal across and down."""
     text = PHOTON + "resolution = [640, 480]\ndiagonal_fov_deg = 75.0\nfps = 20\nlatency_ms = 45\nnoise_px = 0.5\n"
     (camera,) = read(text).cameras
     focal_length = math.hypot(640, 480) / 2.0 / math.tan(math.radians(37.5))
@@ -37,7 +37,7 @@ def test_a_lens_by_its_diagonal(read):
 
 
 def test_a_limelight_with_another_resolution_and_rate(read):
-    """Both of its latencies change by one factor; its lens keeps its field of view across."""
+    """Both of its latencies change by one factor; its lens keeps its horizontal field of view."""
     (camera,) = read(LIMELIGHT + "resolution = [640, 400]\nfps = 90\nlatency_ms = 13.5\njson = true\n").cameras
     own = limelight_type("LL3G")
     assert camera.type.horizontal_fov_deg == own.horizontal_fov_deg and camera.rate == 90.0
@@ -62,7 +62,7 @@ def test_modes_are_pipelines(read):
         (PHOTON + "resolution = [0, 480]", "resolution[0] must be a whole number from 1 to 10000"),
         (PHOTON + "diagonal_fov_deg = 180", "diagonal_fov_deg must be a number from 1 to 179 deg, got 180"),
         (PHOTON + "horizontal_fov_deg = 0", "horizontal_fov_deg must be a number from 1 to 179 deg, got 0"),
-        (PHOTON + "horizontal_fov_deg = 60\ndiagonal_fov_deg = 70", "says the same as horizontal_fov_deg; write one"),
+        (PHOTON + "horizontal_fov_deg = 60\ndiagonal_fov_deg = 70", "means the same as horizontal_fov_deg; write one"),
         (PHOTON + "fps = 1e300", "fps must be a number above 0 and up to 500 1/s, got 1e+300"),
         (PHOTON + "fps = 0", "fps must be a number above 0 and up to 500 1/s, got 0"),
         (PHOTON + "latency_ms = -1", "latency_ms must be a number from 0 to 10000 ms, got -1"),
@@ -71,7 +71,7 @@ def test_modes_are_pipelines(read):
         (PHOTON + "mode = ['tags', 'note']", "mode[1] must be one of tags, pieces, got 'note'"),
         (PHOTON + PHOTON, "[[camera]] 'front': name is used twice"),
         (QUEST + "name = 'quest'", "no key 'name'"),
-        (QUEST + QUEST, "maker questnav comes twice; robot code talks to one headset"),
+        (QUEST + QUEST, "maker questnav is used twice; robot code talks to one headset"),
         ("[[camera]]\nmaker = 'questnav'\nx = 0\ny = 0", "z is missing; it must be a number from 0 to 3 m"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The table [drivetrain]: what it means, and what it says to a mistake."""
+"""Table `[drivetrain]`: its meaning, and messages about mistakes."""
 
 import pytest
 from each_case import each
@@ -31,13 +31,13 @@ def test_the_sides_of_a_tank():
     assert settings.drive == tuple(tuple(map(DeviceAddress, side)) for side in ((0, 2), (1, 3)))
 
 
-def test_measures_alone_describe_no_devices():
+def test_dimensions_alone_describe_no_devices():
     settings = read({"drive_gearing": 5.9})
     assert not settings.has_devices and settings.measures == {"drive_gearing": 5.9}
     assert read_drivetrain(None).measures == {}
 
 
-def test_the_text_means_what_was_written():
+def test_the_written_table_is_read_back_unchanged():
     text = table_text("[drivetrain]", [(key, value, "found") for key, value in SWERVE.items()])
     assert read(tomllib.loads(text)["drivetrain"]) == read(SWERVE)
 
@@ -51,12 +51,12 @@ def test_the_text_means_what_was_written():
         ({"kind": ""}, "kind must"),
         ({"controller": None}, "kind and controller .of the drive motors, e.g. SPARK MAX. belong to its motors"),
         ({"left": [1]}, "left and right must both name motors"),
-        ({"drive": None}, "controller needs the motors beside it"),
+        ({"drive": None}, "controller needs the motors as well"),
         ({"kind": "mecanum", "drive": [1, 2, 3], "steer": None, "x": None, "y": None, "zeros_deg": None}, "4 motors"),
         ({"wheels": 4}, "no key 'wheels'"),
     ],
 )
-def test_mistakes_are_one_sentence(changed, words):
+def test_each_mistake_gives_one_message(changed, words):
     data = {key: value for key, value in {**SWERVE, **changed}.items() if value is not None}
     with pytest.raises(ConfigError, match=words):
         read(data)

@@ -1,4 +1,4 @@
-"""[[partner]], [[opponent]] and the empty field of simcore.toml: who plays, where, and what is said of mistakes."""
+"""Tables `[[partner]]`, `[[opponent]]` and the empty field: robots, places, and messages about mistakes."""
 
 import math
 
@@ -30,7 +30,7 @@ NUMBER = 3
 
 @pytest.fixture
 def play(read, tmp_path):
-    """A match of a file on its game, where no driver station is in control."""
+    """Return a match of a file on its game, without a driver station."""
     matches = []
 
     def play(text, seconds=0.0):
@@ -55,7 +55,7 @@ def test_an_empty_field_has_its_size_and_nothing_on_it(play):
 
 
 def test_partners_and_opponents_stand_where_the_file_puts_them(play):
-    """As a blue robot, so an opponent of a blue one is at the other end, turned by half."""
+    """As a blue robot, so an opponent of a blue one is at the other end, rotated by half a turn."""
     match = play(EMPTY + OPPONENT + '[[partner]]\nname = "friend"\nstart = [3.0, 4.5, 0.0]\n')
     assert match.alliances == ["blue", "blue", "red"]
     assert match.robots[1].chassis.pose[:2] == pytest.approx((3.0, 4.5))
@@ -63,7 +63,7 @@ def test_partners_and_opponents_stand_where_the_file_puts_them(play):
     assert (x, y) == pytest.approx((10.0, 1.5)) and math.cos(yaw - 1.5 * math.pi) == pytest.approx(1.0)
 
 
-def test_they_change_sides_with_the_team_s_robot(play):
+def test_further_robots_change_sides_with_the_teams_robot(play):
     match = play(EMPTY + OPPONENT)
     match.set_alliance(0, "red")
     match.tick()
@@ -89,7 +89,7 @@ def test_an_auto_of_the_game_brings_its_start_and_preload(play):
     assert match.robots[1].drive is not None and match.alliances[1] == "red"
 
 
-def test_one_that_nothing_drives_stands_still(play):
+def test_a_robot_without_a_controller_stands_still(play):
     match = play(EMPTY + OPPONENT)
     before = match.robots[1].chassis.pose
     match.play(0.5)
@@ -99,7 +99,7 @@ def test_one_that_nothing_drives_stands_still(play):
 @each(
     ("text", "said"),
     [
-        ("field_size = [9, 9]", 'field_size is of the empty field: it needs game = "none" beside it'),
+        ("field_size = [9, 9]", 'field_size is for the empty field: it needs game = "none" as well'),
         (EMPTY + OPPONENT + "speed = 1", "[[opponent]] 'other': no key 'speed'"),
         (
             EMPTY + OPPONENT.replace("2.0, 4.5, 90.0", "2.0, 1.2, 0.0").replace("opponent", "partner"),
@@ -114,7 +114,7 @@ def test_one_that_nothing_drives_stands_still(play):
         (EMPTY + OPPONENT + 'script = "field_scripts:NUMBER"', "script must name a function, got 3"),
         (
             EMPTY + OPPONENT + 'auto = "a"\nscript = "b:c"',
-            "script and auto cannot both be: one of them drives the robot",
+            "script and auto exclude each other: one of them drives the robot",
         ),
         (EMPTY + "[[opponent]]\nauto = 'a'", "[[opponent]] 1: name is missing"),
         (EMPTY + OPPONENT + OPPONENT, "[[opponent]] 'other': name is used twice"),
@@ -126,7 +126,7 @@ def test_a_mistake_is_named(play, text, said):
     assert said in str(error.value)
 
 
-def test_a_whole_match_brings_its_players_and_its_rules(play):
+def test_a_whole_match_has_its_players_and_rules(play):
     match = play('game = "rebuilt"\nmatch = "practice-2v2"\n', seconds=0.1)
     assert match.alliances == ["blue", "blue", "red", "red"] and not match.practice
     assert match.options == {option.name for option in REBUILT.options if option.in_matches}
@@ -141,6 +141,6 @@ def test_a_whole_match_brings_its_players_and_its_rules(play):
         ("idle,idle,idle/idle", r"an alliance of rebuilt has at most 3 robots, got 4"),
     ],
 )
-def test_a_whole_match_that_cannot_be_is_refused(play, text, words):
+def test_an_invalid_whole_match_is_refused(play, text, words):
     with pytest.raises((ConfigError, UnknownNameError), match=words):
         play(f'game = "rebuilt"\nmatch = "{text}"\n')

@@ -1,4 +1,4 @@
-"""`simcore init`: the file it writes can be read, and it says what stands in its way."""
+"""Command `simcore init`: the written file is readable, and obstacles are reported."""
 
 import importlib.util
 import os
@@ -17,7 +17,7 @@ from simcore.robot_file.template import template
 
 
 def motor_row(controller, leader, name="", **more):
-    """A row of the survey."""
+    """Return a row of the survey."""
     row = {"controller": controller, "leader": leader, "name": name, "followers": [], "opposed": [], "motor": ""}
     row |= {"gearing": 1.0, "inertia": 0.0, "friction_volts": 0.0, "turns_freely": True, "remark": ""}
     return {**row, **more}
@@ -43,7 +43,7 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [[], MOTORS])
-def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(tmp_path, motors, every):
+def test_the_written_file_means_the_defaults_and_the_found_motors(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"motors": motors, "cameras": CAMERAS}, every=every))
     settings = read_settings(path)
@@ -51,21 +51,21 @@ def test_the_file_as_written_means_the_defaults_and_the_motors_that_were_found(t
     assert replace(settings, mechanisms=(), given=frozenset()) == RobotSettings()
 
 
-def test_the_file_is_short_and_has_live_keys_alone():
+def test_the_file_is_short_and_has_only_active_keys():
     rows = [("kind", "swerve", ""), *((f"drive{k}", k, "") for k in range(19))]
     text = template({"motors": NAMED, "cameras": CAMERAS, "drivetrain": {"rows": rows}})
     assert len(text.splitlines()) < 110 and not re.search(r"^# ?(\[|\w+ = )", text, re.MULTILINE)
     assert len(template({"motors": NAMED, "cameras": CAMERAS}, every=True).splitlines()) > 250
 
 
-def test_cameras_and_ports_that_were_found_are_named():
+def test_found_cameras_and_ports_are_named():
     text = template({"cameras": CAMERAS, "ports": [{"model": "DIO", "channels": [0, 1], "made_by": "Encoder"}]})
     for line in ("camera limelight-front\n", "camera rear: placed by its estimator\n", "DIO 0 1: Encoder\n"):
         assert f"# {line}" in text
 
 
-def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
-    """If it is not: python scripts/write_key_reference.py."""
+def test_the_page_of_keys_is_generated_from_the_tables():
+    """If this fails: python scripts/write_key_reference.py."""
     root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
     page = importlib.util.module_from_spec(spec)
@@ -73,7 +73,7 @@ def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
     assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
-def test_a_motor_that_was_found_is_a_mechanism_with_its_guess(tmp_path):
+def test_a_found_motor_becomes_a_mechanism_with_its_guess(tmp_path):
     path = tmp_path / "simcore.toml"
     text = template({"motors": MOTORS})
     path.write_text(text)
@@ -107,7 +107,7 @@ def test_names_of_attributes_name_mechanisms_and_their_kinds(tmp_path):
     assert 'by its name "arm", with inertia, min_deg, max_deg' in text
 
 
-def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
+def test_gitignore_covers_all_files_that_runs_leave_behind(project, capsys):
     ignored = project / ".gitignore"
     ignored.write_text("*.pyc\n/out\nctre_sim")
     assert main(["init", "--no-look"]) == 0 and str(ignored.name) in capsys.readouterr().out
@@ -120,7 +120,7 @@ def test_runs_leave_nothing_behind_that_git_would_take(project, capsys):
 
 
 @pytest.mark.parametrize(("code", "is_own"), [("", False), ("self.motor.sim_state.x()", True), ("rev.SparkSim", True)])
-def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, monkeypatch, code, is_own):
+def test_motors_that_a_program_simulates_itself_are_left_to_it(project, capsys, monkeypatch, code, is_own):
     (project / "robot.py").write_text(code)
     rows = [["kind", "tank", ""], ["left", [1], ""]]
     found = {"motors": [dict(NAMED[0])], "drivetrain": {"rows": rows}}
@@ -128,13 +128,13 @@ def test_motors_that_a_program_simulates_itself_stay_its_own(project, capsys, mo
     assert main(["init"]) == 0
     assert [m.name for m in read_settings(project / "simcore.toml").mechanisms] == ([] if is_own else ["intake_roller"])
     text = (project / "simcore.toml").read_text()
-    assert ("stays a guess: your program has a simulation of its own" in text) is is_own
+    assert ("stays a guess: your program has its own simulation" in text) is is_own
     said = capsys.readouterr().out
     assert "cannot be written as a table: simcore.toml [drivetrain]: left and right must both name motors" in said
 
 
-def test_a_start_that_comes_late_leaves_what_was_found(project, capsys, monkeypatch):
-    """The program has loaded without the file: a busy computer is nothing against its table."""
+def test_a_slow_program_start_keeps_the_findings(project, capsys, monkeypatch):
+    """The program has loaded without the file: a timeout on a busy computer is no evidence against its table."""
     found = {"drivetrain": {"rows": [["kind", "tank", ""], ["reversed", True, ""]]}}
     answers = iter([found, {"error": "it did not start within 180 s"}])
     monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda *_: next(answers))
@@ -144,7 +144,7 @@ def test_a_start_that_comes_late_leaves_what_was_found(project, capsys, monkeypa
 
 
 @pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
-def test_keys_that_answer_what_the_program_asks_stand_in_comments(tmp_path, keys, shown):
+def test_keys_that_answer_the_programs_questions_are_written_as_comments(tmp_path, keys, shown):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"answering_keys": keys}))
     assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown
@@ -159,7 +159,7 @@ def test_init_writes_the_file(project, capsys):
     assert len(short.splitlines()) < 22 < 200 < len((project / "simcore.toml").read_text().splitlines())
 
 
-def test_init_overwrites_only_when_told(project, capsys):
+def test_init_only_overwrites_with_force(project, capsys):
     (project / "simcore.toml").write_text("[robot]\nmass = 40")
     assert main(["init", "--no-look"]) == 1
     assert "simcore init --force overwrites it" in capsys.readouterr().err
@@ -168,7 +168,7 @@ def test_init_overwrites_only_when_told(project, capsys):
     assert read_settings(project / "simcore.toml").mass == 55.0
 
 
-def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
+def test_init_finds_robot_py_in_any_project_layout(project, capsys):
     (project / "robot.py").unlink()
     for place in ("src", ".venv", ".venv/lib", "tests"):
         (project / place).mkdir(parents=True)
@@ -185,12 +185,12 @@ def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
     assert (project / "other" / "simcore.toml").exists()
 
 
-def test_init_wants_a_robot(tmp_path, capsys):
+def test_init_needs_a_robot_py(tmp_path, capsys):
     assert main(["init", str(tmp_path)]) == 1
     assert f"no robot.py in {tmp_path}" in capsys.readouterr().err
 
 
-def test_init_says_why_it_could_not_write(project, capsys, monkeypatch):
+def test_init_reports_why_it_could_not_write(project, capsys, monkeypatch):
     (project / "simcore.toml").mkdir()
     assert main(["init", "--no-look", "--force"]) == 1
     assert "simcore init: cannot write" in capsys.readouterr().err
@@ -205,7 +205,7 @@ def test_a_program_that_does_not_load_gets_no_file(project, capsys):
     assert not (project / "simcore.toml").exists()
 
 
-def test_a_file_with_which_the_program_does_not_start_says_so(project, capsys, monkeypatch):
+def test_a_file_that_stops_the_program_from_starting_is_reported(project, capsys, monkeypatch):
     answers = {(): {"motors": [dict(NAMED[0])]}, ("described", "started"): {"start_problem": "no motor 7"}}
     monkeypatch.setattr("simcore.robot_file.init_command.survey", lambda path, *options: answers[options])
     assert main(["init"]) == 1
@@ -228,7 +228,7 @@ def test_every_subcommand_of_the_table_explains_itself(capsys):
         assert COMMANDS[name].help in capsys.readouterr().out.replace("\n", " ")
 
 
-def test_an_unknown_subcommand_is_a_wrong_call(capsys):
+def test_an_unknown_subcommand_is_a_usage_error(capsys):
     with pytest.raises(SystemExit) as end:
         main(["inti"])
     assert end.value.code == 2
@@ -237,7 +237,7 @@ def test_an_unknown_subcommand_is_a_wrong_call(capsys):
 
 @pytest.fixture
 def repository(project):
-    """A robot in a folder of a git repository, with what RobotPy installs for it."""
+    """Return a robot in a folder of a git repository, with its RobotPy packages."""
     (project / ".git").mkdir()
     robot = project / "2026 robot"
     robot.mkdir()
@@ -269,7 +269,7 @@ def test_a_workflow_installs_what_the_project_needs_and_runs_its_tests(repositor
     assert main([*words, "--force"]) == 0 and "-r requirements.txt" in path.read_text()
 
 
-def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypatch):
+def test_an_invalid_workflow_is_refused(repository, capsys, monkeypatch):
     monkeypatch.setattr("simcore.robot_file.init_command.shared_requirement", lambda *extras, source: source)
     assert main(["init", "--ci", "2026 robot"]) == 1
     assert (
@@ -281,6 +281,6 @@ def test_a_workflow_that_could_not_work_is_refused(repository, capsys, monkeypat
     assert "is in no git repository" in capsys.readouterr().err
 
 
-def test_simcores_own_folder_is_no_robot_project(capsys):
+def test_simcores_own_folder_is_refused_as_a_robot_project(capsys):
     assert main(["init", str(Path(__file__).resolve().parents[2])]) == 1
     assert "is simcore's own folder: go to that of your robot.py" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""No key of simcore.toml is dropped in silence: each changes what is read, or a sentence that names it refuses it."""
+"""Keys of simcore.toml: each changes what is read, or a message that names it refuses it."""
 
 import re
 from dataclasses import fields, replace
@@ -70,11 +70,11 @@ FILE = {
     "scatter": {},
     "autos": {"left": {"start": [1.0, 1.0, 0.0]}},
 }  # fmt: skip
-"""A file with every table, and what keys need beside them."""
+"""File with every table, and with the keys that others need."""
 
 
 def text(file) -> str:
-    """A file as TOML."""
+    """Return a file as TOML."""
     lines = [f"{key} = {toml(value)}" for key, value in file.items() if not _is_table(value)]
     for key, value in file.items():
         if key == "autos":
@@ -95,7 +95,7 @@ def _rows(table) -> list[str]:
 
 
 def cases():
-    """Place of a table in FILE, and each of its keys."""
+    """Return the place of a table in FILE, and each of its keys."""
     for place, table in {
         (): TOP, ("robot",): ROBOT, ("start",): START, ("scatter",): SCATTER, ("drivetrain",): DRIVETRAIN,
         ("autos", "left"): AUTOS, ("storage", 0): STORAGE, ("intake", 0): INTAKE, ("shooter", 0): SHOOTER,
@@ -112,7 +112,7 @@ def cases():
 
 
 def values(form, now):
-    """Values of a form that are not the one that is there."""
+    """Return values of a form that differ from the present one."""
     if isinstance(form, Quantity):
         found = [v for v in (0, 1, 2, 3, 9, 21, 60, 0.02, 0.4, 0.5, 0.7, 1.1, 0.03) if form.problem(v) is None]
     elif isinstance(form, Several):
@@ -143,7 +143,7 @@ def test_every_key_changes_what_is_read_or_is_refused_by_its_name(read):
 
 
 def _objection(read, whole, place, key: Key) -> str:
-    """Return why no other value of a key is seen or refused by its name; empty where one is."""
+    """Return why no other value of a key has an effect or is refused by its name; empty if one does."""
     here = FILE
     for step in place:
         here = here[step]
@@ -166,7 +166,7 @@ def _objection(read, whole, place, key: Key) -> str:
 
 
 def changed(tree, place, name, value):
-    """A file with another value at one place."""
+    """Return a file with another value at one place."""
     if not place:
         return {**tree, name: value}
     first, *rest = place
@@ -176,8 +176,8 @@ def changed(tree, place, name, value):
 
 
 @each("kind", [RobotSettings, MechanismSettings, DrivetrainSettings, SensorSettings, PieceView, FurtherRobot])
-def test_everything_that_is_read_has_a_reader(kind):
-    """Beyond the tables: who makes the robot asks for it."""
+def test_every_setting_is_used_by_some_code(kind):
+    """Each field of the settings is read somewhere in the code."""
     package = Path(simcore.__file__).parent
     code = "\n".join(path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py")))
     unread = [field.name for field in fields(kind) if not re.search(rf"\.{field.name}\b|asdict\(", code)]
@@ -185,11 +185,11 @@ def test_everything_that_is_read_has_a_reader(kind):
 
 
 CORRECTIONS = ("x", "y", "zeros_deg", "reversed_drive", "reversed_steer", "reversed_encoders", "wheel_distances")
-"""Correct what is found of the wheels."""
+"""Keys that correct what the program search found about the wheels."""
 
 
 @each("key", [key for key in DRIVETRAIN.keys if key not in MEASURES])
-def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is_found(read, key):
+def test_keys_for_described_motors_are_refused_with_a_found_drivetrain(read, key):
     value = values(key.form, None)[0]
     if key.name == "kind" or key.name.startswith("gyro"):
         assert getattr(read(f"[drivetrain]\n{key.name} = {toml(value)}").drivetrain, key.name) == value
@@ -201,7 +201,7 @@ def test_what_belongs_to_described_motors_is_refused_beside_a_drivetrain_that_is
         assert said.corrections and not said.has_devices
         return
     whole = {"left": "left and right must both", "right": "left and right must both", "drive": "kind and controller"}
-    with pytest.raises(ConfigError, match=whole.get(key.name, f"{key.name} needs the motors beside it")):
+    with pytest.raises(ConfigError, match=whole.get(key.name, f"{key.name} needs the motors as well")):
         read(f"[drivetrain]\n{key.name} = {toml(value)}")
 
 
@@ -209,26 +209,26 @@ SWERVE = SwerveConfig(modules=tuple(SwerveModuleConfig(x=x, y=y) for x, y in ((0
 
 
 @each("key", MEASURES)
-def test_a_measure_that_the_model_does_not_have_ends_the_start(read, key):
-    """As of CTRE's drivetrains, whose own constants say it; or of a drive of another kind."""
+def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
+    """As for CTRE's drivetrains, whose own constants set it; or for a drive of another kind."""
     value = {"coupling_ratio": 0.7, "dropped_center": False}.get(key.name, key.example)
     value = 1.01 * value if isinstance(value, float) else "Bag" if isinstance(value, str) else value
     settings = read(f"[drivetrain]\n{key.name} = {toml(value)}\n")
     for config in (SWERVE, *(() if key.name == "reversed" else (TankConfig(), MecanumConfig()))):
         with pytest.raises(
-            ConfigError, match=rf"\[drivetrain\]: {key.name} (is not of a \w+ drive|= .* has no effect)"
+            ConfigError, match=rf"\[drivetrain\]: {key.name} (does not apply to a \w+ drive|= .* has no effect)"
         ):
             settings.require_effect(config)
 
 
-def test_measures_that_the_model_has_are_of_effect(read):
+def test_dimensions_that_the_model_has_take_effect(read):
     text = "[drivetrain]\ndrive_gearing = 5.0\nwheel_diameter = 0.1\ndrive_motor = 'NEO'\nyaw_inertia = 4.0\n"
     module = replace(SWERVE.modules[0], drive_gearing=5.0, wheel_radius=0.05, drive_motor=motor("NEO"))
     read(text).require_effect(replace(SWERVE, modules=(module,) * 3, yaw_inertia=4.0))
     tank = TankConfig(gearing=5.0, wheel_radius=0.05, motor=motor("NEO"), yaw_inertia=4.0)
     read(text).require_effect(tank)
     for key in ("steer_motor = 'NEO'", "steer_friction_volts = 0.2"):
-        with pytest.raises(ConfigError, match=rf"\[robot\]: {key.split()[0]} is not of a tank drive"):
+        with pytest.raises(ConfigError, match=rf"\[robot\]: {key.split()[0]} does not apply to a tank drive"):
             read(f"[robot]\n{key}").require_effect(tank)
     with pytest.raises(ConfigError, match=r"\[robot\]: drive_motor is in \[drivetrain\] too"):
         read(text + "[robot]\ndrive_motor = 'NEO'")

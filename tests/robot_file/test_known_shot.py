@@ -1,4 +1,4 @@
-"""Exit efficiency: what `simcore check` states of a shooter's goal, and what it fits to one known shot."""
+"""Exit efficiency: figures of `simcore check` for a shooter's goal, and the fit to one known shot."""
 
 import math
 from dataclasses import replace
@@ -62,7 +62,7 @@ def test_a_hood_needs_an_angle():
         ("distance=x,rps=3", "distance must be a number above 0"),
     ],
 )
-def test_a_known_shot_that_cannot_be_is_named(text, said):
+def test_an_invalid_known_shot_is_refused(text, said):
     with pytest.raises(ConfigError) as error:
         KnownShot.parse(text)
     assert said in str(error.value)
@@ -99,7 +99,7 @@ def test_check_states_what_the_goal_needs_and_fits_a_known_shot(tmp_path, capsys
     assert f"(now {float(key.split(' = ')[1]):g})" in capsys.readouterr().out
 
 
-def test_check_refuses_a_known_shot_of_no_goal(tmp_path, capsys):
+def test_check_refuses_a_known_shot_without_a_goal(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING.replace("rebuilt", REEFSCAPE.name))
     out = str(tmp_path / "robot.html")
     assert main(["check", str(tmp_path), "--out", out, "--known-shot", "distance=2.8,rps=38"]) == 1

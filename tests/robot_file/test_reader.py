@@ -1,4 +1,4 @@
-"""simcore.toml: what it may say, and what it says to a mistake."""
+"""Reading of simcore.toml, and messages about mistakes."""
 
 import math
 import re
@@ -77,7 +77,7 @@ def test_bumpers_follow_the_wheels_unless_given(read):
     assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
-def test_a_whole_robot(read):
+def test_a_complete_robot(read):
     robot = read(
         "[robot]\nmass = 48\ncapacity = 20\n[start]\nx = 3.0\ny = 2.0\nheading_deg = 90\npreload = 3\n"
         + WHEELS
@@ -123,7 +123,7 @@ max_deg = 180
 """
 
 
-def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(read):
+def test_a_robot_from_the_file_is_an_ordinary_robot(read):
     robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
     built = robot.robot_config(
         SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
@@ -152,8 +152,8 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got '50'"),
         ("[robot]\nmass = true", "mass must be a number from 20 to 75 kg, got True"),
         ("[robot]\nmass = nan", "mass must be a number from 20 to 75 kg, got nan"),
-        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_length needs bumper_width = <m> beside it"),
-        ("[robot]\nbay_width = 0.3", "[robot]: bay_width needs bay_depth = <m> beside it"),
+        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_length needs bumper_width = <m> as well"),
+        ("[robot]\nbay_width = 0.3", "[robot]: bay_width needs bay_depth = <m> as well"),
         ("[robot]\nmass = 125", "[robot]: mass must be a number from 20 to 75 kg, got 125. As pounds that is 56.7 kg"),
         ("[robot]\nmass = 5", "[robot]: mass must be a number from 20 to 75 kg, got 5"),
         (
@@ -170,7 +170,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
             "[autos.left]\nstart = [1, 2]",
             "start must be 3 numbers (m, m, deg), got [1, 2]",
         ),
-        ("[autos]\nleft = [1, 2, 3]", "[autos]: left must be a table, written [autos.'left'] on a line of its own"),
+        ("[autos]\nleft = [1, 2, 3]", "[autos]: left must be a table, written [autos.'left'] on its own line"),
         ("[[storage]]\ncapacity = 3\n[[storage]]\ncapacity = 3", "[[storage]]: give each of several storages a name"),
         ("[storage]\ncapacity = 3\nx_min = 0.5", "[storage]: x_min must be below x_max, got 0.5 and 0.15 m"),
         (ROLLER + INTAKE + 'storage = "front"', "storage must name a storage, but there is no [[storage]] in the file"),
@@ -178,7 +178,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
             ARM + 'on = "lift"',
             "'pivot': on must name an arm, a turret, an elevator or a rack, got 'lift'; those of the",
         ),
-        (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
+        (ARM + 'on = "pivot"', "'pivot': on forms a loop: pivot on pivot"),
         (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
         (
             ROLLER + '[[claw]]\nroller = "roller"',
@@ -187,7 +187,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (ROLLER + '[[component]]\nname = "a"', "[[component]] 'a': on is missing; it must be the mechanism that moves"),
         (
             ROLLER + ARM + '[[claw]]\non = "pivot"\nroller = "roller"\nhandover = [0.1, 0.0, 0.5]',
-            "[[claw]] 1: handover needs from_storage = true beside it",
+            "[[claw]] 1: handover needs from_storage = true as well",
         ),
         (ROLLER + '[[climber]]\non = "roller"', "on must name a mechanism, but there is no [[mechanism]] of kind arm,"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
@@ -196,7 +196,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
             "[robot]\ncapacity = 50\n[start]\npreload = 60",
             "[start]: preload must be at most the robot's capacity, 50; got 60",
         ),
-        ("robot = 3", "simcore.toml: robot must be a table, written [robot] on a line of its own; got 3"),
+        ("robot = 3", "simcore.toml: robot must be a table, written [robot] on its own line; got 3"),
         ("[robot\nmass = 1", "simcore.toml: is no valid TOML: "),
         ("[mechanism]\nname = 'a'", "mechanism must be tables, each under a line [[mechanism]]"),
         (WHEELS + "intertia = 1", "[[mechanism]] 'wheels': no key 'intertia'. Did you mean 'inertia'?"),
@@ -216,13 +216,13 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + WHEELS, "[[mechanism]] 'wheels': name is used twice"),
         (WHEELS + ROLLER.replace("30", "21"), "'roller': TalonFX 21 already belongs to 'wheels'"),
         (WHEELS.replace("[21, 22]", "[20, 22]"), "'wheels': TalonFX 20 already belongs to 'wheels'"),
-        (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs cancoder = <CAN id> beside it"),
+        (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs cancoder = <CAN id> as well"),
         (ARM.replace("max_deg = 90", "max_deg = -5"), "[[mechanism]] 'pivot': min_deg must be below max_deg, got"),
         (INTAKE, "[intake]: roller must name a mechanism, but there is no [[mechanism]] in the file"),
         (ROLLER + INTAKE.replace('"roller"', '"rollr"'), "roller must be one of roller, got 'rollr'. Did you mean"),
         (ROLLER + INTAKE.replace("-0.6", "0.6"), "[intake]: x_min must be below x_max, got 0.6 and -0.4 m"),
         (ROLLER + INTAKE + 'deploy = "roller"', "deploy must be an arm, elevator or rack, which has stops"),
-        (ROLLER + INTAKE + 'out_at = "upper"', "out_at needs deploy = <mechanism> beside it"),
+        (ROLLER + INTAKE + 'out_at = "upper"', "out_at needs deploy = <mechanism> as well"),
         (
             ROLLER + '[shooter]\nwheels = "roller"\nheight = 0.5\nelevation_deg = 60',
             "[shooter]: wheels must be a mechanism of kind flywheel, got 'roller'",
@@ -238,7 +238,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS + SHOOTER + 'wheels = "wheels"\nturret = "turet"', "turret must be one of wheels, got 'turet'"),
         (
             WHEELS + SHOOTER + 'wheels = "wheels"\nturret_ratio = 2',
-            "turret_ratio needs turret = <mechanism> beside it",
+            "turret_ratio needs turret = <mechanism> as well",
         ),
         (ROLLER + INTAKE + "kinds = 1", "[intake]: kinds must be a text in quotes, got 1"),
         ("intake = 1", "simcore.toml: intake must be tables, each under a line [[intake]]; got 1"),
@@ -270,7 +270,7 @@ def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
         ("rack", {"gearing": 1.0, "mass": 3.0, "pinion_radius": 0.02, "travel": 0.3}),
     ],
 )
-def test_a_mechanism_of_which_only_kind_and_motor_are_known_keeps_guesses_and_names_them_all(read, kind, guessed):
+def test_a_mechanism_with_only_kind_and_motor_lists_all_its_guesses(read, kind, guessed):
     one = read(f'[[mechanism]]\nname = "one"\nkind = "{kind}"\nleader = 3\n').mechanism("one")
     assert one.guessed == pytest.approx(guessed, rel=0.05)
     assert one.guesses.startswith("gearing = 1") and one.guesses.count("=") == len(guessed)
@@ -283,7 +283,7 @@ def test_a_mechanism_of_which_only_kind_and_motor_are_known_keeps_guesses_and_na
     assert "gearing" not in said.guessed and said.with_program(5.0, 0.02).config.gearbox.gearing == 2.0
 
 
-def test_servos_and_pistons_keep_guesses_too(read):
+def test_servos_and_pistons_also_list_their_guesses(read):
     servo = read('[[mechanism]]\nname = "one"\nkind = "servo"\npwm = 1\n').mechanism("one")
     assert servo.guesses == "min_deg = 0, max_deg = 180, deg_per_second = 400" and servo.with_program(5.0, 1.0) == servo
     assert read('[[mechanism]]\nname = "a"\nkind = "piston"\nsolenoid = 1\n').mechanism("a").guessed == {
@@ -307,7 +307,7 @@ lean_deg = 30
 
 
 def test_an_arm_on_an_elevator_carries_a_claw(read):
-    """Half a meter up the elevator, which leans 30 degrees to the front, and the arm straight down to the back."""
+    """Half a meter up the elevator, which leans 30 degrees forward, with the arm straight down at the back."""
     robot = read(
         ROLLER
         + LIFT
@@ -338,7 +338,7 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
     assert lift.gravity == pytest.approx(9.80665 * math.cos(math.pi / 6), rel=1e-4)
 
 
-def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
+def test_front_and_back_shooters_with_their_own_storages_and_feeder_directions(read):
     robot = read(
         "[robot]\ncapacity = 4\n[[storage]]\nname = 'front'\ncapacity = 9\norder = 'lifo'\n[[storage]]\nname = 'back'\n"
         + WHEELS
@@ -371,15 +371,15 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
     assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
 
 
-def test_an_outlet_makes_a_hopper_of_a_storage(read):
+def test_an_outlet_turns_a_storage_into_a_hopper(read):
     text = "[[storage]]\ncapacity = 9\noutlet = 'front'\noutlet_width = 0.36\nbelt = 'roller'\nfunnel_deg = 30\n"
     robot = read(ROLLER + text + "outlet_place = [0.0, 0.35]\n")
     hopper = HopperConfig(outlet_width=0.36, belt="roller", funnel=math.radians(30.0), outlet_place=(0.0, 0.35))
     assert robot.storages[0].hopper == hopper
     assert read("[storage]\ncapacity = 9\n").storages[0].hopper is None
     for wrong, words in (
-        ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet needs outlet_width = <m> beside it"),
-        ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs outlet = <side> beside it"),
+        ("[storage]\ncapacity = 9\noutlet = 'front'\n", "outlet needs outlet_width = <m> as well"),
+        ("[storage]\ncapacity = 9\noutlet_width = 0.3\n", "outlet_width needs outlet = <side> as well"),
         (ROLLER + text.replace("'roller'", "'rolls'"), "belt must be"),
         (ROLLER + text.replace("30", "90"), r"\[\[storage\]\] 1: funnel_deg must be a number from 0 to 68 deg, got 90"),
     ):
@@ -405,14 +405,14 @@ def test_the_same_id_may_be_used_by_controllers_of_two_models(read):
     assert [m.controller for m in robot.mechanisms] == ["TalonFX", "TalonFXS"]
 
 
-def test_a_file_that_is_no_text(tmp_path):
+def test_a_file_that_is_not_text_is_refused(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ConfigError, match="is not UTF-8 text"):
         read_settings(path)
 
 
-def test_friction_is_the_files_else_a_default_of_kind_and_motor_that_a_ks_replaces(tmp_path):
+def test_friction_comes_from_the_file_else_a_ks_else_a_default_of_kind_and_motor(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(WHEELS + ROLLER + ARM.replace("gearing = 50.0", "gearing = 50.0\nfriction_volts = 0.4"))
     robot = read_settings(path)
@@ -426,7 +426,7 @@ def test_friction_is_the_files_else_a_default_of_kind_and_motor_that_a_ks_replac
     assert _friction_volts(told.mechanism("roller")) == pytest.approx(0.31)
     assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # the file says it
     path.write_text(ROLLER + "friction_torque = 0.1\nfriction_volts = 0.1")
-    with pytest.raises(ConfigError, match="friction_volts says the same as friction_torque"):
+    with pytest.raises(ConfigError, match="friction_volts means the same as friction_torque"):
         read_settings(path)
 
 
@@ -435,14 +435,14 @@ def _friction_volts(mechanism):
     return gearbox.friction_torque * gearbox.resistance / gearbox.torque_per_amp
 
 
-def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
+def test_sparks_have_their_usual_motor_and_their_own_encoder(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(ROLLER + 'controller = "SPARK Flex"\nencoder_gearing = 2.5')
     roller = read_settings(path).mechanism("roller")
     assert (roller.controller, roller.motor, roller.encoder_gearing) == ("SPARK Flex", "NEO Vortex", 2.5)
     for keys, problem in (
-        ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is of a TalonFX; a SPARK MAX has encoder_gearing"),
-        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex; the controller is a TalonFX"),
+        ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is for a TalonFX; a SPARK MAX has encoder_gearing"),
+        ("encoder_gearing = 2", "encoder_gearing is for a SPARK MAX or SPARK Flex; the controller is a TalonFX"),
         ('controller = "SPARK"', "Did you mean 'SPARK MAX'"),
         (
             'controller = "Talon SRX"',
@@ -496,8 +496,8 @@ max_deg = 90.0
 """
 
 
-def test_mechanisms_move_the_masses_that_the_file_states(tmp_path):
-    """What an elevator lifts is its carriage and the arm on it; a turret moves what the file says, which is nothing."""
+def test_mechanisms_move_the_masses_in_the_file(tmp_path):
+    """An elevator lifts its carriage and the arm on it; a turret moves the mass in the file, here none."""
     path = tmp_path / "simcore.toml"
     path.write_text(MASSES.format(lift="", turret=""))
     settings = read_settings(path)
@@ -520,8 +520,8 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
     assert read_settings(path).mass == 48.0
 
 
-def test_frictions_of_the_file_are_those_of_any_drivetrain(read):
-    """Also of one that CTRE's constants describe, in which they are placeholders."""
+def test_frictions_in_the_file_apply_to_any_drivetrain(read):
+    """Also of a drivetrain from CTRE's constants, in which they are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
         "bumper_friction = 0.5\n"

@@ -1,4 +1,4 @@
-"""What `simcore check` finds: the robot of REBUILT after one mistake each; a second of mechanisms, by closed forms."""
+"""Findings of `simcore check`: REBUILT's robot with one mistake each, and test runs in closed form."""
 
 import math
 from dataclasses import replace
@@ -54,7 +54,7 @@ def with_climber(height, mass=2.0, gearing=60.0):
     )  # fmt: skip
 
 
-def test_nothing_is_wrong_with_the_robot_of_the_game():
+def test_the_games_own_robot_has_no_findings():
     assert found() == [] and found(with_intake()) == [] and found(with_climber(0.5)) == []
 
 
@@ -67,7 +67,7 @@ def test_nothing_is_wrong_with_the_robot_of_the_game():
         (with_shooter(forward=0.55), "shooter 1: its muzzle is 150 mm outside of the robot, at (0.55, 0.08) m"),
         (with_shooter(forward=0.45, heading=math.pi), "at (-0.45, -0.08) m"),
         (with_shooter(wheel_radius=0.005), "from 2 m or more: at 12 V pieces leave at 2.3 m/s, and need "),
-        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never throws: its wheels turn 150.8 times a second at 12 V"),
+        (with_shooter(min_wheel_speed=1000.0), "shooter 1 never shoots: its wheels turn 150.8 times a second at 12 V"),
         (with_climber(0.5, gearing=5.0), "climber 1 cannot lift the robot: lift pulls with"),
     ],
 )
@@ -75,12 +75,12 @@ def test_a_mistake_is_named(robot, said):
     assert any(said in text for text in found(robot)), found(robot)
 
 
-def test_the_program_s_current_limit_counts():
+def test_the_programs_current_limit_counts():
     (text,) = found(hood=CodeView(stator_limit=0.5))
     assert text.startswith("hood cannot hold itself: its weight needs ") and text.endswith("at their limit of 0.5 A")
 
 
-def test_without_a_game_only_the_robot_is_looked_at():
+def test_without_a_game_only_the_robot_is_checked():
     assert found(with_intake(z_max=0.05), game=None) == []
 
 
@@ -90,7 +90,7 @@ def test_a_piece_leaves_at_the_free_speed_of_the_wheels_times_rim_and_efficiency
     assert elevations(ROBOT.shooters[0], ROBOT) == pytest.approx((math.radians(45.0), math.radians(90.0)))
 
 
-def test_a_gearing_that_differs_and_a_spin_up_without_end():
+def test_a_different_gearing_and_an_endless_spin_up_are_reported():
     rack = ROBOT.mechanisms["intake_deploy"]
 
     def said(config=rack, **code):
@@ -128,15 +128,15 @@ def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants
     assert speed_text(run.mechanism, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
 
 
-def test_what_robot_code_reads_follows_its_ratio_and_reversal():
-    """A ratio of half the gearing counts two turns for each; reversed, the wheel goes back while the code counts up."""
+def test_robot_codes_readings_follow_its_ratio_and_reversal():
+    """A ratio of half the gearing counts two turns per turn; reversed, the wheel turns back as the code counts up."""
     code = CodeView(ratio=1.0, reading=3.0)
     run = run_mechanism("wheel", WHEEL, code=code, reversed=True)
     assert run.sign == -1.0 and run.travel < 0.0
     assert run.read == pytest.approx((3.0, 3.0 - 2.0 * run.travel / math.tau))
 
 
-def test_a_current_limit_of_the_program_makes_it_slower():
+def test_a_current_limit_in_the_program_slows_the_mechanism():
     """a = limit kt / J until the back-EMF takes over: 5 A reach a fraction of the free speed within a second."""
     code = CodeView(ratio=2.0, reading=0.0, stator_limit=5.0)
     run = run_mechanism("wheel", FlywheelConfig(gearbox=gearbox(), inertia=0.01), code=code)
@@ -162,13 +162,13 @@ def test_a_rack_meets_its_stop():
         (WHEEL, math.tau * 0.02, None),
     ],
 )
-def test_a_ratio_that_has_the_drum_in_it_reads_meters(config, per_turn, unit):
+def test_a_ratio_that_includes_the_drum_reads_meters(config, per_turn, unit):
     mechanism = run_mechanism("it", config).mechanism
     assert reading_unit(mechanism, CodeView(ratio=mechanism.gearing / per_turn)) == unit
 
 
-def test_a_soft_limit_stops_it_before_its_stop():
-    """The code reads pinion turns; 1.2 turns from where it starts are 0.151 m."""
+def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
+    """The code reads pinion turns; 1.2 turns from the start are 0.151 m."""
     code = CodeView(ratio=20.0, reading=0.5, upper_limit=1.7, lower_limit=0.0)
     run = run_mechanism("rack", RACK, code=code)
     assert run.stop is None and run.soft_limit is not None
@@ -177,8 +177,8 @@ def test_a_soft_limit_stops_it_before_its_stop():
     assert back.travel == 0.0 and back.soft_limit is None and back.stop is not None
 
 
-def test_a_sign_that_code_and_mechanism_do_not_share():
-    """An arm that starts at its upper stop, and whose code counts up as it goes down."""
+def test_opposite_signs_of_code_and_mechanism_are_reported():
+    """An arm that starts at its upper stop, with code that counts up as it goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
@@ -195,8 +195,8 @@ def test_a_sign_that_code_and_mechanism_do_not_share():
     assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []
 
 
-def test_an_arm_that_is_too_heavy_has_a_share_above_one():
-    """m g c / (kt I): over its whole travel, level or not."""
+def test_an_arm_that_is_too_heavy_has_a_holding_share_above_one():
+    """m g c / (kt I) over its whole travel, level or not."""
     arm = ArmConfig(
         gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,
         min_angle=-0.5, max_angle=1.0,

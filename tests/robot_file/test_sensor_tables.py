@@ -1,4 +1,4 @@
-"""Sensors, servos, pistons and controllers on ports in simcore.toml, and what is said of mistakes."""
+"""Sensors, servos, pistons and controllers on ports in simcore.toml, and messages about mistakes."""
 
 import math
 import re
@@ -107,7 +107,7 @@ def test_sensors(read):
 
 
 @pytest.mark.parametrize(("at", "low", "high"), [("lower", -math.inf, 0.5), ("upper", 49.5, math.inf)])
-def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(read, at, low, high):
+def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_travel(read, at, low, high):
     (switch,) = read(HOOD + SWITCH + f'mechanism = "hood"\nat = "{at}"\n').sensors
     assert [math.degrees(end) for end in switch.pressed] == pytest.approx([low, high])
 
@@ -116,7 +116,7 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
     ("text", "said"),
     [
         (HOOD + "coasts = 1", "[[mechanism]] 'hood': coasts must be true or false, got 1"),
-        (ROLLER + "coasts = true", "coasts is of a PWM or relay port; a TalonFX has its neutral mode configured"),
+        (ROLLER + "coasts = true", "coasts is for a PWM or relay port; a TalonFX has a configured neutral mode"),
         (HOOD + SERVO.replace("pwm = 3", "pwm = 2"), "'latch': PWM 2 already belongs to 'hood'"),
         (SERVO.replace("pwm = 3", "pwm = 20"), "pwm must be a whole number from 0 to 19, got 20"),
         (SERVO.replace("start_deg = 45", "start_deg = 200"), "start_deg must be between min_deg and max_deg, got 200"),
@@ -138,11 +138,11 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
         (HOOD + SWITCH + 'mechanism = "hood"\nat_deg = 60', "at_deg must be between the stops, 0 and 50 deg; got 60"),
         (
             HOOD + SWITCH + 'mechanism = "hood"\nat_height = 0.1',
-            "at_height is not of this mechanism: it must be at_deg, or at = 'lower' or 'upper'",
+            "at_height does not fit this mechanism: it must be at_deg, or at = 'lower' or 'upper'",
         ),
         (BEAM, "dio is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead"),
-        (BEAM + "dio = 1\ncandi = 30\npin = 1", "dio and candi cannot both be: a switch is wired to one of them"),
-        (BEAM + "candi = 30", "candi needs pin = <1 or 2> beside it"),
+        (BEAM + "dio = 1\ncandi = 30\npin = 1", "dio and candi exclude each other: a switch is wired to one of them"),
+        (BEAM + "candi = 30", "candi needs pin = <1 or 2> as well"),
         (
             BEAM + 'dio = 1\nsees = "storag"',
             "sees must be one of storage, claw, intake, shooter, got 'storag'. Did you",
@@ -160,6 +160,6 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
         ),
     ],
 )
-def test_a_mistake_is_one_clear_error(read, text, said):
+def test_each_mistake_gives_one_clear_error(read, text, said):
     with pytest.raises(ConfigError, match=re.escape(said)):
         read(text)

@@ -32,7 +32,7 @@ def importable(monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
 
 
-def test_a_row_says_what_was_played_and_what_came_of_it():
+def test_a_row_has_the_plan_and_the_result_of_its_run():
     plan = experiment(factors=(MASS,), seeds=(0, 1, 2), metrics=("score", "distance_m", "sweep_game:ticks"))
     found = sweep(plan, workers=0)
     assert found.columns == (
@@ -51,7 +51,7 @@ def test_a_row_says_what_was_played_and_what_came_of_it():
     assert same(replace(found, rows=rows)) == same(found), "the order does not matter"
 
 
-def test_a_sweep_goes_on_where_it_was(tmp_path, monkeypatch):
+def test_a_sweep_continues_where_it_stopped(tmp_path, monkeypatch):
     played = []
     real = workers.play_run
 
@@ -105,7 +105,7 @@ print(len(sweep(wanted, workers=0, out=sys.argv[1]).finished))
     assert 0 < kept < 40
 
 
-def test_a_store_that_cannot_be_is_said(tmp_path):
+def test_an_impossible_store_is_reported(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="cannot be written"):
         sweep(experiment(), workers=0, out=tmp_path / "file")
@@ -127,13 +127,13 @@ def test_a_store_that_cannot_be_is_said(tmp_path):
         ({"blue": "me", "alliance": "red"}, "leave alliance out"),
     ],
 )
-def test_what_no_run_can_be_is_said_before_the_first(settings, said):
+def test_unplayable_experiments_are_refused_before_the_first_run(settings, said):
     with pytest.raises((ConfigError, UnknownNameError)) as caught:
         sweep(experiment(**settings), workers=0)
     assert said in str(caught.value)
 
 
-def test_workers_are_a_number():
+def test_workers_must_be_a_count():
     with pytest.raises(ConfigError, match="workers must be"):
         sweep(experiment(), workers=-5)
 

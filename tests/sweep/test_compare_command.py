@@ -69,7 +69,7 @@ def test_two_autos_of_a_game_and_a_page_with_both(capsys):
         (["drive", "fail", "--red", "rusher"], "none of --red and --blue is 'me'"),
     ],
 )
-def test_what_cannot_be_compared_is_refused_before_the_first_run(capsys, words, said):
+def test_incomparable_arguments_are_refused_before_the_first_run(capsys, words, said):
     Path("robot").mkdir()
     Path("robot", "robot.py").touch()
     assert cli.main(["compare", *words, *SMALL]) == 1
@@ -77,13 +77,13 @@ def test_what_cannot_be_compared_is_refused_before_the_first_run(capsys, words, 
     assert not Path("out").exists()
 
 
-def test_where_all_runs_fail_their_error_is_said(capsys, monkeypatch):
+def test_if_all_runs_fail_their_error_is_reported(capsys, monkeypatch):
     monkeypatch.setattr(one_run, "measure", lambda *_: 1 / 0)
     assert cli.main(["compare", "drive", "fail", *SMALL, "--seeds", "2"]) == 1
     assert "all 4 runs ended with an error: ZeroDivisionError" in capsys.readouterr().err
 
 
-def test_rows_of_a_project_are_known_by_what_is_in_it():
+def test_rows_of_a_project_are_identified_by_its_content():
     for name, text in (("a", "1"), ("b", "2"), ("c", "1")):
         Path(name).mkdir()
         Path(name, "robot.py").write_text(text)

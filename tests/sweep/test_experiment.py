@@ -22,7 +22,7 @@ def own_metric(run):
     return 1
 
 
-def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
+def test_a_grid_combines_all_values_and_the_first_seed_comes_first():
     runs = Experiment(factors=(MASS, CHARGE), seeds=(4, 9)).runs()
     assert [run.number for run in runs] == list(range(12))
     assert [run.seed for run in runs] == [4] * 6 + [9] * 6
@@ -30,7 +30,7 @@ def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
     assert [run.point for run in runs[6:]] == list(range(6))
 
 
-def test_random_points_are_the_same_every_time():
+def test_random_points_are_reproducible():
     experiment = Experiment(factors=(DRAWN, CHARGE), samples=8)
     points = experiment.design_points()
     assert len(points) == 8 == experiment.count == len(experiment.runs())
@@ -39,7 +39,7 @@ def test_random_points_are_the_same_every_time():
     assert all(45.0 < mass < 65.0 for mass, _ in points)
 
 
-def test_it_survives_json():
+def test_an_experiment_survives_json():
     experiment = Experiment(
         auto="depot",
         factors=(DRAWN, CHARGE),
@@ -53,7 +53,7 @@ def test_it_survives_json():
     assert again == experiment and again.run_keys(again.runs()) == experiment.run_keys(experiment.runs())
 
 
-def test_a_run_keeps_its_name_where_more_is_asked_for():
+def test_a_run_keeps_its_key_in_a_larger_experiment():
     few = Experiment(factors=(MASS,), seeds=(0, 1))
     more = Experiment(factors=(parse_factor("robot.mass=45,50,60"),), seeds=(0, 1, 2), timeout=9.0)
     assert set(few.run_keys(few.runs())) < set(more.run_keys(more.runs()))
@@ -64,7 +64,7 @@ def test_a_run_keeps_its_name_where_more_is_asked_for():
     assert named.run_keys(named.runs()) == few.run_keys(few.runs()), "whether or not the engine is named"
 
 
-def test_a_run_has_another_name_with_another_mesh_or_engine_package(tmp_path, monkeypatch):
+def test_a_run_has_another_key_with_another_mesh_or_engine_package(tmp_path, monkeypatch):
     (tmp_path / "meshed_game.py").write_text("""
 from dataclasses import replace
 from pathlib import Path
@@ -87,7 +87,7 @@ GAME = replace(GAME, field=replace(GAME.field, mesh=Path(__file__).parent / "fie
     assert len({first, second, third}) == 3
 
 
-def test_a_project_has_another_name_when_its_code_changes(tmp_path):
+def test_a_run_has_another_key_when_its_projects_code_changes(tmp_path):
     robot = tmp_path / "robot.py"
     robot.write_text("speed = 1\n")
     before = project_digest(tmp_path)
@@ -116,7 +116,7 @@ def test_a_project_has_another_name_when_its_code_changes(tmp_path):
         ({"factors": (parse_factor("a=0:90000:1"), parse_factor("b=0:90000:1"))}, "too many"),
     ],
 )
-def test_what_cannot_be_played_is_said_at_once(settings, said):
+def test_invalid_experiments_are_refused_at_once(settings, said):
     with pytest.raises(SimcoreError, match=r"(?s).*") as caught:
         Experiment(**settings)
     assert said in str(caught.value)
@@ -126,7 +126,7 @@ def test_a_function_is_named_so_that_workers_find_it():
     assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
 
 
-def test_programs_outside_of_a_folder_are_named_without_a_look_into_them(tmp_path, monkeypatch):
+def test_programs_outside_a_folder_are_named_without_importing_them(tmp_path, monkeypatch):
     for name in ("inside", "outside"):
         (tmp_path / name).mkdir()
         (tmp_path / name / f"{name}_code.py").write_text("raise SystemExit\n")

@@ -24,7 +24,7 @@ from simcore.sweep.factors import Distribution, Factor, RunSetup, parse_factor, 
         ("red=collector:3,collector:2+idle", ("collector:3", "collector:2+idle")),
     ],
 )
-def test_lists_and_ranges_with_their_end(text, values):
+def test_lists_and_ranges_include_their_end(text, values):
     assert parse_factor(text).values == values
 
 
@@ -37,7 +37,7 @@ def test_distributions_give_quantiles():
 @each("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
                                   "a=uniform(2,1)", "a=normal(1)", "a=normal(1,0)", "a=gauss(1,2)", "a..b=1",
                                   "a=0:1e9:0.001", "a=1e300,2"])  # fmt: skip
-def test_what_cannot_be_read_is_said(text):
+def test_an_unreadable_factor_is_refused(text):
     with pytest.raises(ConfigError):
         parse_factor(text)
 
@@ -53,7 +53,7 @@ def test_a_factor_survives_json():
 SETUP = RunSetup(game=REBUILT, auto=REBUILT.auto("depot"), robot=REBUILT.robot())
 
 
-def test_names_reach_the_robot():
+def test_names_reach_fields_of_the_robot():
     robot = vary(
         SETUP,
         {
@@ -79,7 +79,7 @@ def test_names_reach_the_robot():
     assert robot.components == SETUP.robot.components
 
 
-def test_a_heavier_robot_is_as_wide_as_before():
+def test_a_heavier_robot_keeps_its_size():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
@@ -88,7 +88,7 @@ def test_a_heavier_robot_is_as_wide_as_before():
     assert vary(told, {"robot.mass": 66.0}).robot.body.yaw_inertia == pytest.approx(4.0 * 66.0 / 55.0)
 
 
-def test_names_reach_how_it_is_played():
+def test_names_reach_the_settings_of_a_run():
     varied = vary(
         SETUP,
         {"start.y": 6.1, "auto": "neutral", "preload": 4.0, "seconds": 5.0, "alliance": "red", "scatter": 0.5,
@@ -129,7 +129,7 @@ def test_names_reach_how_it_is_played():
         ({"robot.storage.capacity.x": 3.0}, "to vary"),
     ],
 )
-def test_what_cannot_be_is_said_with_what_could(values, said):
+def test_invalid_factors_are_refused_with_valid_ones(values, said):
     (name,) = values
     with pytest.raises(ConfigError) as caught:
         vary(SETUP, values)

@@ -32,7 +32,7 @@ def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
     assert both.k == by[0.3].k
 
 
-def test_a_run_with_an_error_is_no_success_and_in_no_percentile(tired_battery):
+def test_a_run_with_an_error_is_not_a_success_and_not_in_percentiles(tired_battery):
     rows = [dict(row) for row in tired_battery.rows]
     rows[0] |= {"score": None, "error": "EngineError: no contact"}
     rows[1]["error"] = "TimeoutError"  # whatever number it has
@@ -42,7 +42,7 @@ def test_a_run_with_an_error_is_no_success_and_in_no_percentile(tired_battery):
     assert hurt.percentiles("score")[2] == np.median([row["score"] for row in rows[2:]])
 
 
-def test_paired_runs_share_their_luck(tired_battery):
+def test_pairing_removes_the_scatter_of_seeds(tired_battery):
     """From 0.3 to 1.0 of the charge the score rises by 5 or 6, for each seed and mass alike, although luck is -4..4."""
     found = tired_battery.paired("battery.charge", 0.3, 1.0, "score")
     assert found.n == 20 and found.less == 0 and 5.0 <= found.lower <= found.upper <= 6.0
@@ -51,7 +51,7 @@ def test_paired_runs_share_their_luck(tired_battery):
     assert tired_battery.paired("battery.charge", 0.3, 1.0, "score >= 25").mean > 0.0
 
 
-def test_a_pair_that_lost_a_run_is_left_out(tired_battery):
+def test_an_incomplete_pair_is_left_out(tired_battery):
     """Of one seed the pair with 45 kg only, of another both."""
     rows = [{**row, "error": "crashed" if row["seed"] == 3 or row["run"] == 0 else ""} for row in tired_battery.rows]
     assert replace(tired_battery, rows=rows).paired("battery.charge", 0.3, 1.0, "score").n == 19
@@ -65,14 +65,14 @@ def test_pairs_of_one_seed_count_as_their_mean():
     assert (found.n, found.mean, found.lower, found.upper) == (3, 2.0, 2.0, 2.0)
 
 
-def test_a_run_in_which_nothing_was_measured_is_in_no_pair(tired_battery):
+def test_a_run_without_the_metric_is_in_no_pair(tired_battery):
     rows = [{**row, "hits": None if row["seed"] == 3 or row["run"] == 0 else row["hits"]} for row in tired_battery.rows]
     hurt = replace(tired_battery, rows=rows)
     assert hurt.paired("battery.charge", 0.3, 1.0, "hits").n == 19
     assert hurt.success("hits >= 0").k == 120 - 7 and hurt.success("hits <= shots").k == 120 - 7
 
 
-def test_a_sure_difference_comes_first_however_large_the_luck_of_seeds():
+def test_a_clear_difference_comes_first_despite_large_scatter_of_seeds():
     """One point more in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
     grid = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
 
@@ -95,7 +95,7 @@ def test_the_order_of_rows_changes_nothing(tired_battery):
     assert replace(tired_battery, rows=tired_battery.rows[::-1]).rows == tired_battery.rows
 
 
-def test_what_is_not_there_is_said_with_what_is(tired_battery):
+def test_unknown_names_are_refused_with_the_known_ones(tired_battery):
     with pytest.raises(UnknownNameError, match=r"no column named 'scroe'\. Did you mean 'score'"):
         tired_battery.success("scroe >= 30")
     with pytest.raises(UnknownNameError, match=r"no factor named 'battery'\. Did you mean 'battery.charge'"):
@@ -115,7 +115,7 @@ def test_what_is_not_there_is_said_with_what_is(tired_battery):
     ["", "score", "score >=", ">= 3", "score = 3", "score >= 30 or hits > 3", "10 <= score <= 30", "score >= 3 and",
      "__import__('os').system('true')"],
 )  # fmt: skip
-def test_what_is_no_condition_is_refused(text):
+def test_an_invalid_condition_is_refused(text):
     try:
         names = Condition(text).names
     except ConfigError as error:
@@ -125,7 +125,7 @@ def test_what_is_no_condition_is_refused(text):
 
 
 @given(low=st.integers(-5, 40), high=st.integers(-5, 40))
-def test_a_condition_means_what_it_means_in_python(low, high):
+def test_a_condition_agrees_with_python(low, high):
     condition = Condition(f"score>={low} and score < {high} and breakdown.hub shots != hits")
     assert condition.names == ("score", "breakdown.hub shots", "hits")
     for score in range(30):
@@ -133,7 +133,7 @@ def test_a_condition_means_what_it_means_in_python(low, high):
         assert condition.holds(row) == (low <= score < high and score != 7)
 
 
-def test_rows_stand_in_their_table(tired_battery, tmp_path):
+def test_the_csv_table_has_all_rows(tired_battery, tmp_path):
     rows = [dict(row) for row in tired_battery.rows]
     rows[3] |= {"score": None, "error": "an error, with a comma"}
     path = replace(tired_battery, rows=rows).save_table(tmp_path / "new" / "folder")

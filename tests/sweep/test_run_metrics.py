@@ -37,6 +37,6 @@ def played(heights, *, touched, scored):
 
 
 @each(("ticks", "scored", "flying", "share"), [(4, None, 1, math.nan), (9, None, 0, 0.0), (9, 8, 0, 1.0)])
-def test_a_shot_in_the_air_at_the_end_is_neither_hit_nor_miss(ticks, scored, flying, share):
+def test_a_shot_still_in_the_air_is_neither_hit_nor_miss(ticks, scored, flying, share):
     match = played([1.0, 1.2, 1.0, 0.4, 0.4, 0.8, 0.6, 0.1, 0.5][:ticks], touched=4, scored=scored)
     assert METRICS["flying"](match) == flying and METRICS["hit_share"](match) == pytest.approx(share, nan_ok=True)

@@ -36,7 +36,7 @@ def test_rows_that_could_not_be_written_are_tried_again(tmp_path, caplog, more):
         assert set(store.rows(["large", "small"])) == {"large", "small"}
 
 
-def test_the_last_experiment_comes_back(tmp_path, monkeypatch):
+def test_the_last_experiment_is_restored(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(FOLDER)
     few, many = (Experiment(game="sweep_game:SMALL", seconds=0.04, seeds=range(n)) for n in (2, 3))
     sweep(many, workers=0, out=tmp_path)
@@ -158,7 +158,7 @@ def store(tmp_path_factory):
         for name, change in changes.items()
     ],
 )
-def test_what_is_of_another_version_or_damaged_is_one_sentence(store, tmp_path, monkeypatch, capsys, words, change):
+def test_a_damaged_or_other_version_store_is_one_sentence(store, tmp_path, monkeypatch, capsys, words, change):
     monkeypatch.syspath_prepend(FOLDER)
     path = tmp_path / "runs" / FILE_NAME
     path.parent.mkdir()
@@ -171,7 +171,7 @@ def test_what_is_of_another_version_or_damaged_is_one_sentence(store, tmp_path, 
     assert (path.read_bytes() if path.is_file() else None) == before, "it is left as it is"
 
 
-def test_a_repeated_run_names_code_outside_of_the_current_folder_before_it_runs(store, tmp_path, monkeypatch, caplog):
+def test_a_repeated_run_warns_of_code_outside_the_current_folder_first(store, tmp_path, monkeypatch, caplog):
     project = tmp_path / "elsewhere"
     project.mkdir()
     (project / "robot.py").write_text("raise SystemExit\n")

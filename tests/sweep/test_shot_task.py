@@ -15,7 +15,7 @@ from simcore.world.ball_dynamics import make_memory
 from simcore.world.rotation import from_yaw
 
 
-def test_shots_leave_as_those_of_the_robots_shooter() -> None:
+def test_shots_leave_like_those_of_the_robots_shooter() -> None:
     """Place, velocity and spin are `Shooter.released`'s, from both barrels."""
     task = ShotTask(REBUILT)
     stand = Stand(3.0, 0.4)
@@ -61,7 +61,7 @@ def test_a_clean_shot_goes_in_from_all_sides_and_one_off_the_board_from_one() ->
         assert task.hits(Stand(3.0, 0.0), np.array([degrees(elevation)]), np.array([speed])).all() == is_clean
 
 
-def test_shots_of_a_fixed_shooter_fly_in_a_match_as_foreseen() -> None:
+def test_shots_of_a_fixed_shooter_fly_in_a_match_as_predicted() -> None:
     """Speed and elevation differ as a scatter has them: the same verdict, the same way within 1 mm until it ends."""
     task, stand = ShotTask(REBUILT, low_shooter(REBUILT.robot())), Stand(3.0, 0.0)
     verdicts = []

@@ -46,7 +46,7 @@ def test_a_row_has_the_best_margin_and_a_shot_of_the_shooter(made) -> None:
     assert "no place" in far.problem and far.share is None and far.shot["speed_mps"] is None
 
 
-def test_shares_hold_for_other_draws_and_the_shot_as_meant_scores_in_a_match(made) -> None:
+def test_shares_hold_for_other_draws_and_the_intended_shot_scores_in_a_match(made) -> None:
     """Shares of 1,024 and of 4,000 draws differ by less than 4 standard errors of such a difference."""
     draws = ShotDraws.of(Scatter(), np.random.default_rng(99), 4000)
     for row in made.table.feasible:
@@ -72,7 +72,7 @@ def test_the_csv_has_each_row_and_the_module_interpolates_between_them(made) -> 
     assert shot_at(0.1) is None and shot_at(5.0) is None and shot_at(7.0) is None and shot_at(7.1) is None
 
 
-def test_the_page_says_the_best_shot_and_draws_it_over_distance(made) -> None:
+def test_the_page_has_the_best_shot_and_curves_over_distance(made) -> None:
     blocks = report_blocks(table_page(made.table))
     best = max(made.table.feasible, key=lambda row: row.shot["margin_sd"])
     assert blocks[0]["text"] == f"{best.shot['wheel_rps']:.0f} turns/s from {best.stand.distance:g} m"
@@ -92,7 +92,7 @@ def test_the_page_says_the_best_shot_and_draws_it_over_distance(made) -> None:
         (["shots", "rebuilt", "--set", "robot.shooters.*.exit_eficiency=0.4"], "exit_efficiency"),
     ],
 )
-def test_what_cannot_be_is_said_in_a_sentence(tmp_path, monkeypatch, capsys, words, sentence) -> None:
+def test_invalid_options_end_with_one_sentence(tmp_path, monkeypatch, capsys, words, sentence) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(words) == 1
     assert sentence in " ".join(capsys.readouterr().err.split())

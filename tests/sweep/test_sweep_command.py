@@ -25,7 +25,7 @@ def here(monkeypatch):
     monkeypatch.setattr("simcore.sweep.sweep_command.sweep", partial(sweep_here, sweep))
 
 
-def test_it_says_what_failed_and_plays_it_again(tmp_path, capsys):
+def test_failed_runs_are_reported_and_repeated(tmp_path, capsys):
     out = str(tmp_path / "two words")
     words = [*SMALL, "--out", out, "--auto", "fail", "--seeds", "1:3", "--success", "distance_m > 0"]
     assert cli.main(words) == 1
@@ -61,12 +61,12 @@ def test_it_says_what_failed_and_plays_it_again(tmp_path, capsys):
         (["--repeat", "0"], "no runs in it"),
     ],
 )
-def test_what_cannot_be_is_refused_before_the_first_run(tmp_path, capsys, words, said):
+def test_invalid_options_are_refused_before_the_first_run(tmp_path, capsys, words, said):
     assert cli.main([*SMALL, "--out", str(tmp_path), *words]) == 1
     assert said in capsys.readouterr().err and list(tmp_path.iterdir()) == []
 
 
-def test_no_option_is_taken_for_another(capsys):
+def test_abbreviated_options_are_refused(capsys):
     with pytest.raises(SystemExit):
         cli.main([*SMALL, "--seed", "7"])
     assert "unrecognized arguments: --seed" in capsys.readouterr().err

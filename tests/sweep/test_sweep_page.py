@@ -22,7 +22,7 @@ def results():
     return replace(results, rows=rows)
 
 
-def test_the_page_says_first_how_often_it_works_then_shows_what_was_varied_and_measured(results, tmp_path):
+def test_the_page_shows_the_share_of_success_first_then_factors_and_metrics(results, tmp_path):
     page = sweep_page(results, CONDITION, tmp_path / "two words")
     head, *blocks = made_sweep.blocks_of(page)
     share = results.success(CONDITION)
@@ -59,7 +59,7 @@ def test_two_variants_are_on_one_axis(results, tmp_path):
         assert [curve["name"] for curve in one["series"]] == ["old", "new"]
 
 
-def test_the_summary_says_differences_shares_and_percentiles(results):
+def test_the_summary_has_differences_shares_and_percentiles(results):
     said = summary_text(results, CONDITION).splitlines()
     assert said[0] == "120 runs at 6 points of battery.charge, robot.mass, 20 seeds; 1 ended with an error"
     assert re.match(r"score >= 25: \d+ of 120 = \d+ % \(95 % interval \d+ to \d+ %\)$", said[2])
@@ -70,7 +70,7 @@ def test_the_summary_says_differences_shares_and_percentiles(results):
     assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 run)"
 
 
-def test_a_sweep_in_which_nothing_worked_has_a_page_that_says_so(tmp_path):
+def test_a_sweep_without_successes_has_a_page_that_says_so(tmp_path):
     results = made_sweep.tired_battery()
     names = ("run", "point", "seed", "battery.charge", "robot.mass", "cpu_seconds")
     rows = [{**{name: row[name] for name in names}, "error": "ConfigError: no auto"} for row in results.rows]
@@ -81,7 +81,7 @@ def test_a_sweep_in_which_nothing_worked_has_a_page_that_says_so(tmp_path):
     assert head["text"].startswith("120 runs at 6 points")
 
 
-def test_words_stand_side_by_side_and_of_many_values_each_run(tmp_path):
+def test_words_are_side_by_side_and_many_values_are_one_point_per_run(tmp_path):
     points = {"robot.mass": np.linspace(40.0, 60.0, 40)}
     rows = made_sweep.runs_of(points, lambda values, seed: {"score": values["robot.mass"] // 1})
     many = made_sweep.Results(rows, made_sweep.described("robot.mass"))
@@ -94,7 +94,7 @@ def test_words_stand_side_by_side_and_of_many_values_each_run(tmp_path):
     assert over["xNames"] == ["right", "left"] and over["series"][0]["x"] == [0, 1]
 
 
-def test_whole_numbers_have_a_bar_each_and_all_runs_are_in_bars():
+def test_whole_numbers_have_one_bar_each_and_all_runs_are_in_bars():
     assert _bin_edges(np.array([3.0, 4.0, 4.0, 7.0])).tolist() == [2.5, 3.5, 4.5, 5.5, 6.5, 7.5]
     for values in (np.full(9, 12.25), np.linspace(0.0, 1.3, 50), np.arange(1000.0), np.array([])):
         assert np.histogram(values, _bin_edges(values))[0].sum() == len(values)

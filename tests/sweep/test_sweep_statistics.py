@@ -25,7 +25,7 @@ from simcore.sweep.sweep_statistics import paired_difference, wilson_share
         (38, 50, 0.6259, 0.8570),
     ],
 )
-def test_wilsons_interval_is_that_of_published_tables(k, n, lower, upper):
+def test_wilsons_interval_agrees_with_published_tables(k, n, lower, upper):
     share = wilson_share(k, n)
     assert (share.lower, share.upper) == pytest.approx((lower, upper), abs=5e-5)
 
@@ -52,7 +52,7 @@ def test_impossible_counts_and_confidences_are_refused():
     assert (nothing.lower, nothing.upper, str(nothing)) == (0.0, 1.0, "0 of 0") and math.isnan(nothing.value)
 
 
-def test_a_known_difference_comes_out_of_noise_that_the_seeds_share():
+def test_a_known_difference_is_found_in_noise_common_to_the_seeds():
     """Seeds scatter by 10, variants differ by 2 with a scatter of 1: pairs see it, two unpaired groups of 40 would not.
 
     The interval of the mean is about that of Student's t: 2.023 s / sqrt(40) to both sides.
@@ -75,7 +75,7 @@ def test_a_difference_without_scatter_is_exact(shift, values):
     assert found.is_clear == bool(shift)
 
 
-def test_what_is_no_pair_is_refused():
+def test_invalid_pairs_are_refused():
     for first, second in (([1.0], [2.0]), ([1.0, 2.0], [1.0]), ([1.0, math.nan], [1.0, 2.0])):
         with pytest.raises(ConfigError, match="a paired difference needs"):
             paired_difference(first, second)
@@ -83,7 +83,7 @@ def test_what_is_no_pair_is_refused():
 
 @pytest.mark.parametrize(("seeds", "least"), [(3, 0.9), (10, 0.92), (50, 0.93)])
 @pytest.mark.parametrize("draw", ["normal", "exponential"])
-def test_intervals_of_paired_differences_cover_about_what_they_say(seeds, least, draw, whole, monkeypatch):
+def test_intervals_of_paired_differences_have_about_their_stated_coverage(seeds, least, draw, whole, monkeypatch):
     """Means of skewed differences of few seeds are held less often than 95 %, as by every interval."""
     monkeypatch.setattr("simcore.sweep.sweep_statistics._RESAMPLES", 400)
     rng, count = np.random.default_rng(3), 2000 if whole else 300
@@ -97,7 +97,7 @@ def test_intervals_of_paired_differences_cover_about_what_they_say(seeds, least,
     assert wrong == pytest.approx(1.0 - covered, abs=0.02)
 
 
-def test_a_difference_below_what_figures_are_printed_with_is_none():
+def test_a_difference_below_the_printed_digits_counts_as_zero():
     """The same code against itself differs by the last bits; three digits are printed."""
     first = np.linspace(20.0, 30.0, 50)
     for second in (first + 6e-10, first * (1.0 + 2e-4)):

@@ -57,7 +57,7 @@ def cluster(request, tmp_path):
 
 
 @pytest.mark.parametrize("cluster", [2], indirect=True)
-def test_everybody_gives_the_same_rows(cluster, whole):
+def test_all_kinds_of_workers_give_equal_rows(cluster, whole):
     plan = experiment(factors=(parse_factor("robot.mass=45,60"),), seeds=(0, 1), metrics=("score", "distance_m"))
     plain = same(sweep(plan, workers=0))
     assert same(sweep(plan, cluster=cluster[1])) == plain
@@ -65,7 +65,7 @@ def test_everybody_gives_the_same_rows(cluster, whole):
         assert same(sweep(plan, workers=workers)) == plain
 
 
-def test_what_goes_wrong_in_a_run_is_in_its_row_alone(tmp_path, monkeypatch):
+def test_an_error_of_a_run_is_only_in_its_row(tmp_path, monkeypatch):
     """Of one process that is killed nothing is lost and nothing comes twice, in the store either."""
     monkeypatch.setenv("SWEEP_GAME_MARK", str(tmp_path / "mark"))
     deeds = ("die_once", "fail", "hang", "die", "leave")
@@ -95,7 +95,7 @@ def test_a_crew_keeps_its_process_until_it_is_closed():
         crew.play(plan.common, plan.runs()[0])
 
 
-def test_a_scheduler_that_is_not_there_is_said(monkeypatch):
+def test_a_missing_scheduler_is_reported(monkeypatch):
     monkeypatch.setattr("simcore.sweep.workers._CONNECT", 1.0)
     for address in ("file:///etc/passwd", "tcp://127.0.0.1:9"):
         with pytest.raises(ConfigError, match=f"answers at {address}"):
@@ -103,7 +103,7 @@ def test_a_scheduler_that_is_not_there_is_said(monkeypatch):
 
 
 @pytest.mark.parametrize("cluster", [0], indirect=True)
-def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_its_rows_are_kept(cluster, tmp_path):
+def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_keeps_its_rows(cluster, tmp_path):
     process, address = cluster
     rows = []
 
@@ -117,7 +117,7 @@ def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_its_rows_are_kept(c
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for children as Linux has them")
-def test_kills_leave_no_process_and_lose_and_double_no_row(tmp_path, whole):
+def test_killed_sweeps_leave_no_process_and_lose_or_repeat_no_row(tmp_path, whole):
     """The sweep or one of its workers is ended, somewhere; each time it is started again and goes on."""
     seeds, store, rng = 600, tmp_path / "runs.sqlite", np.random.default_rng(6)
     words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--seeds", str(seeds), "-j", "2", "--out", str(tmp_path)]

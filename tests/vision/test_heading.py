@@ -7,7 +7,7 @@ from simcore.vision.heading import AngleHistory, PoseHistory
 from simcore.world.rotation import from_yaw
 
 
-def test_outside_of_what_it_knows_it_holds_the_ends():
+def test_outside_its_samples_a_history_holds_the_ends():
     history = PoseHistory()
     with pytest.raises(ConfigError, match="no pose"):
         history.at(0.0)
@@ -15,7 +15,7 @@ def test_outside_of_what_it_knows_it_holds_the_ends():
     assert history.at(0.0) == history.at(9.0)
 
 
-def test_it_keeps_two_seconds_and_not_much_more():
+def test_a_history_keeps_little_more_than_two_seconds():
     history = PoseHistory()
     for k in range(1000):
         history.add(0.02 * k, (0.01 * k, 0.0, 0.0), from_yaw(0.0))
@@ -24,7 +24,7 @@ def test_it_keeps_two_seconds_and_not_much_more():
 
 
 @pytest.mark.parametrize(("time", "x"), [(1.02, 5.0), (0.5, 1.0)])
-def test_a_robot_that_was_carried_was_nowhere_in_between(time, x):
+def test_a_carried_robot_has_no_poses_in_between(time, x):
     """A jump in space, or time that runs backwards: nothing is interpolated across it."""
     history = PoseHistory()
     history.add(1.0, (1.0, 0.0, 0.0), from_yaw(0.0))

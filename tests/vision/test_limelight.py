@@ -46,7 +46,7 @@ def test_frames_come_at_the_cameras_rate_and_at_most_once_a_tick(kind, rate, exp
     assert numbers == sorted(set(numbers))
 
 
-def test_a_frame_leaves_the_camera_its_latency_after_it_was_exposed():
+def test_a_frame_is_published_its_latency_after_its_exposure():
     config = CameraConfig(type=replace(LL3, corner_noise=0.0), mount=MOUNT, bias=CameraBias.none())
     _, frames = drive(config, 1.0, speed=0.3, each=orient)
     for frame in frames:
@@ -54,7 +54,7 @@ def test_a_frame_leaves_the_camera_its_latency_after_it_was_exposed():
         assert frame.megatag2.position[0] == pytest.approx(PLACE[0] + 0.3 * frame.time, abs=1e-6)  # where it was then
 
 
-def test_the_heading_is_that_of_the_frames_time():
+def test_megatag_2_uses_the_heading_at_the_frames_time():
     """At two turns in three seconds, a heading that were a tick old would be 5 degrees off. Of an angle t, 0.08 rad a
     tick, the attitude in between is off by t^3 / 240, 5 um at the distance of the tags."""
     config = CameraConfig(type=replace(LL3, corner_noise=0.0), mount=MOUNT, bias=CameraBias.none())
@@ -66,7 +66,7 @@ def test_the_heading_is_that_of_the_frames_time():
         assert math.radians(frame.megatag2.yaw_deg) == pytest.approx(-0.8 + 4.0 * frame.time, abs=1e-9)
 
 
-def test_without_a_heading_megatag_2_thinks_the_robot_looks_along_x():
+def test_without_a_heading_megatag_2_assumes_heading_zero():
     _, frames = drive(CameraConfig(mount=MOUNT), 0.3, yaw=0.3)
     last = frames[-1]
     assert last.megatag2.yaw_deg == 0.0
@@ -74,7 +74,7 @@ def test_without_a_heading_megatag_2_thinks_the_robot_looks_along_x():
     assert math.dist(last.megatag1.position[:2], PLACE[:2]) < 0.05
 
 
-def test_a_camera_that_is_moved_sees_what_is_before_it_there_and_knows_where_it_sits():
+def test_a_moved_camera_sees_from_its_new_mount_and_knows_it():
     """Turned back for a second half: other tags, and still the robot's true place."""
 
     def turn(camera, t, yaw):
@@ -101,7 +101,7 @@ def test_throttle_skips_frames():
 
 
 @pytest.mark.parametrize("topic", ["fiducial_id_filters_set", "priorityid"])
-def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
+def test_filters_choose_tags_and_priority_only_the_published_angles(topic):
     def ask(camera, t, yaw):
         camera.request(CameraRequest(topic, (25.0,)), t)
 
@@ -111,7 +111,7 @@ def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
     assert (len(last.tags) == 1) is (topic == "fiducial_id_filters_set")
 
 
-def test_a_camera_that_was_told_a_wrong_place_gives_a_wrong_pose():
+def test_a_camera_with_a_wrong_mount_setting_gives_a_wrong_pose():
     """0.2 m ahead of where it is: the robot seems 0.2 m farther back."""
 
     def tell(camera, t, yaw):
@@ -235,7 +235,7 @@ def test_mode_1_seeds_the_imu_for_mode_2():
     assert reading.acceleration_g == pytest.approx((0.0, 0.0, 1.0))
 
 
-def test_a_heading_that_wraps_is_interpolated_on_the_short_way():
+def test_a_wrapping_heading_is_interpolated_the_short_way():
     source = HeadingSource(has_imu=False, drift_deg=0.0, rng=np.random.default_rng(0))
     source.tell(0.0, (179.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     source.tell(0.02, (-179.0, 0.0, 0.0, 0.0, 0.0, 0.0))

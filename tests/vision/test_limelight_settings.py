@@ -52,26 +52,26 @@ BAD = [
 ]
 
 
-def test_there_is_a_good_request_for_every_input():
+def test_every_input_has_a_valid_request():
     assert set(GOOD) == set(INPUTS)
 
 
 @each("topic", sorted(GOOD))
-def test_a_good_request_acts(topic):
+def test_a_valid_request_changes_its_setting(topic):
     values, name, expected = GOOD[topic]
     settings = CameraSettings.of(CONFIG)
     assert settings.apply(topic, values) is None
     assert getattr(settings, name) == expected
 
 
-def test_filters_and_downscale_can_be_given_back():
+def test_filters_and_downscale_can_be_returned_to_the_pipeline():
     settings = CameraSettings.of(CONFIG)
     settings.apply("fiducial_id_filters_set", (26.0,))
     assert settings.apply("fiducial_id_filters_set", ()) is None
     assert settings.id_filters is None
 
 
-def test_a_camera_starts_by_believing_where_it_is():
+def test_a_camera_starts_with_its_true_mount():
     """Ahead, right, up and pitch up in the Limelight's words are x, -y, z and -pitch in WPILib's."""
     settings = CameraSettings.of(CONFIG)
     assert settings.mount == (0.3, -0.2, 0.5, 0.0, 20.0, 30.0)

@@ -59,7 +59,7 @@ def megatag1(lens, rows, corners, eye, rotation):
 
 
 @pytest.mark.parametrize("kind", ["LL3", "LL4"])
-def test_pixels_are_those_of_project_points(kind):
+def test_pixels_agree_with_opencvs_project_points(kind):
     worst = 0.0
     for lens, _, _, eye, rotation, rows, corners in views(kind, 100):
         turn, _ = cv2.Rodrigues(rotation)
@@ -71,7 +71,7 @@ def test_pixels_are_those_of_project_points(kind):
     assert worst < 1e-6
 
 
-def test_one_picture_of_several_tags_gives_the_pose_that_opencv_finds():
+def test_the_pose_from_several_tags_agrees_with_opencv():
     """What the linearization leaves out is of second order: of a turn by d it is about d^2, some hundredths of d."""
     rng = np.random.default_rng(11)
     shares = []
@@ -87,7 +87,7 @@ def test_one_picture_of_several_tags_gives_the_pose_that_opencv_finds():
     assert half < 0.02 and most < 0.1
 
 
-def test_covariance_is_that_of_many_solutions_of_opencv():
+def test_covariance_agrees_with_many_opencv_solutions():
     """400 pictures from each of 6 places: a deviation is known to 3.5 %; four of these, and 2 % for what is bent."""
     rng = np.random.default_rng(5)
     compared = 0
@@ -108,7 +108,7 @@ def test_covariance_is_that_of_many_solutions_of_opencv():
     assert compared == 6
 
 
-def test_both_poses_of_a_tag_and_its_ambiguity_are_those_of_ippe():
+def test_both_poses_of_a_tag_and_its_ambiguity_agree_with_ippe():
     """OpenCV's SOLVEPNP_IPPE_SQUARE, each answer refined to its least squares; tags wider than 30 px."""
     rng = np.random.default_rng(3)
     h = LAYOUT.size / 2.0

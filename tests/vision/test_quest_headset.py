@@ -42,7 +42,7 @@ def is_same(quat, other) -> bool:
     return math.dist(rpy(multiply(quat, (-x, -y, -z, w))), (0.0, 0.0, 0.0)) < 1e-9
 
 
-def test_until_it_is_told_poses_are_relative_to_its_start():
+def test_before_a_reset_poses_are_relative_to_the_start():
     """E = S^-1 H for the headset's start S and its pose H, both on the field."""
     quest = headset(**QUIET)
     drive(quest, START)
@@ -56,7 +56,7 @@ def test_until_it_is_told_poses_are_relative_to_its_start():
     assert is_same(quest.last.attitude, multiply(back, attitude))
 
 
-def test_once_it_is_told_the_truth_it_tells_the_truth():
+def test_after_a_true_reset_poses_are_true():
     quest = headset(**QUIET)
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -66,7 +66,7 @@ def test_once_it_is_told_the_truth_it_tells_the_truth():
     assert is_same(quest.last.attitude, attitude)
 
 
-def test_the_first_reset_tells_where_it_sits():
+def test_the_first_reset_gives_the_mount():
     quest = headset(None, **QUIET)
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -79,7 +79,7 @@ def test_the_first_reset_tells_where_it_sits():
     assert quest.last.position == pytest.approx(on_robot(END)[0])
 
 
-def test_a_reset_to_somewhere_else_tells_nothing_of_the_mount():
+def test_an_implausible_reset_gives_no_mount():
     quest = headset(None, **QUIET)
     drive(quest, START)
     quest.reset(PoseReset((9.0, 3.0, 0.5), from_yaw(0.0)), *START)
@@ -88,7 +88,7 @@ def test_a_reset_to_somewhere_else_tells_nothing_of_the_mount():
     assert quest.last.position == pytest.approx((9.0, 3.0, 0.5))
 
 
-def test_noise_is_as_large_as_the_config_says():
+def test_noise_has_the_size_of_the_config():
     """Of n samples the standard deviation has a relative error of 1 / sqrt(2 n); four of those."""
     quest = headset(**{**QUIET, "position_noise": 0.002, "angle_noise_deg": 0.05})
     drive(quest, START)
@@ -105,7 +105,7 @@ def test_noise_is_as_large_as_the_config_says():
     assert np.degrees(yaw).std() == pytest.approx(0.05, rel=4.0 / math.sqrt(2.0 * n) + 0.02)
 
 
-def test_drift_is_as_large_as_the_config_says_after_a_match():
+def test_drift_after_a_match_has_the_size_of_the_config():
     """A random walk of 150 s, twice (x and y) for each of 100 headsets: 4 / sqrt(2 * 200) of its own deviation."""
     drifts = []
     for seed in range(100):
@@ -122,6 +122,6 @@ def test_drift_is_as_large_as_the_config_says_after_a_match():
 
 
 @each("bad", [{"frame_rate": 0.0}, {"position_noise": -1.0}, {"yaw_drift_deg": math.nan}])
-def test_what_cannot_be_is_refused(bad):
+def test_invalid_configs_are_refused(bad):
     with pytest.raises(ConfigError, match=next(iter(bad))):
         QuestConfig(**bad)

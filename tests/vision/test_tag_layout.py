@@ -12,7 +12,7 @@ from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official
 from simcore.world.rotation import from_yaw
 
 
-def test_the_layouts_are_those_of_wpilib():
+def test_official_layouts_agree_with_wpilib():
     apriltag = pytest.importorskip("robotpy_apriltag")
     for name in (n for n in vars(apriltag.AprilTagField) if n.startswith("k2")):
         theirs = apriltag.AprilTagFieldLayout.loadField(getattr(apriltag.AprilTagField, name))
@@ -25,7 +25,7 @@ def test_the_layouts_are_those_of_wpilib():
             assert rotation == pytest.approx(pose.rotation().toMatrix(), abs=1e-12)
 
 
-def test_corners_go_around_as_one_faces_the_tag():
+def test_corners_are_counter_clockwise_when_facing_the_tag():
     """Tag 26 faces the blue wall: who faces it looks along +x, so its left is +y."""
     layout = official_layout("2026-welded")
     row = layout.id_list.index(26)
@@ -38,7 +38,7 @@ def test_corners_go_around_as_one_faces_the_tag():
     assert layout.normals[row] == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_an_unknown_name_says_which_there_are():
+def test_an_unknown_name_lists_the_known_ones():
     with pytest.raises(UnknownNameError, match="Did you mean '2026-welded'"):
         official_layout("2026-weld")
 
@@ -76,12 +76,12 @@ def test_a_broken_file_is_named(tmp_path, text):
         ((1, (0.0, 0.0, 0.0), from_yaw(0.0)), -0.1, "size must be a number above 0 and up to 1 m, got -0.1"),
     ],
 )
-def test_a_tag_that_cannot_be_is_refused(tag, size, said):
+def test_an_invalid_tag_is_refused(tag, size, said):
     with pytest.raises(ConfigError, match=said):
         TagLayout.of([tag], field_size=(16.0, 8.0), size=size)
 
 
-def test_one_id_twice_is_refused():
+def test_a_repeated_id_is_refused():
     tags = [(1, (0.0, 0.0, 0.0), from_yaw(0.0)), (1, (1.0, 0.0, 0.0), from_yaw(0.0))]
     with pytest.raises(ConfigError, match="ids must differ"):
         TagLayout.of(tags, field_size=(1.0, 1.0))

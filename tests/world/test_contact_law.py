@@ -24,7 +24,7 @@ def speed_after(restitution: float, stiffness: float = math.inf) -> float:
 
 @each("restitution", [0.15, 0.3, 0.6, 0.9])
 @each("stiffness", [1e4, math.inf])
-def test_a_spring_with_its_damper_leaves_the_restitution(restitution, stiffness):
+def test_a_spring_with_its_damper_gives_the_restitution(restitution, stiffness):
     assert speed_after(restitution, stiffness) == pytest.approx(restitution, abs=0.05)
 
 
@@ -33,7 +33,7 @@ def test_a_material_softer_than_the_step_allows_keeps_its_stiffness():
     assert contact_spring(0.3, 0.5, math.inf, 2.0, H) == contact_spring(0.3, 0.5, 1e9, 2.0, H)
 
 
-def test_a_contact_that_neither_rubs_nor_bounces_takes_all_speed_in_a_step():
+def test_a_contact_without_friction_and_bounce_stops_a_body_in_one_step():
     spring, damper = contact_spring(0.0, 0.0, math.inf, 55.0, 0.005)
     assert damper * 0.005 == pytest.approx(1.0)
     assert damper == pytest.approx(2.0 * math.sqrt(spring)), "critical"
@@ -57,7 +57,7 @@ def test_impossible_materials_are_refused_by_name(field, value):
         TerrainSurface(name="ICE", **values)
 
 
-def test_a_preset_cannot_be_changed_but_varied():
+def test_a_preset_is_frozen_but_has_variants():
     with pytest.raises(FrozenInstanceError):
         CARPET.friction = 0.1
     assert replace(CARPET, friction=0.1).restitution == CARPET.restitution

@@ -12,7 +12,7 @@ def _no_variable(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_a_named_engine_is_taken_whatever_the_environment_says(name, monkeypatch):
+def test_a_named_engine_overrides_the_environment(name, monkeypatch):
     assert choose_engine(name) == name
     monkeypatch.setenv(VARIABLE, "bullet" if name == "mujoco" else "mujoco")
     assert choose_engine(name) == name
@@ -20,7 +20,7 @@ def test_a_named_engine_is_taken_whatever_the_environment_says(name, monkeypatch
 
 
 @pytest.mark.parametrize(("installed", "chosen"), [(("pybullet", "mujoco"), "bullet"), (("mujoco",), "mujoco")])
-def test_without_a_name_the_first_that_is_installed_is_taken(installed, chosen, monkeypatch):
+def test_without_a_name_the_first_installed_engine_is_chosen(installed, chosen, monkeypatch):
     monkeypatch.setattr(engine_choice, "find_spec", lambda package: package if package in installed else None)
     assert choose_engine() == chosen
 

@@ -44,7 +44,7 @@ def test_groups_become_named_elements(path):
     assert {e.surface for e in field.elements} == {WALL}
 
 
-def test_surfaces_go_by_pattern_and_the_last_match_wins(path):
+def test_surfaces_match_by_pattern_and_the_last_match_wins(path):
     field = FieldGeometry.load(
         path, surfaces={"hub_*": RUBBER, "*_funnel*": POLYCARBONATE, "posts": CARPET}, default_surface=WALL
     )
@@ -81,7 +81,7 @@ def test_boundary_surrounds_the_field_from_outside(path):
 
 @each("name", ["length", "width", "side_height", "end_height", "thickness"])
 @each("value", [0.0, -1.0, float("nan"), float("inf")])
-def test_boundary_is_checked_at_the_door(name, value):
+def test_an_invalid_boundary_is_refused(name, value):
     good = FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0)
     with pytest.raises(ConfigError, match=name):
         replace(good, **{name: value})
@@ -103,7 +103,7 @@ def test_a_field_in_other_units_is_refused_with_the_likely_reason(save, scale):
         (lambda p: (p - (8.0, 4.0, 0.0))[:, (0, 2, 1)] * (1, 1, -1) / 0.0254, "in inches .* with y up .* its middle"),
     ],
 )
-def test_a_field_whose_size_is_known_says_how_a_mesh_of_it_was_exported(save, place, said):
+def test_for_a_known_field_size_the_error_names_the_export_mistake(save, place, said):
     box = trimesh.creation.box(extents=(16.0, 8.0, 0.2))
     box.vertices = place(np.asarray(box.vertices) + np.array((8.0, 4.0, 0.1)))
     with pytest.raises(FieldMeshError, match=said):
@@ -147,7 +147,7 @@ def test_triangle_limit_must_be_positive(path, count):
         FieldGeometry.load(path, max_triangles=count)
 
 
-def test_what_stays_a_mesh_is_logged(save, caplog):
+def test_groups_that_remain_meshes_are_logged(save, caplog):
     ring = trimesh.creation.annulus(r_min=0.5, r_max=1.0, height=0.2)
     field = FieldGeometry.load(save(group("ring", ring)))
     assert isinstance(field.elements[0].shape, Mesh)
@@ -201,13 +201,13 @@ def test_positions_are_read_only_copies():
         element.position[0] = 1.0
 
 
-def test_bounds_hold_everything(path):
+def test_bounds_contain_everything(path):
     low, high = FieldGeometry.load(path).bounds()
     assert low == pytest.approx((-0.5, -0.5, -0.5))
     assert high == pytest.approx((3.5, 5.5, 0.5))
 
 
-def test_a_field_that_was_scaled_twice_says_so(tmp_path):
+def test_a_field_that_was_scaled_twice_is_refused(tmp_path):
     mesh = tmp_path / "tiny.obj"
     mesh.write_text("o a\nv 0 0 0\nv 0.01 0 0\nv 0 0.01 0\nv 0 0 0.01\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
     with pytest.raises(FieldMeshError, match=r"only 0\.01 m long"):

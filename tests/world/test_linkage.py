@@ -26,7 +26,7 @@ def motion(position=0.0, velocity=0.0):
     return SimpleNamespace(position=position, velocity=velocity)
 
 
-def test_an_arm_on_an_elevator():
+def test_pose_of_an_arm_on_an_elevator():
     """0.3 m up, then 0.5 m ahead of a joint that is 60 degrees up."""
     lift = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), slides=True, ratio=0.02, origin=(0.1, 0.0, 0.2))
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.05, 0.0))
@@ -36,7 +36,7 @@ def test_an_arm_on_an_elevator():
     assert matrix(quat)[:, 0] == pytest.approx((0.5, 0.0, math.sqrt(0.75)))
 
 
-def test_no_joints_is_a_part_that_is_fixed():
+def test_a_part_without_joints_is_fixed():
     assert part_pose((), {}, (0.1, 0.2, 0.3)) == ((0.1, 0.2, 0.3), (0.0, 0.0, 0.0, 1.0))
     assert part_state((), {}).vel == (0.0, 0.0, 0.0)
 
@@ -57,7 +57,7 @@ def test_motion_is_the_derivative_of_the_pose(joints, a, b, da, db, offset):
     assert np.array(state.rate) == pytest.approx([spin[2, 1], spin[0, 2], spin[1, 0]], abs=1e-6)
 
 
-def test_joints_that_cannot_be_are_refused():
+def test_invalid_joints_are_refused():
     with pytest.raises(ConfigError, match="unit vector"):
         Joint(mechanism="a", axis=(1.0, 1.0, 0.0))
     with pytest.raises(ConfigError, match="ratio"):

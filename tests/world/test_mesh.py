@@ -71,13 +71,13 @@ def test_closed_body_with_a_dent_is_a_mesh():
     assert trimesh.Trimesh(back, part.shape.faces).volume == pytest.approx(ring.volume)
 
 
-def test_two_boxes_in_one_group_come_apart():
+def test_two_boxes_in_one_group_are_separated():
     a, b = trimesh.creation.box(), trimesh.creation.box()
     b.apply_translation((3.0, 0.0, 0.0))
     assert [type(p.shape) for p in parts_of(trimesh.util.concatenate(a, b))] == [Box, Box]
 
 
-def test_touching_boxes_come_apart_if_they_have_their_own_vertices():
+def test_touching_boxes_are_separated_if_they_have_their_own_vertices():
     a, b = trimesh.creation.box(), trimesh.creation.box(extents=(1.0, 1.0, 2.0))
     b.apply_translation((1.0, 0.0, 0.5))
     parts = classify(np.vstack([a.vertices, b.vertices]), np.vstack([a.faces, np.asarray(b.faces) + 8]))
@@ -186,7 +186,7 @@ def test_groups_keep_their_names_whatever_their_materials_and_corners(tmp_path):
     assert [(g.name, len(g.vertices), len(g.triangles())) for g in groups] == [("slab", 4, 4), ("post_left", 5, 3)]
 
 
-def test_what_is_written_is_read_again(tmp_path):
+def test_a_written_file_is_read_back(tmp_path):
     groups = read_obj(write(tmp_path, MIXED))
     again = read_obj(write(tmp_path, format_obj(groups, header="two lines\nof header"), "again.obj"))
     for a, b in zip(groups, again, strict=True):
@@ -194,7 +194,7 @@ def test_what_is_written_is_read_again(tmp_path):
         assert a.vertices == pytest.approx(b.vertices, abs=1e-6)
 
 
-def test_concave_polygon_is_cut_within_its_outline():
+def test_concave_polygon_is_triangulated_within_its_outline():
     arrow = np.array([[0.0, 0, 0], [2, 2, 0], [0, 1, 0], [-2, 2, 0]])
     for turn in range(4):
         face = tuple(np.roll(range(4), turn).tolist())
@@ -219,12 +219,12 @@ def test_concave_polygon_is_cut_within_its_outline():
         (b"glTF\x02\0\0\0", "binary"),
     ],
 )
-def test_broken_files_say_where(tmp_path, text, message):
+def test_errors_name_the_line_of_a_broken_file(tmp_path, text, message):
     with pytest.raises(FieldMeshError, match=message):
         read_obj(write(tmp_path, text))
 
 
-def test_missing_file_and_directory_say_so(tmp_path):
+def test_a_missing_file_and_a_directory_are_reported(tmp_path):
     with pytest.raises(FieldMeshError, match="No such file"):
         read_obj(tmp_path / "nowhere.obj")
     with pytest.raises(FieldMeshError, match="cannot read"):

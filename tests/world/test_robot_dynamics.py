@@ -16,7 +16,7 @@ from simcore.world.world import PhysicsWorld
 CONFIG = RobotConfig(drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
 
 
-def test_records_of_a_robot_stay_where_they_are_when_others_come():
+def test_records_of_a_robot_keep_their_place_when_others_are_added():
     """The drive of the first robot and the loop have the same memory, before and after a second one comes."""
     with PhysicsWorld() as world:
         rng = np.random.default_rng(0)
@@ -31,7 +31,7 @@ def test_records_of_a_robot_stay_where_they_are_when_others_come():
         assert fleet.shafts["request"]["value"].tolist() == [3.0] * 4 + [0.0] * 12
 
 
-def test_a_limit_that_is_asked_for_leaves_the_model_as_it_is():
+def test_a_requested_limit_leaves_the_model_unchanged():
     """A request of 20 A holds until the next; one beyond the model's limit is the model's."""
     with PhysicsWorld() as world:
         drive = Robot(world, CONFIG, rng=np.random.default_rng(0)).drive
@@ -42,7 +42,7 @@ def test_a_limit_that_is_asked_for_leaves_the_model_as_it_is():
         assert drive.shafts["request"]["stator_limit"].tolist() == own == drive.shafts["model"]["stator_limit"].tolist()
 
 
-def test_more_records_than_there_is_room_for_are_refused():
+def test_records_beyond_the_capacity_are_refused():
     rows = RecordRows("motors", SHAFT, 3)
     rows.take(records(SHAFT, 2))
     with pytest.raises(ConfigError, match="room for 3 motors, its robots have 4"):

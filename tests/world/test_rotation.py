@@ -28,13 +28,13 @@ def same_rotation(a, b) -> bool:
 
 
 @given(angle, angle, angle)
-def test_roll_pitch_yaw_mean_what_wpilib_means(roll, tilt, yaw):
+def test_roll_pitch_yaw_agree_with_wpilib(roll, tilt, yaw):
     theirs = Rotation3d(roll, tilt, yaw).getQuaternion()
     assert same_rotation(q.from_rpy(roll, tilt, yaw), (theirs.X(), theirs.Y(), theirs.Z(), theirs.W()))
 
 
 @given(angle, pitch, angle)
-def test_angles_come_back(roll, tilt, yaw):
+def test_angles_survive_a_round_trip(roll, tilt, yaw):
     back = q.rpy(q.from_rpy(roll, tilt, yaw))
     for got, want in zip(back, (roll, tilt, yaw), strict=True):
         assert math.remainder(got - want, math.tau) == pytest.approx(0.0, abs=1e-6)
@@ -53,7 +53,7 @@ def test_straight_up_has_a_pitch_of_ninety_degrees_and_no_domain_error():
 
 
 @given(rotation(), vector)
-def test_rotating_a_vector_is_what_wpilib_and_scipy_do(turn, v):
+def test_rotating_a_vector_agrees_with_wpilib_and_scipy(turn, v):
     got = q.rotate(turn, v)
     assert got == pytest.approx(Rotation.from_quat(turn).apply(v), abs=1e-9)
     theirs = Translation3d(*v).rotateBy(Rotation3d(*q.rpy(turn)))
@@ -67,7 +67,7 @@ def test_a_frame_round_trip_returns_the_start(turn, v):
 
 
 @given(rotation(), vector)
-def test_the_matrix_turns_as_the_quaternion_does(turn, v):
+def test_the_matrix_agrees_with_the_quaternion(turn, v):
     m = q.matrix(turn)
     assert m @ v == pytest.approx(q.rotate(turn, v), abs=1e-9)
     assert m @ m.T == pytest.approx(np.eye(3), abs=1e-12)
@@ -75,12 +75,12 @@ def test_the_matrix_turns_as_the_quaternion_does(turn, v):
 
 
 @given(rotation(), rotation(), vector)
-def test_a_product_is_the_second_rotation_and_then_the_first(a, b, v):
+def test_a_product_is_the_second_rotation_followed_by_the_first(a, b, v):
     assert q.rotate(q.multiply(a, b), v) == pytest.approx(q.rotate(a, q.rotate(b, v)), abs=1e-8)
 
 
 @given(rotation(), vector, st.floats(0.0, 1.0))
-def test_a_rotation_between_two_is_the_share_of_the_turn(start, axis, share):
+def test_an_interpolated_rotation_is_the_share_of_the_angle(start, axis, share):
     """Slerp, within t^3 / 240 of a turn by t."""
     axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # a turn of at most 1 rad
     a = Rotation.from_quat(start)

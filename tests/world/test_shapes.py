@@ -82,11 +82,11 @@ CUBE = Hull(np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z 
         (Compound((Part(Sphere(0.1), (0.0, 0.0, -0.2)), Part(Sphere(0.1)))), from_rpy(math.pi, 0.0, 0.0), 0.1),
     ],
 )
-def test_the_height_on_flat_ground_is_that_of_the_lowest_point(shape, quat, height):
+def test_support_height_is_set_by_the_lowest_point(shape, quat, height):
     assert support_height(shape, quat) == pytest.approx(height, rel=2e-3)
 
 
-def test_what_is_over_its_ground_stands_and_what_is_beside_it_does_not():
+def test_a_shape_stands_if_its_center_is_above_its_base():
     assert stands(Sphere(0.1)) and stands(TUBE) and stands(TUBE, LYING) and stands(CUBE)
     assert not stands(TUBE, from_rpy(0.0, 0.3, 0.0)) and not stands(CUBE, from_rpy(0.5, 0.0, 0.0))
     assert stands(CUBE, from_rpy(math.pi / 4, 0.0, 0.0)), "on an edge, balanced"
@@ -104,7 +104,7 @@ def test_sizes_follow_the_formulas():
     assert mean_frontal_area(TUBE) == pytest.approx(mean_frontal_area(Cylinder(0.06, 0.3)), rel=5e-3)
 
 
-def test_the_bounding_box_follows_turned_parts():
+def test_the_bounding_box_includes_rotated_parts():
     low, high = bounding_box(Compound((Part(Cylinder(0.1, 0.4), (1.0, 0.0, 0.0), LYING),)))
     assert low == pytest.approx([0.8, -0.1, -0.1]) and high == pytest.approx([1.2, 0.1, 0.1])
     low, high = bounding_box(
@@ -135,7 +135,7 @@ def test_a_tube_has_the_inertia_of_a_hollow_cylinder():
     assert found.volume == pytest.approx(math.pi * (b * b - a * a) * h, rel=0.12)
 
 
-def test_a_hull_of_the_corners_of_a_box_is_that_box_wherever_it_lies():
+def test_a_hull_of_a_boxs_corners_has_the_boxs_mass_properties_anywhere():
     turn, size = matrix(from_rpy(0.4, -0.8, 1.1)), np.array([0.2, 0.5, 0.9])
     hull = mass_properties(Hull(CORNERS * size @ turn.T + (1.0, 2.0, 3.0)))
     box = mass_properties(Box((0.2, 0.5, 0.9)))
@@ -148,7 +148,7 @@ def test_a_hull_of_the_corners_of_a_box_is_that_box_wherever_it_lies():
     assert again == pytest.approx(hull.inertia, abs=1e-12) and np.linalg.det(matrix(axes)) == pytest.approx(1.0)
 
 
-def test_a_cone_and_a_ring_have_the_inertia_of_the_books():
+def test_a_cone_and_a_ring_have_textbook_inertia():
     """Cone: 3/10 r^2 and 3/20 (r^2 + h^2 / 4), center at h / 4. Torus: R^2 + 3/4 r^2 and R^2 / 2 + 5/8 r^2."""
     found = mass_properties(cone(height=0.4, bottom_radius=0.2, sides=48))
     assert np.diag(found.inertia) == pytest.approx([0.15 * (0.04 + 0.04)] * 2 + [0.3 * 0.04], rel=0.02)
@@ -158,7 +158,7 @@ def test_a_cone_and_a_ring_have_the_inertia_of_the_books():
     assert ring == pytest.approx([across, across, 0.15**2 + 0.75 * 0.025**2], rel=0.05)
 
 
-def test_a_compound_counts_its_turned_parts():
+def test_a_compound_includes_its_rotated_parts():
     cross = Compound((Part(Cylinder(0.05, 0.4)), Part(Cylinder(0.05, 0.4), quat=from_rpy(math.pi / 2, 0.0, 0.0))))
     one = np.diag(mass_properties(Cylinder(0.05, 0.4)).inertia)
     assert np.diag(mass_properties(cross).inertia) == pytest.approx(
@@ -170,7 +170,7 @@ def test_a_compound_counts_its_turned_parts():
     assert bounding_box(shape)[1][2] == pytest.approx(0.3)
 
 
-def test_what_has_no_volume_is_refused():
+def test_a_shape_without_volume_is_refused():
     with pytest.raises(ConfigError, match="Mesh has no volume"):
         mass_properties(Mesh(np.eye(3), np.array([[0, 1, 2]])))
     with pytest.raises(ConfigError, match="one plane"):
@@ -189,6 +189,6 @@ def test_what_has_no_volume_is_refused():
         (lambda: Compound(()), "at least one part"),
     ],
 )
-def test_shapes_that_cannot_be_are_refused(make, words):
+def test_invalid_shapes_are_refused(make, words):
     with pytest.raises(ConfigError, match=words):
         make()

@@ -53,13 +53,13 @@ def test_budget_is_met_groups_keep_their_names_and_the_box_is_untouched(dense, t
     assert "'ball'" in text
 
 
-def test_what_fits_is_written_unchanged(dense, tmp_path, capsys):
+def test_a_mesh_within_the_budget_is_written_unchanged(dense, tmp_path, capsys):
     code, _ = run(dense, tmp_path, "--triangles", "10000")
     assert code == 0
     assert "moved by 0.00 mm at most" in capsys.readouterr().out
 
 
-def test_scale_turns_millimeters_into_meters(dense, tmp_path):
+def test_scale_converts_millimeters_to_meters(dense, tmp_path):
     _, out = run(dense, tmp_path, "--triangles", "10000", "--scale", "0.001")
     assert max(np.abs(g.vertices).max() for g in read_obj(out)) == pytest.approx(0.0095)
 

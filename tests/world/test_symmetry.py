@@ -24,34 +24,34 @@ def test_flipping_twice_returns_the_start(symmetry, x, y, yaw):
 
 
 @given(kinds, x_place, y_place, any_angle, st.floats(0.1, 2.0))
-def test_a_pose_flips_as_the_points_along_its_heading_do(symmetry, x, y, yaw, ahead):
+def test_a_pose_flips_like_the_points_along_its_heading(symmetry, x, y, yaw, ahead):
     fx, fy, turned = symmetry.flip_pose(x, y, yaw)
     tip = symmetry.flip_point(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw))
     assert tip == pytest.approx((fx + ahead * math.cos(turned), fy + ahead * math.sin(turned)), abs=1e-9)
 
 
 @given(kinds, x_place, y_place, st.floats(-5, 5), st.floats(-5, 5))
-def test_a_velocity_flips_as_the_way_between_two_points_does(symmetry, x, y, vx, vy):
+def test_a_velocity_flips_like_the_difference_of_two_points(symmetry, x, y, vx, vy):
     a, b = np.array([[x, y, 0.1], [x + vx, y + vy, 0.4]])
     way = symmetry.flip_points(b[None]) - symmetry.flip_points(a[None])
     assert symmetry.flip_vectors((b - a)[None]) == pytest.approx(way, abs=1e-9)
 
 
-def test_a_turned_field_has_its_middle_between_and_a_mirrored_one_its_middle_line():
+def test_rotation_is_about_the_center_and_mirroring_about_the_center_line():
     assert ROTATE.flip_point(1.0, 2.0) == pytest.approx((SIZE[0] - 1.0, SIZE[1] - 2.0))
     assert MIRROR.flip_point(1.0, 2.0) == pytest.approx((SIZE[0] - 1.0, 2.0))
     assert ROTATE.keeps_hands and not MIRROR.keeps_hands
 
 
 @given(any_angle)
-def test_wrapped_angles_are_the_same_direction_within_half_a_turn(angle):
+def test_wrapped_angles_keep_their_direction_within_half_a_turn(angle):
     wrapped = wrap_angle(angle)
     assert -math.pi <= wrapped <= math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-9)
 
 
-def test_a_symmetry_that_cannot_be_is_refused():
+def test_an_invalid_symmetry_is_refused():
     with pytest.raises(ConfigError, match="kind must be"):
         FieldSymmetry("turn", SIZE)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="size"):

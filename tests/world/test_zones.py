@@ -40,12 +40,12 @@ def test_a_cylinder_is_round_and_closed(point, inside):
     assert bool(TUBE.contains(row(*point))[0]) is inside
 
 
-def test_a_path_as_far_as_a_face_touches_the_box():
+def test_a_path_that_ends_on_a_face_touches_the_box():
     assert BOX.crossed(row(0.5, 3.0, 0.5), row(1.0, 3.0, 0.5))[0]
 
 
 @pytest.mark.parametrize("zone", [BOX, TUBE])
-def test_no_pieces_and_pieces_that_are_no_numbers(zone):
+def test_no_pieces_and_pieces_with_nan(zone):
     none = np.zeros((0, 3))
     assert zone.contains(none).shape == zone.crossed(none, none).shape == (0,)
     nan = row(math.nan, math.nan, math.nan)
@@ -63,7 +63,7 @@ def test_impossible_zones_are_refused():
         CylinderZone((0.0, 0.0), 1.0, 2.0, 1.0)
 
 
-def test_a_capsule_is_what_is_near_its_line():
+def test_a_capsule_contains_the_points_near_its_line():
     """Against the distances of many points on both lines."""
     capsule = CapsuleZone((1.0, 1.0, 1.0), (1.3, 1.0, 1.4), 0.1)
     line = np.array(capsule.start) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(capsule.end, capsule.start)
@@ -96,7 +96,7 @@ def test_a_capsule_is_what_is_near_its_line():
         CapsuleZone((1.0, 1.0, 1.2), (1.3, 0.9, 1.0), 0.1),
     ],
 )
-def test_what_touches_a_zone_comes_into_its_box_and_no_smaller_box_would_do(zone):
+def test_the_box_of_a_zone_is_its_smallest_bounding_box(zone):
     """Its faces are as near to the zone as the points are to each other, of a grid in the box."""
     low, high = map(np.array, zone.box)
     start, end = np.random.default_rng(2).uniform(0.6, 1.5, (2, 4000, 3))

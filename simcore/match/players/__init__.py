@@ -1,1 +1,1 @@
-"""Scripted players: robots that play a whole match with others, each in a role and at a level of skill."""
+"""Scripted players: robots that play a whole match with others, each with a role and a level of skill."""

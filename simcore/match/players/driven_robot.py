@@ -1,4 +1,4 @@
-"""A robot that a person drives: field-relative by two sticks, with a button for the intake and four for actions."""
+"""A robot that a person drives: field-relative with two sticks, a button for the intake and four for actions."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from simcore.units import TICK
 __all__ = ["DrivenRobot", "Driver", "DriverControls", "DriverInput", "HandedOver"]
 
 _STICK = Quantity("", -1.0, 1.0)
-_MOST_TURN = math.tau  # of a stick that is pushed to its end [rad/s]
+_MOST_TURN = math.tau  # [rad/s], at full stick
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverInput:
-    """What a person wants of a robot now."""
+    """Present input of a driver."""
 
     ahead: float = 0.0
-    """Away from the own driver station, as a share of full speed [-]."""
+    """Away from the driver's station, as a share of full speed [-]."""
     left: float = 0.0
-    """To the left as seen from the own driver station [-]."""
+    """To the left as seen from the driver's station, as a share of full speed [-]."""
     turn: float = 0.0
-    """Counter-clockwise seen from above [-]."""
+    """Counter-clockwise seen from above, as a share of full rate [-]."""
     intake: bool = False
     """Whether to take pieces in."""
     action: int | None = None
-    """Which action of the game is held, by its place among them; None, or one that the game does not have: none."""
+    """Index of the game's action whose button is held; None, or an index without an action: none."""
     device: str = "keyboard"
-    """What the person holds, in words."""
+    """Name of the input device."""
 
     def __post_init__(self) -> None:
         require_fields(self, ahead=_STICK, left=_STICK, turn=_STICK, action=COUNT)
 
 
 Driver: TypeAlias = Callable[[], "DriverInput | None"]
-"""What a person wants now; None while nobody drives."""
+"""Function that returns the present input; None while nobody drives."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverControls:
-    """What the buttons of a person do who drives a robot of a game; sticks and intake are the same in all games."""
+    """Buttons of a driver in a game; sticks and intake are equal in all games."""
 
     settings: ScriptSettings = field(default_factory=ScriptSettings)
-    """How the robot is handled."""
+    """Settings of how the robot is handled."""
     actions: Mapping[str, Script] = field(default_factory=dict)
-    """Up to four scripts by what people call them, in the order of the buttons; each runs while its button is held."""
+    """Up to four scripts by their names for people, in the order of the buttons; each runs while its button is held."""
     rest: Callable[[ScriptedRobot], None] = lambda robot: None
-    """Commands the mechanisms as they are while no action runs; called at the start and after each action."""
+    """Function that commands the mechanisms while no action runs; called at the start and after each action."""
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -65,20 +65,20 @@ class DriverControls:
             raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Driver) -> DrivenRobot:
-        """Make what commands a robot as a driver wants."""
+        """Make the controller that follows a driver."""
         return DrivenRobot(self, match, alliance, driver)
 
 
 class DrivenRobot(ScriptedRobot):
-    """A controller that does what a person wants; for robots with swerve.
+    """Controller that follows a driver; for robots with swerve.
 
-    While an action steers, as one that aims, the sticks do not. While nobody drives, the robot stands.
+    While an action steers, for example to aim, the sticks have no effect. While nobody drives, the robot stands still.
 
     Args:
-        controls: What the buttons do.
-        match: In which it plays.
-        alliance: Whose robot it is.
-        driver: The person.
+        controls: Buttons of the driver.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        driver: Source of the driver's input.
     """
 
     def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
@@ -89,19 +89,19 @@ class DrivenRobot(ScriptedRobot):
         self._last = -math.inf
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick."""
-        if time > self._last + 1.5 * TICK:  # robots were disabled meanwhile
+        """Run one tick."""
+        if time > self._last + 1.5 * TICK:  # the robots were disabled in between
             super().stop()
         self._last = time
         super().__call__(robot, time)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
-        """As the script of an action wants it; the sticks do not count in this tick."""
+        """Steer for the script of an action; the sticks have no effect in this tick."""
         self._is_steered = True
         super().accelerate_to(vx, vy, turn)
 
     def stop(self) -> None:
-        """Stand still; the sticks do not count in this tick."""
+        """Stand still; the sticks have no effect in this tick."""
         self._is_steered = True
         super().stop()
 
@@ -109,8 +109,8 @@ class DrivenRobot(ScriptedRobot):
 
     def _follow(self) -> Steps:
         actions = tuple(self._controls.actions.values())
-        number: int | None = None  # of the action that is held
-        steps: Steps | None = None  # of it, until it ends
+        number: int | None = None  # of the held action
+        steps: Steps | None = None  # of that action, until it ends
         self._controls.rest(self)
         while True:
             wants = self._driver()
@@ -138,20 +138,21 @@ class DrivenRobot(ScriptedRobot):
     def _steer(self, wants: DriverInput) -> None:
         drive = self.robot.drive
         assert isinstance(drive, SwerveDrive)
-        hand = 1.0 if self.alliance == "blue" or self._symmetry.keeps_hands else -1.0  # left of a mirrored station
+        # left is reversed at a mirrored station
+        hand = 1.0 if self.alliance == "blue" or self._symmetry.keeps_hands else -1.0
         super().accelerate_to(drive.max_speed * wants.ahead, hand * drive.max_speed * wants.left)
         self._velocity = (*self._velocity[:2], hand * min(_MOST_TURN, drive.max_omega) * wants.turn)
 
 
 class HandedOver:
-    """A robot that plays an auto until a person takes it over, who then has it while robots may move.
+    """A robot that plays an auto until a person takes over, who then drives it while robots may move.
 
     Args:
-        match: In which it plays.
-        alliance: Whose robot it is.
-        auto: What it does before.
-        driver: The person.
-        from_teleop: Whether nobody can take it over in auto.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        auto: Controller before the take-over.
+        driver: Source of the driver's input.
+        from_teleop: Whether a person can take over in teleop only.
     """
 
     def __init__(
@@ -162,10 +163,10 @@ class HandedOver:
         self._match, self._auto, self._driver = match, auto, driver
         self._from_teleop = from_teleop
         self.is_taken = False
-        """Whether a person has taken it over."""
+        """Whether a person has taken over."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick."""
+        """Run one tick."""
         may = not self._from_teleop or self._match.timer.phase.mode == "teleop"
         self.is_taken = self.is_taken or (may and self._driver() is not None)
         (self._driven if self.is_taken else self._auto)(robot, time)

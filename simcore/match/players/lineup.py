@@ -1,4 +1,4 @@
-"""Who plays a whole match: line-ups as people type them, and the robots and players that come of them."""
+"""Line-ups of whole matches in text form, and the robots and players made from them."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ __all__ = [
 ]
 
 ME = "me"
-"""In a line-up: the robot that is not scripted by a role."""
+"""Name of the robot in a line-up that does not play a role."""
 _LEVEL = 2
-"""Of a player whose level is not given."""
+"""Default level of a player."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """One robot of a match, and who plays it."""
+    """One robot of a match with its player."""
 
     alliance: Alliance
     role: str
@@ -51,11 +51,11 @@ class Seat:
 
 
 def find_role(game: Game, name: str) -> Role:
-    """The role of a name.
+    """Return a role by name.
 
     Raises:
-        UnknownNameError: The game has none of that name.
-        ConfigError: The game has no roles.
+        UnknownNameError: If the game has none of that name.
+        ConfigError: If the game has no roles.
     """
     if not game.roles:
         raise ConfigError(f"game {game.name} has no scripted players")
@@ -65,11 +65,11 @@ def find_role(game: Game, name: str) -> Role:
 
 
 def read_player(game: Game, text: str) -> tuple[str, int]:
-    """Role and level of a player, as people type them: `collector:3`, or `collector`, which is of level 2.
+    """Parse role and level of a player: `collector:3`, or `collector`, which is level 2.
 
     Raises:
-        UnknownNameError: The game has no such role.
-        ConfigError: There is no such level.
+        UnknownNameError: If the game has no such role.
+        ConfigError: If there is no such level.
     """
     name, colon, level = text.strip().partition(":")
     role = find_role(game, name.strip())
@@ -80,16 +80,16 @@ def read_player(game: Game, text: str) -> tuple[str, int]:
 
 
 def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
-    """Seats of a match in the order of its robots: the alliance of `me` first, with `me` at its head, else blue.
+    """Return seats of a match in the order of its robots: the alliance of `me` first, with `me` at its head, else blue.
 
     Args:
-        game: What is played.
-        red: Players with commas or plus signs between, e.g. `collector:3,idle`; empty: none.
-        blue: The same.
+        game: Game to play.
+        red: Players of red, separated by commas or plus signs, e.g. `collector:3,idle`; empty: none.
+        blue: Players of blue, likewise.
 
     Raises:
-        ConfigError: Too many robots or none at all, `me` twice, or a level that there is not.
-        UnknownNameError: The game has no such role.
+        ConfigError: If there are too many robots or none, two of `me`, or an unknown level.
+        UnknownNameError: If the game has no such role.
     """
     sides: dict[Alliance, list[Seat]] = {"blue": [], "red": []}
     texts: dict[Alliance, str] = {"blue": blue, "red": red}
@@ -114,7 +114,7 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
 
 
 def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
-    """Robots of a match, each as its role wants it, and that of `ME` in place of the game's own."""
+    """Return robots of a match, each with its role's config, and that of `ME` in place of the game's."""
     return tuple(
         RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
         for seat in seats
@@ -128,13 +128,13 @@ def take_seats(
     me: Callable[[], Controller] | None = None,
     hand_over: Callable[[Match, int, Controller], Controller] | None = None,
 ) -> None:
-    """Let players drive the robots of a match while those may move.
+    """Set players as the controllers of a match's robots while these may move.
 
     Args:
-        match: With the robots of `entries`.
-        seats: Of its robots.
-        me: Makes what drives the robot of `ME`; None: nothing does.
-        hand_over: Makes of a scripted robot, by its number and controller, one that a person can take over.
+        match: Match with the robots of `entries`.
+        seats: Seats of its robots.
+        me: Function that makes the controller of `ME`; None: it stands still.
+        hand_over: Function that makes a scripted robot, by number and controller, one that a person can take over.
     """
     for number, seat in enumerate(seats):
         match.record.robots[number].player = str(seat)
@@ -159,13 +159,13 @@ def play_match(
     """Play a whole match headless, until its score is final.
 
     Args:
-        game: Which.
-        seats: Who plays, as `lineup` gives them.
-        me: Makes what drives the robot of `ME`, as `plays` does; None: nothing does.
-        robot: That of `ME`, in place of the game's own.
-        hand_over: As in `take_seats`.
-        seconds: How long, simulated [s]; None: to the end.
-        options: Of the game that are on, beside those that are on in matches.
+        game: Game to play.
+        seats: Seats, from `lineup`.
+        me: Function that makes the controller of `ME`, e.g. from `plays`; None: it stands still.
+        robot: Config of `ME` in place of the game's robot.
+        hand_over: See `take_seats`.
+        seconds: Simulated time to play [s]; None: to the end.
+        options: Options of the game that are on, in addition to those that are on in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
     """
     length = match_seconds(game) if seconds is None else seconds
@@ -183,12 +183,12 @@ def play_match(
 
 
 def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
-    """What the robot of `ME` does that plays an auto, and stands still afterwards."""
+    """Return a function that makes the controller of `ME` for an auto; it stands still afterwards."""
     return lambda match: auto.controller(match, match.alliances[0])
 
 
 def match_seconds(game: Game) -> float:
-    """How long a whole match is, until its score is final [s]."""
+    """Return the duration of a whole match until its score is final [s]."""
     return game.clock.duration + game.assessment + 2.0 * TICK
 
 
@@ -198,11 +198,11 @@ def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controll
 
 
 class WhileEnabled:
-    """Lets a controller command while robots may move, and begins it anew with each auto.
+    """Controller that runs another one while robots may move, and makes it again for each auto.
 
     Args:
-        match: In which.
-        make: Makes the controller.
+        match: Match in which it plays.
+        make: Function that makes the controller.
     """
 
     def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:
@@ -212,7 +212,7 @@ class WhileEnabled:
         self._was_auto = False
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick."""
+        """Run one tick."""
         timer = self._match.timer
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if self._controller is None or (is_auto and not self._was_auto):

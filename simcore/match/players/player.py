@@ -1,7 +1,7 @@
-"""Scripted robots that play a match with others: they look at reaction's pace, find their way, collect and aim.
+"""Scripted robots that play a match with others: they see the field at intervals, find routes, collect and aim.
 
-What one knows is what a driver sees: where robots and pieces were when it last looked, the clock, the game data, and
-what its own robot holds. Routes are on a grid of the carpet; defense keeps to the pinning rule.
+A player knows as much as a driver: the positions of robots and pieces at its last look, the clock, the game data, and
+the pieces in its own robot. Routes are on a grid of the carpet; defense keeps to the pinning rule.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ from simcore.world.symmetry import Pose
 __all__ = ["SKILLS", "Defense", "PlayScript", "Player", "RouteMap", "SeenRobot", "Skill", "idle", "make_role"]
 
 Place = tuple[float, float]
-"""On the carpet, blue field frame [m]."""
+"""Place on the carpet, blue field frame [m]."""
 
 _CELL = 0.2  # [m]
-_FINE = 4  # points a cell and axis, at which elements are looked for
-_FLAT = 0.05  # [m]; what is no higher does not slow a robot down
-_HALF = 0.42  # [m]; half of a robot, and a little: its center comes no nearer to a wall
+_FINE = 4  # points per cell and axis at which elements are sampled
+_FLAT = 0.05  # [m]; lower elements do not slow a robot down
+_HALF = 0.42  # [m]; half of a robot and a margin: its center comes no nearer to a wall
 _CORNER = 0.6  # [m]; a robot that turns this near to a wall touches it
-_BLOCKED, _TIGHT = 60.0, 1.5  # cost of a meter; high and not infinite, so that who is inside gets out
-_RAMP = 8.0  # the same; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
-_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the cost added there
-_DETOUR = 1.03  # a straight line may cost this much more than the cells of a route, which go in steps of 45 degrees
+_BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; high and not infinite, so that a robot inside gets out
+_RAMP = 8.0  # cost per meter; a robot is slow there, and may land on a piece that lifts its wheels off the carpet
+_ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter there
+_DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which goes in steps of 45 degrees
 
 
 class RouteMap:
-    """Costs of a field, and routes over it.
+    """Cost map of a field, and routes over it.
 
     Args:
-        field: Which; its symmetry and what robots drive over.
-        elements: What stands on it, as loaded.
-        height: Of a robot [m]; what is higher up does not stop it.
-        flipped: Whether red plans.
+        field: Definition of the field, with its symmetry and drivable elements.
+        elements: Elements of the loaded field.
+        height: Height of a robot [m]; higher elements do not stop it.
+        flipped: Whether to plan for red.
     """
 
     def __init__(
@@ -75,14 +75,14 @@ class RouteMap:
         self._to_ramp: FloatArray = (
             distance_transform_edt(~ramps, sampling=self._step) if ramps.any() else np.full(self.shape, np.inf)
         )
-        # the middle of a cell stands for it: a passage that is narrower than two cells would close otherwise
+        # the middle of a cell represents it: otherwise a passage narrower than two cells would close
         self._cost = cells[:, _FINE // 2 - 1 : _FINE // 2 + 1, :, _FINE // 2 - 1 : _FINE // 2 + 1].mean(axis=(1, 3))
         if flipped:
             turn = (slice(None, None, -1), slice(None, None, -1 if field.symmetry.keeps_hands else None))
             self._cost, self._to_ramp = self._cost[turn].copy(), self._to_ramp[turn].copy()
         x, y = ((np.arange(n) + 0.5) * s for n, s in zip(self.shape, self._step, strict=True))
         self._centers = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-        self._edges = a, b = _neighbors(self.shape)  # rows and columns of the matrix of the ways
+        self._edges = a, b = _neighbors(self.shape)  # rows and columns of the graph's matrix
         flat = self._centers.reshape(-1, 2)
         self._half_lengths = 0.5 * np.linalg.norm(flat[a] - flat[b], axis=1)
         self._row_ends = np.searchsorted(a, np.arange(len(flat) + 1)).astype(np.int32)
@@ -90,7 +90,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """What stops a robot and what it climbs over, at the fine points."""
+        """Return which fine points are blocked for a robot, and which are drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -112,24 +112,24 @@ class RouteMap:
             (ramp if is_ramp else solid)[first[0] : last[0], first[1] : last[1]] |= inside
         return solid, ramp
 
-    # --- questions ------------------------------------------------------------------------------------------------
+    # --- queries --------------------------------------------------------------------------------------------------
 
     def is_ramp(self, place: Place, within: float = 0.0) -> bool:
-        """Whether a place is on something that robots climb over, or that near to it [m]."""
+        """Return whether a place is on a drivable element, or within a distance of one [m]."""
         return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
-        """Whether a robot's center can be there."""
+        """Return whether a robot's center can be there."""
         inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
         return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
 
     def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
-        """Corners of the cheapest way from a place to another, without the first.
+        """Return corners of the cheapest route from a place to another, without the first.
 
         Args:
-            start: Where the robot is [m].
-            goal: Where it wants to be [m].
-            others: Centers of other robots [m]; one that stands on the goal is no obstacle.
+            start: Present place of the robot [m].
+            goal: Goal of the robot [m].
+            others: Centers of other robots [m]; one on the goal is no obstacle.
         """
         cost = self._cost
         for x, y in others:
@@ -160,7 +160,7 @@ class RouteMap:
         middles = [(float(x), float(y)) for x, y in self._centers.reshape(-1, 2)[way]] + [goal]
         left = [*costs[way].tolist(), 0.0]
         total = float(costs[first])
-        # go straight to the farthest cell that costs no more so than cell by cell
+        # go straight to the farthest cell that costs no more that way than cell by cell
         for n in range(len(middles) - 1, 0, -1):
             if self._line_cost(cost, start, middles[n]) <= _DETOUR * (total - left[n]):
                 return middles[n:]
@@ -171,7 +171,7 @@ class RouteMap:
         return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
 
     def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
-        """Cost of the straight way between two places."""
+        """Return the cost of the straight line between two places."""
         length = math.dist(a, b)
         steps, ends = max(1, math.ceil(length / (0.5 * _CELL))), np.array((a, b), dtype=np.float64)
         return length * _mean_cost(cost, *self._step, ends, steps)
@@ -179,7 +179,7 @@ class RouteMap:
 
 @compiled
 def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
-    """Mean cost of the cells, so wide and deep [m], in which equal steps from one end to the other begin and end."""
+    """Return the mean cost of the cells, of this size [m], at equal steps from one end to the other."""
     total, x, y = 0.0, (ends[1, 0] - ends[0, 0]) / steps, (ends[1, 1] - ends[0, 1]) / steps
     for number in range(steps + 1):
         i, j = int((ends[0, 0] + number * x) / width), int((ends[0, 1] + number * y) / depth)
@@ -190,7 +190,7 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Pairs of cells that lie beside each other, straight or across a corner, each in both orders, sorted."""
+    """Return pairs of cells that touch at a side or a corner, each in both orders, sorted."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
         (number[:-1, :], number[1:, :]),
@@ -205,46 +205,46 @@ def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
     return first[order].astype(np.int32), second[order].astype(np.int32)
 
 
-_RAMP_SPEED = 1.4  # [m/s]; faster, a robot jumps off what it climbs over
-_AHEAD = 0.6  # [m] that a robot looks ahead for ramps
-_REPLAN = 0.4  # [s] for which a route holds, while its goal stays within _MOVED
+_RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off what it climbs over
+_AHEAD = 0.6  # [m] that a robot checks ahead for ramps
+_REPLAN = 0.4  # [s] for which a route is kept while its goal stays within _MOVED
 _MOVED = 0.5  # [m]
 _STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that wants to move and comes no farther in this time is stuck
 _BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
-_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; what lies flat on carpets, as a bar of 3 cm, does less
+_TILT, _RAISED = 0.08, 0.035  # [rad], [m]; elements flat on the carpet, such as a bar of 3 cm, cause less
 _BESIDE_RAMP = 0.6  # [m]; a robot whose center is this near to a ramp may have its wheels on it
-_CALM = 5  # ticks for which a robot stands on its wheels before it is believed to be free
-_AIM = 0.8  # [s] after which a player aims anew
-_REACHES = 1.3  # [m]; an intake that is out touches opponents who are nearer
-_IN_THE_WAY = 1.2  # [s] for which a robot that aims does not come to shoot before it looks for another place
-_CLUSTER = 0.45  # [m]; cells in which pieces are counted
-_CROWD = 1.3  # [m]; pieces this near to another robot are its
-_BEYOND = 0.35  # [m] that a robot drives on over the pieces that it collects
+_CALM = 5  # ticks on its wheels after which a robot counts as free
+_AIM = 0.8  # [s] after which a player aims again
+_REACHES = 1.3  # [m]; a deployed intake touches opponents that are nearer
+_IN_THE_WAY = 1.2  # [s] of aiming without a shot after which a robot looks for another place
+_CLUSTER = 0.45  # [m]; size of the cells in which pieces are counted
+_CROWD = 1.3  # [m]; pieces this near to another robot are left to it
+_BEYOND = 0.35  # [m] that a robot drives on past the pieces that it collects
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """How well somebody plays, and how good a robot it has. Where the numbers come from: docs/whole_match.md."""
+    """Skill of a player with the quality of its robot. Sources of the numbers: docs/whole_match.md."""
 
     speed: float
-    """Cruising [m/s]."""
+    """Cruising speed [m/s]."""
     collecting_speed: float
-    """Over pieces that are taken in [m/s]."""
+    """Speed over pieces that are taken in [m/s]."""
     aim: float
     """Standard deviation of the heading of a shot [rad]."""
     shot_speed: float
     """Standard deviation of the speed of a shot, as a share of it [-]."""
     load: int
-    """How many pieces it collects at most before it goes to score."""
+    """Largest number of pieces that it collects before it goes to score."""
     shot_rate: float
-    """Shots a second, on average, while it shoots [1/s]."""
+    """Average rate of shots while it shoots [1/s]."""
     reaction: float
-    """Between two looks at the field [s]."""
+    """Time between two looks at the field [s]."""
     foresight: float
-    """How long before something opens its player thinks of it [s]; 0: never."""
+    """Time before something opens at which the player prepares for it [s]; 0: never."""
     planning: float
-    """How much a heap counts over a single piece that is nearer: 0 not at all, 1 by its pieces."""
+    """Weight of a cluster against a nearer single piece: 0 none, 1 by its number of pieces."""
 
 
 SKILLS = (
@@ -253,7 +253,7 @@ SKILLS = (
     Skill(2.0, 1.0, degrees(3.0), 0.08, 12, 2.8, 0.4, 4.0, 0.7),
     Skill(2.6, 1.2, degrees(1.5), 0.04, 16, 4.0, 0.2, 6.0, 1.0),
 )
-"""Of levels 1 to 4: a first match, a usual one, a good one, the best."""
+"""Skills of levels 1 to 4: a first match, a usual one, a good one, the best."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,11 +263,11 @@ class SeenRobot:
     number: int
     is_opponent: bool
     pose: Pose
-    """In the blue frame of the player [m, m, rad]."""
+    """Pose in the blue frame of the player [m, m, rad]."""
 
     @property
     def place(self) -> Place:
-        """Its center [m]."""
+        """Center of the robot [m]."""
         return self.pose[:2]
 
 
@@ -275,11 +275,11 @@ class Player(ScriptedRobot):
     """One scripted player of a match.
 
     Args:
-        script: What to do.
-        match: In which it plays.
-        alliance: Whose robot it is.
-        skill: How well.
-        settings: How it handles the robot.
+        script: Script to follow.
+        match: Match in which it plays.
+        alliance: Alliance of the robot.
+        skill: Skill of the player.
+        settings: Settings of how it handles the robot.
     """
 
     def __init__(
@@ -288,9 +288,9 @@ class Player(ScriptedRobot):
         super().__init__(lambda _: script(self), match, alliance, settings)
         self.skill = skill
         self.others: list[SeenRobot] = []
-        """As last seen, by number."""
+        """Other robots as last seen, by number."""
         self.seen_pieces: dict[str | None, FloatArray] = {}
-        """Pieces that lie on the carpet, as last seen, blue frame [m], shape (n, 3): by kind, and under None all."""
+        """Pieces on the carpet as last seen, blue frame [m], shape (n, 3), by kind; under None all of them."""
         self._routes = RouteMap(
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
@@ -300,20 +300,20 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Begin the script with a robot, with the chance that is the robot's own."""
+        """Begin the script with a robot and its own random generator."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick: look, if it is time to, and go on."""
+        """Run one tick, with a look at the field if one is due."""
         self._has_looked = time >= self._looks_at
         if self._has_looked:
             self._looks_at = time + self.skill.reaction - 0.5 * TICK
-            self._look(robot)
+            self._see_field(robot)
         super().__call__(robot, time)
 
-    def _look(self, robot: Robot) -> None:
+    def _see_field(self, robot: Robot) -> None:
         match = self.match
         self.others = [
             SeenRobot(other.number, side != self.alliance, self.as_blue(other.chassis.pose))
@@ -324,45 +324,45 @@ class Player(ScriptedRobot):
             positions = self.piece_positions(kind)
             self.seen_pieces[kind] = positions[positions[:, 2] < _LYING]
 
-    # --- what a script sees -----------------------------------------------------------------------------------------
+    # --- state that a script reads ----------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
-        """Of the match [s]."""
+        """Time of the match [s]."""
         return self.match.timer.time
 
     @property
     def room(self) -> int:
-        """How many more pieces it takes in before it goes to score."""
+        """Number of pieces that it still takes in before it goes to score."""
         return max(0, min(self.robot.storage.room, self.skill.load - self.held))
 
     @property
     def opponents(self) -> list[SeenRobot]:
-        """As last seen."""
+        """Opponents as last seen."""
         return [other for other in self.others if other.is_opponent]
 
     @property
     def is_beached(self) -> bool:
-        """Whether the robot stands on something else than carpet and ramps, such as a piece under its frame."""
+        """Whether the robot stands on something other than carpet and ramps, such as a piece under its frame."""
         chassis = self.robot.chassis
         roll, pitch, _ = chassis.roll_pitch_yaw
         leans = max(abs(roll), abs(pitch)) > _TILT or chassis.pos[2] > _RAISED
         return leans and not self._routes.is_ramp(self.pose[:2], within=_BESIDE_RAMP)
 
     def away(self, place: Place) -> float:
-        """How far a place is from the robot [m]."""
+        """Return the distance of a place from the robot [m]."""
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Whether the robot is in contact with another one, by its number."""
+        """Return whether the robot is in contact with another one, by its number."""
         return (self.robot.number, number) in self.match.contacts.robots
 
-    # --- what a script does -----------------------------------------------------------------------------------------
+    # --- commands of a script ---------------------------------------------------------------------------------------
 
     def travel(
         self, x: float, y: float, yaw: float, *, speed: float | None = None, timeout: float = 10.0, near: float = 0.12
     ) -> Steps:
-        """Drive to a pose around everything [m, m, rad], and stop there; gives up after `timeout` [s]."""
+        """Drive around obstacles to a pose [m, m, rad] and stop there; give up after `timeout` [s]."""
         yield from self.pursue(lambda: (x, y, yaw), speed=speed, timeout=timeout, near=near)
         self.stop()
 
@@ -378,18 +378,18 @@ class Player(ScriptedRobot):
         """Drive to a pose that may change with every look, until it is reached or there is none.
 
         Args:
-            goal: Where to [m, m, rad]; None: the end.
+            goal: Function that returns the goal [m, m, rad]; None ends it.
             speed: Cruising speed [m/s]; None: that of the skill.
-            timeout: Gives up after this long [s].
-            near: How near counts as there [m]; 0: it never is.
-            ignored: Numbers of robots that are no obstacles, and that it pushes.
+            timeout: Time after which it gives up [s].
+            near: Distance that counts as reached [m]; 0: never.
+            ignored: Numbers of robots that are no obstacles, and that it may push.
         """
         aim: Pose | None = None
         way: list[Place] = []
         planned, planned_for = -math.inf, (math.inf, math.inf)
         since, anchor = self.match.time, self.pose[:2]
         for _ in range(round(timeout / TICK)):
-            if self._has_looked and self.is_beached:  # whoever drives on gathers more under the edge that is up
+            if self._has_looked and self.is_beached:  # driving on would gather more pieces under the raised edge
                 yield from self.shake_off()
                 since, anchor, planned = self.match.time, self.pose[:2], -math.inf
             now, here = self.match.time, self.pose[:2]
@@ -420,13 +420,14 @@ class Player(ScriptedRobot):
         timeout: float = 10.0,
         kind: str | None = None,
     ) -> Steps:
-        """Take in pieces, where there are many or near ones, as the skill has it.
+        """Take in pieces, from clusters or near ones, as the skill decides.
 
         Args:
-            wanted: Which of some places [m], shape (n, 2), to take pieces from.
-            until: Asked at every look; True ends it. It also ends when the robot is full or nothing is left.
-            timeout: Gives up after this long [s].
-            kind: Of pieces; None: any.
+            wanted: Function that returns from which of some places [m], shape (n, 2), to take pieces.
+            until: Function that is called at every look; True ends it. It also ends when the robot is full or nothing
+                is left.
+            timeout: Time after which it gives up [s].
+            kind: Kind of pieces; None: any.
         """
         front = 0.0 if self.settings.intake_x > 0.0 else math.pi
 
@@ -449,12 +450,12 @@ class Player(ScriptedRobot):
     def shoot(
         self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
     ) -> Steps:
-        """Shoot everything at a place, blue field frame [m], aiming anew as the skill does it.
+        """Shoot all pieces at a place, blue field frame [m], aiming again at intervals with the skill's errors.
 
         Args:
-            target: Where to.
-            until: Asked every tick; True ends it.
-            timeout: Gives up after this long [s].
+            target: Target of the shots.
+            until: Function that is called every tick; True ends it.
+            timeout: Time after which it gives up [s].
         """
         yield from self.shake_off()
         since, ends = self.match.time, self.match.time + timeout
@@ -477,9 +478,9 @@ class Player(ScriptedRobot):
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off what is under the robot, toward the side that hangs lower: it lies under the other one.
+        """Drive off a piece under the robot, toward the lower side: the piece lies under the other one.
 
-        A piece under a robot rolls half as far as the robot moves, so a way of two robots' lengths leaves it behind.
+        A piece under a robot rolls half as far as the robot moves, so moving by two robot lengths leaves it behind.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
@@ -497,14 +498,14 @@ class Player(ScriptedRobot):
     # --- inside -----------------------------------------------------------------------------------------------------
 
     def _is_ready(self, turn: float) -> bool:
-        """Whether to feed: the shooter is ready, and the last shots are as long ago as the skill's rate wants it."""
+        """Return whether to feed: the shooter is ready, and enough time has passed for the skill's rate of shots."""
         shot, self._held_before = self._held_before - self.held, self.held
         if shot > 0:
             self._feeds_at = self.match.time + shot / self.skill.shot_rate
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """A speed that the ground allows [m/s]."""
+        """Return the speed that the ground allows [m/s]."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -513,7 +514,7 @@ class Player(ScriptedRobot):
         return min(speed, _RAMP_SPEED) if is_steep else speed
 
     def _back_off(self, toward: Place) -> Steps:
-        """Drive away from where it did not go on, a little aside."""
+        """Drive away from the place where it got stuck, slightly to the side."""
         x, y, _ = self.pose
         way = math.atan2(y - toward[1], x - toward[0]) + self.rng.uniform(-1.2, 1.2)
         for _ in range(round(_BACK_OFF / TICK)):
@@ -521,7 +522,7 @@ class Player(ScriptedRobot):
             yield
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
-        """The place that is most worth driving to of those with pieces [m]; None: there is none."""
+        """Return the best place with pieces to drive to [m]; None if there is none."""
         places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
@@ -538,23 +539,23 @@ class Player(ScriptedRobot):
 
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
-"""What to do, from the first tick to the last."""
+"""Function of the player that makes its steps from the first tick to the last."""
 
 
-_INTO = 0.3  # [m]; a robot that wants to be this far before another one's middle pushes it
-_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
+_INTO = 0.3  # [m]; a robot with a goal this far short of another one's center pushes it
+_LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were this far apart for 3 s
 
 
 def make_role(
     script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
 ) -> Role:
-    """A role that is named as its script.
+    """Make a role that is named after its script.
 
     Args:
-        script: What it does.
-        summary: The same in a few words, for people.
-        settings: How it handles the robot.
-        config: Its robot; None: the game's own.
+        script: Script of the role.
+        summary: Summary of the script, for people.
+        settings: Settings of how it handles the robot.
+        config: Function that makes its robot's config; None: the game's robot.
     """
 
     def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
@@ -572,21 +573,21 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """How a game is defended: robots push opponents away from a place that these want to reach."""
+    """Defense in a game: robots push opponents away from the place that these want to reach."""
 
     goal: Place
-    """Where opponents bring pieces, seen from the defender's alliance as blue [m]."""
+    """Place to which opponents bring pieces, as the defender sees it as blue [m]."""
     retreat: Place
-    """Where a defender goes that leaves an opponent alone, or has none [m]."""
+    """Place to which a defender goes that leaves an opponent alone or has none [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Whether an opponent at a place must not be touched."""
+    """Function that returns whether an opponent at a place must not be touched."""
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Defend until the match ends, and let an opponent go before a pin of it is a foul."""
-        pinned: dict[int, float] = defaultdict(float)  # since an opponent was left alone [s], by its number
+        """Defend until the match ends, and release an opponent before a pin becomes a foul."""
+        pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]
             nearest = min(wanted, key=lambda other: player.away(other.place), default=None)
@@ -594,7 +595,7 @@ class Defense:
             yield
 
     def _block(self, player: Player, number: int | None, pinned: dict[int, float]) -> Steps:
-        """Push an opponent away from its goal for some seconds; leave it alone before that is a foul."""
+        """Push an opponent away from its goal for some seconds; release it before that is a foul."""
         since = 0.0
 
         def place() -> Place | None:

@@ -1,11 +1,11 @@
-"""Phoenix 6 in simulated time: emulates CTRE's native libraries behind the unchanged Python API.
+"""Phoenix 6 in simulated time: an emulation of CTRE's native libraries behind the unchanged Python API.
 
 From the outside to the inside:
 
 - `installation` replaces the libraries by the functions of `emulated_native`.
 - `emulator` holds all devices and steps them.
 - `emulated_talon` and `emulated_peripherals` are the devices, `emulated_device` is
-  what they share.
+  their base.
 - `control_laws` and `output_stage` compute the output of a motor controller.
 - `emulated_drivetrain` is the swerve drivetrain: measured on Phoenix 6 26.3.0
   (`tests/adapters/swerve_reference.json`), with WPILib's published algorithms; plain floats throughout, because it runs

@@ -1,12 +1,12 @@
-"""Control laws and profiles: the output that a controller passes to its bridge, and the plan of a kind of request.
+"""Control laws and profiles: the output of a controller to its bridge, and the plan of a kind of request.
 
-A law is a closure over the gains of one slot. It is built when request kind, slot or configuration change, and called
-each step; set points are attributes of the controller, so a new number costs nothing. CTRE's simulation computes its
-loops when physics writes a sensor, and holds their output between two writes; so here one call stands for all loops
-since the last write: a profile is advanced by its closed form, an integral takes the present error for all of them.
+A law is a closure over the gains of one slot. It is built when request kind, slot or configuration changes, and called
+each step; setpoints are attributes of the controller, so a new number costs nothing. CTRE's simulation computes its
+loops when physics writes a sensor, and holds their output between two writes; so here one call covers all loops
+since the last write: a profile advances by its closed form, an integral uses the present error for all of them.
 
 The setpoint of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
-mean of wherever CTRE's ticks may fall.
+mean of the possible phases of CTRE's ticks.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ __all__ = [
 ]
 
 _FULL_VOLTS = 12.0
-"""What Motion Magic Expo takes for the voltage there is, whatever the battery has [V]."""
+"""Voltage that Motion Magic Expo assumes, whatever the battery has [V]."""
 _Segment = tuple[float, float, float, float, float]
-"""Start [s] and there position, velocity, acceleration; jerk after it."""
+"""Segment: start time [s]; position, velocity and acceleration there; jerk from there on."""
 
 
 def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tuple[float, float, float]]:
-    """From (v0, a0) to (v1, 0): pieces of (duration, acceleration at their start, jerk).
+    """Return pieces from (v0, a0) to (v1, 0): (duration, acceleration at their start, jerk).
 
     Args:
         v0: Velocity at the start.
         a0: Acceleration at the start.
         v1: Velocity at the end.
-        limit: Greatest acceleration, > 0.
-        jerk: Greatest jerk; 0 for none, so that the acceleration jumps.
+        limit: Largest acceleration, > 0.
+        jerk: Largest jerk; 0 for no limit, so that the acceleration jumps.
     """
     if jerk <= 0.0:
         return [(abs(v1 - v0) / limit, math.copysign(limit, v1 - v0), 0.0)] if v1 != v0 else []
@@ -63,7 +63,7 @@ def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tu
 
 
 def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[float, float]:
-    """How far and to which velocity the pieces lead."""
+    """Return distance and final velocity of the pieces."""
     p, v = 0.0, v0
     for t, a, j in pieces:
         p += t * (v + t * (0.5 * a + t * j / 6.0))
@@ -72,7 +72,7 @@ def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[floa
 
 
 class Profile:
-    """What all profiles share: the state of the setpoint, and the plan as pieces of constant jerk."""
+    """Base of all profiles: the state of the setpoint, and the plan as pieces of constant jerk."""
 
     __slots__ = ("_key", "_pieces", "_t", "acc", "done", "p", "v")
 
@@ -85,11 +85,11 @@ class Profile:
         self._t = 0.0
 
     def start(self, position: float, velocity: float) -> None:
-        """Begin anew from this state."""
+        """Restart from this state."""
         self.p, self.v, self.acc = position, velocity, 0.0
         self._key = None
 
-    def _lay(self, pieces: list[tuple[float, float, float]]) -> None:
+    def _set_plan(self, pieces: list[tuple[float, float, float]]) -> None:
         """Keep a plan that begins at the present state."""
         t, p, v = 0.0, self.p, self.v
         self._pieces = []
@@ -122,14 +122,14 @@ class SCurve(Profile):
     __slots__ = ()
 
     def advance(self, goal: float, cruise: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Move on by dt [s] towards the goal.
+        """Advance by dt [s] towards the goal.
 
         Args:
             goal: Position to come to rest at.
-            cruise: Greatest velocity; 0 for no limit.
-            acceleration: Greatest acceleration; 0 lets the setpoint stand still.
-            jerk: Greatest jerk; 0 for a trapezoid.
-            dt: [s]
+            cruise: Largest velocity; 0 for no limit.
+            acceleration: Largest acceleration; 0 holds the setpoint.
+            jerk: Largest jerk; 0 for a trapezoid.
+            dt: Step [s].
         """
         key = (goal, cruise, acceleration, jerk)
         if key != self._key:
@@ -142,7 +142,7 @@ class SCurve(Profile):
     def _plan(self, goal: float, cruise: float, limit: float, jerk: float) -> None:
         if limit == 0.0:
             self.v = 0.0
-            self._lay([])
+            self._set_plan([])
             return
         v0, a0 = self.v, self.acc if jerk else 0.0
 
@@ -152,7 +152,7 @@ class SCurve(Profile):
 
         way = goal - self.p
         sign = 1.0 if way >= through(0.0)[0] else -1.0
-        # A velocity that is surely enough: all the way at full acceleration, from the present velocity.
+        # A velocity that surely suffices: all the distance at full acceleration, from the present velocity.
         reach = abs(v0) + abs(a0) * limit / jerk if jerk else abs(v0)
         high = sign * min(cruise, reach + math.sqrt(4.0 * limit * abs(way) + 4.0 * reach * reach) + 1e-9)
         far, up, down = through(high)
@@ -169,21 +169,21 @@ class SCurve(Profile):
                     low = peak
                 else:
                     high = peak
-        self._lay([*up, (cruising, 0.0, 0.0), *down])
+        self._set_plan([*up, (cruising, 0.0, 0.0), *down])
 
 
 class VelocityRamp(Profile):
-    """Reference velocity that moves to a goal with limited acceleration and jerk; `p` has no meaning."""
+    """Reference velocity that moves to a goal with limited acceleration and jerk; `p` is unused."""
 
     __slots__ = ()
 
     def advance(self, goal: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Move on by dt [s] towards the goal velocity; acceleration 0 lets it stay."""
+        """Advance by dt [s] towards the goal velocity; acceleration 0 holds it."""
         key = (goal, acceleration, jerk)
         if key != self._key:
             limit = abs(acceleration)
             a0 = self.acc if jerk else 0.0
-            self._lay(_ramp(self.v, a0, goal, limit, abs(jerk)) if limit else [])
+            self._set_plan(_ramp(self.v, a0, goal, limit, abs(jerk)) if limit else [])
             self._key = key
         self._follow(dt)
         if self.done and acceleration:
@@ -200,14 +200,14 @@ class Expo(Profile):
         self._legs: list[tuple[float, float, float, float, float]] = []
 
     def advance(self, goal: float, kv: float, ka: float, cruise: float, dt: float) -> None:
-        """Move on by dt [s] towards the goal.
+        """Advance by dt [s] towards the goal.
 
         Args:
             goal: Position to come to rest at.
             kv: Volts per velocity.
-            ka: Volts per acceleration; with both 0 the setpoint stands still.
-            cruise: Greatest velocity; 0 for no limit but the motor's.
-            dt: [s]
+            ka: Volts per acceleration; with both 0 the setpoint holds.
+            cruise: Largest velocity; 0 for the motor's limit alone.
+            dt: Step [s].
         """
         key = (goal, kv, ka, cruise)
         if key != self._key:
@@ -240,7 +240,7 @@ class Expo(Profile):
         cruise = min(cruise, final * (1.0 - 1e-9))
 
         def leg(v0: float, v1: float, end: float) -> tuple[float, float]:
-            """Time and way from v0 to v1 while the motor makes for the velocity `end`."""
+            """Return time and distance from v0 to v1 while the motor accelerates towards the velocity `end`."""
             t = tau * math.log((v0 - end) / (v1 - end))
             return t, end * t + tau * (v0 - v1)
 
@@ -298,15 +298,15 @@ class Gains:
     ka: float = 0.0
     kg: float = 0.0
     arm: bool = False
-    """Whether kG is multiplied by the cosine of the position (an arm) and is not constant (an elevator)."""
+    """Whether kG is multiplied by the cosine of the position (an arm) instead of being constant (an elevator)."""
     sign_of_error: bool = False
-    """Whether kS has the sign of the closed-loop error and not that of the setpoint velocity."""
+    """Whether kS has the sign of the closed-loop error instead of that of the setpoint velocity."""
     kg_offset: float = 0.0
-    """Added to the position before its cosine is taken [rotations]."""
+    """Offset of the position before its cosine is taken [rotations]."""
 
 
 def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
-    """Gains of slot 0, 1 or 2."""
+    """Return the gains of slot 0, 1 or 2."""
     first = _FIRST[slot]
     p, i, d, s, v, a, g, kind = (config[first + k] for k in range(8))
     return Gains(
@@ -334,21 +334,21 @@ class LoopState:
     """State of the control loop of a motor controller; numbers have robot code's signs."""
 
     pos: float = 0.0
-    """Of the configured sensor [mechanism rotations]."""
+    """Position of the configured sensor [mechanism rotations]."""
     vel: float = 0.0
-    """Its rate [1/s]."""
+    """Velocity of that sensor [1/s]."""
     acc: float = 0.0
-    """Rate of that [1/s^2]."""
+    """Acceleration of that sensor [1/s^2]."""
     output: float = 0.0
-    """Of an open loop, in the unit of the request."""
+    """Output of an open loop, in the unit of the request."""
     goal_p: float = 0.0
-    """Set point of the position [mechanism rotations]."""
+    """Setpoint of the position [mechanism rotations]."""
     goal_v: float = 0.0
-    """Set point of the velocity [1/s]."""
+    """Setpoint of the velocity [1/s]."""
     goal_a: float = 0.0
-    """Set point of the acceleration [1/s^2]."""
+    """Setpoint of the acceleration [1/s^2]."""
     feed_forward: float = 0.0
-    """Added to the output, in its unit."""
+    """Feed-forward, in the unit of the output."""
     limits: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
     integral: float = 0.0
@@ -384,7 +384,7 @@ def _sign(value: float) -> float:
 
 
 def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
-    """The sum of feedback and feed-forward; kS can follow the error only where a position is controlled."""
+    """Return the sum of feedback and feed-forward; kS can follow the error only in position control."""
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset
     on_error = g.sign_of_error and on_position
@@ -399,7 +399,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
             return out
         if ki:
             step = ki * error * loops * LOOP
-            # No winding up: past the greatest output the integral only comes back.
+            # Anti-windup: beyond the largest output the integral may only decrease.
             if low < out + m.integral < high or step * m.integral < 0.0:
                 m.integral = min(max(m.integral + step, low), high)
             out += m.integral
@@ -413,7 +413,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Position control; with `wrap` the short way round."""
+    """Return the law of position control; with `wrap` the shorter way."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -428,7 +428,7 @@ def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: b
 
 
 def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
-    """Velocity control."""
+    """Return the law of velocity control."""
     pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
@@ -439,8 +439,8 @@ def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
     return law
 
 
-def _along(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
-    """Feedback towards the setpoint of a position profile."""
+def _follow_profile(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
+    """Return the feedback towards the setpoint of a position profile."""
     m.ref = profile.p
     m.slope = v = profile.v
     error = profile.p - m.pos
@@ -449,14 +449,14 @@ def _along(m: LoopState, pid: Callable[..., float], profile: SCurve | Expo, wrap
     return pid(error, v - m.vel, v, profile.acc, loops)
 
 
-def _moves(m: LoopState, loops: int) -> float:
-    """Time by which the setpoint of a profile moves on now; 0 where it holds [s]."""
+def _elapsed(m: LoopState, loops: int) -> float:
+    """Return the time by which a profile's setpoint advances now; 0 where it holds [s]."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
     return moves * (PROFILE_LOOPS * LOOP)
 
 
-def _near(profile: SCurve | Expo, goal: float) -> None:
+def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
     """Move the setpoint by whole turns to the one nearest to the goal."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
@@ -471,22 +471,22 @@ def _profiled(
     profile: SCurve | Expo,
     advance: Callable[[float], None],
 ) -> Law:
-    """Position control along a profile, which `advance` moves on by a time [s]."""
+    """Return the law of position control along a profile, which `advance` advances by a time [s]."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
-        dt = _moves(m, loops)
+        dt = _elapsed(m, loops)
         if dt:
             if wrap:
-                _near(profile, m.goal_p)
+                _shift_to_nearest(profile, m.goal_p)
             advance(dt)
-        return _along(m, pid, profile, wrap, loops)
+        return _follow_profile(m, pid, profile, wrap, loops)
 
     return law
 
 
 def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
-    """Position control along a profile with limited velocity, acceleration and jerk."""
+    """Return the law of position control along a profile with limited velocity, acceleration and jerk."""
 
     def advance(dt: float) -> None:
         cruise, acceleration, jerk = m.limits
@@ -496,7 +496,7 @@ def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wra
 
 
 def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
-    """Position control along the profile of a motor with 12 V."""
+    """Return the law of position control along the profile of a motor with 12 V."""
 
     def advance(dt: float) -> None:
         cruise, kv, ka = m.limits
@@ -506,11 +506,11 @@ def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float]
 
 
 def motion_magic_velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
-    """Velocity control along a ramp with limited acceleration and jerk."""
+    """Return the law of velocity control along a ramp with limited acceleration and jerk."""
     pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
-        dt = _moves(m, loops)
+        dt = _elapsed(m, loops)
         if dt:
             _, acceleration, jerk = m.limits
             profile.advance(m.goal_v, acceleration, jerk, dt)
@@ -525,26 +525,26 @@ REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
     int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
     for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
 )
-"""What a bridge does, as `get_bridge_output` reads."""
+"""States of a bridge, as `get_bridge_output` reads them."""
 
 
 @dataclass(frozen=True, slots=True)
 class ControlPlan:
-    """Law and output stage, and what status frames say of them."""
+    """Law and output stage of a request, and their values in status frames."""
 
     law: Law | None
-    """None: the bridge coasts, brakes or follows."""
+    """Law; None: the bridge coasts, brakes or follows."""
     stage: Stage | None
     """Output stage of the law."""
     gains: Gains
     profile: Profile | None
-    """What Motion Magic moves along."""
+    """Profile of Motion Magic."""
     mode: int
-    """`ControlModeValue`."""
+    """Mode: a `ControlModeValue`."""
     drives: int
-    """`BridgeOutputValue` of a bridge that is not neutral."""
+    """State (`BridgeOutputValue`) of a bridge that is not neutral."""
     unit_number: int
-    """0 to 2: number of the unit of the loop's output, after that of the duty cycle."""
+    """Number of the unit of the loop's output after that of the duty cycle, 0 to 2."""
     on_velocity: bool
     """Whether a velocity is controlled."""
 
@@ -605,7 +605,7 @@ def _law_and_stage(
 
 
 def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
-    """Limits of the profile of a request, from the request itself (Dynamic) or from the configuration."""
+    """Return the limits of a request's profile, from the request itself (Dynamic) or from the configuration."""
     c = config
     field = kind.slots
     dynamic = kind.name.startswith("Dynamic")

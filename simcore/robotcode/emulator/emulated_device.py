@@ -1,4 +1,4 @@
-"""What all emulated devices share: time, the enable signal, configuration, status frame, faults, requests."""
+"""Base of all emulated devices: time, the enable signal, configuration, status frame, faults, requests."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ __all__ = [
 
 
 class Unit(enum.Enum):
-    """What the number that a control law ends with means."""
+    """Unit of a control law's output."""
 
     VOLTS = "V"
     DUTY = "DC"
     AMPERES = "A"
 
-    __hash__ = object.__hash__  # members are one of a kind; hashing their names took 0.06 ms of a tick
+    __hash__ = object.__hash__  # members are singletons; hashing their names took 0.06 ms of a tick
 
 
 class Axis(enum.Enum):
-    """What a control law works on."""
+    """Controlled quantity."""
 
     OPEN = "open loop"
     VELOCITY = "velocity"
@@ -93,16 +93,16 @@ class RequestKind:
     """One kind of request."""
 
     name: str
-    """As Phoenix 6 calls the class, `VoltageOut`."""
+    """Name of Phoenix 6's class, `VoltageOut`."""
     axis: Axis
-    """What it controls."""
+    """Controlled quantity."""
     unit: Unit
-    """What it drives with."""
+    """Unit of the output."""
     fields: tuple[str, ...]
-    """The arguments of the native function after network and device, by their Python names."""
+    """Arguments of the native function after network and device, by their Python names."""
 
     def mode(self, foc: bool) -> str:
-        """Name of the `ControlModeValue` that a device reports while it does this."""
+        """Return the name of the `ControlModeValue` that a device reports during this request."""
         if self.axis in _MODES:
             return _MODES[self.axis]
         words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", self.name.removeprefix("Dynamic")).upper()
@@ -112,7 +112,7 @@ class RequestKind:
 
     @cached_property
     def slots(self) -> dict[str, int]:
-        """Place of each field."""
+        """Index of each field."""
         return {name: k for k, name in enumerate(self.fields)}
 
 
@@ -150,7 +150,7 @@ def _kinds() -> list[RequestKind]:
 
 
 REQUESTS: dict[str, RequestKind] = {kind.name: kind for kind in _kinds()}
-"""Every request that is modelled, by name."""
+"""Modelled requests, by name."""
 
 
 Setting = float | int
@@ -161,27 +161,27 @@ _INT = struct.Struct("<i")
 
 
 def single(value: float) -> float:
-    """The value as a device keeps it, in single precision."""
+    """Return the value in single precision, as a device keeps it."""
     return float(_FLOAT.unpack(_FLOAT.pack(value))[0])
 
 
 def bits_of(value: float) -> int:
-    """The 32 bits of a single-precision number, as a signed integer."""
+    """Return the 32 bits of a single-precision number, as a signed integer."""
     return int(_INT.unpack(_FLOAT.pack(value))[0])
 
 
 def number_of(bits: int) -> float:
-    """The single-precision number with these 32 bits."""
+    """Return the single-precision number with these 32 bits."""
     return float(_FLOAT.unpack(_INT.pack(bits))[0])
 
 
 def config_line(spn: int, kind: str, value: float | int) -> str:
-    """One line of a configuration as the library sends it: `1877,f_0.5` (f: number, s: integer or enum, b: boolean)."""
+    """Return a configuration line as the library sends it: `1877,f_0.5` (f: number, s: integer, enum; b: boolean)."""
     return f"{spn},{kind}_{value:.9g}\n" if kind == "f" else f"{spn},{kind}_{int(value)}\n"
 
 
 def parse_config(text: str) -> dict[int, Setting]:
-    """Settings by number; a number is a float, everything else an int.
+    """Parse settings by number; a number is a float, everything else an int.
 
     Raises:
         ValueError: A line does not have the form `number,kind_value`.
@@ -203,7 +203,7 @@ def parse_config(text: str) -> dict[int, Setting]:
 
 
 def config_answer(settings: Mapping[int, Setting]) -> str:
-    """What a device sends when its configuration is read: each kind as `s_` and the 32 bits of the value."""
+    """Return a device's answer to a read of its configuration: each kind as `s_` and the value's 32 bits."""
     return "".join(
         f"{spn},s_{bits_of(value) if isinstance(value, float) else value}\n" for spn, value in settings.items()
     )
@@ -218,7 +218,7 @@ LOOP = 1e-3
 class SimulatedClock:
     """Time since the devices were switched on; `phoenix6.utils.get_current_time_seconds()` reads it.
 
-    It is whole nanoseconds, so that it never drifts, with a control loop each millisecond.
+    It counts whole nanoseconds, so that it never drifts, with a control loop each millisecond.
     """
 
     __slots__ = ("loop_ns", "next_frame_ns", "ns")
@@ -229,10 +229,10 @@ class SimulatedClock:
         self.loop_ns = 0
         """Time of the last control loop [ns]."""
         self.next_frame_ns = 0
-        """Before this no device has a status frame to send [ns]; 0 where devices or rates have changed."""
+        """Time before which no device has a status frame to send [ns]; 0 where devices or rates have changed."""
 
     def reset(self, start: float = 0.0) -> None:
-        """Begin again, at `start` [s]."""
+        """Restart at `start` [s]."""
         self.ns = self.loop_ns = round(start * 1e9)
         self.next_frame_ns = 0
 
@@ -251,9 +251,9 @@ class EnableDelays:
     """Delays from the enable feed to the devices."""
 
     enable: float = 0.045
-    """From the first feed to the first volts [s]; measured 49 ms from the driver station, of which 4 are the feed."""
+    """Delay from first feed to first volts [s]; measured 49 ms from the driver station, of which 4 are the feed."""
     disable: float = 0.080
-    """From a feed of zero to none [s]; measured 86 ms from the driver station."""
+    """Delay from a feed of zero to no output [s]; measured 86 ms from the driver station."""
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.enable < 1.0 and 0.0 <= self.disable < 1.0):
@@ -261,14 +261,14 @@ class EnableDelays:
 
 
 class EnableState:
-    """The enable signal of all devices, which reaches them a little later than it is fed.
+    """Enable signal of all devices, which reaches them with a delay after its feed.
 
     On the wall clock a device of CTRE's simulation drives 49 ms after the driver station enables, and stops 86 ms after
     it disables; most of that is the period of the enable frame.
 
     Args:
-        clock: Simulated time.
-        delays: From feed to effect.
+        clock: Clock of simulated time.
+        delays: Delays from feed to effect.
     """
 
     __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
@@ -276,14 +276,14 @@ class EnableState:
     def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
         self._clock = clock
         self.delays = delays
-        """From feed to effect."""
+        """Delays from feed to effect."""
         self._fed_until = -1
         self._since = 0
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
         """Enable for this long from now [ms]; 0 disables."""
-        # The feed runs on a thread of its own. Where it meets a step of the physics either may come first; rounded up
+        # The feed runs on its own thread. If it coincides with a step of the physics either may come first; rounded up
         # to the feed's period both orders give the same time.
         now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
         if milliseconds <= 0:
@@ -292,13 +292,13 @@ class EnableState:
                 self._until = now + round(self.delays.disable * 1e9)
             return
         if not self.is_fed:
-            # A device that still drives from before goes on.
+            # A device that still drives continues.
             self._since = now if self.is_enabled else now + round(self.delays.enable * 1e9)
         self._fed_until = self._until = now + milliseconds * 1_000_000
 
     @property
     def is_fed(self) -> bool:
-        """Whether the feed of the library is in force."""
+        """Whether the library's feed is active."""
         return self._fed_until > self._clock.ns
 
     @property
@@ -308,7 +308,7 @@ class EnableState:
 
 
 _CLEAR_ALL = SpnValue.SPN_CLEAR_STICKY_FAULTS.value
-"""The setting that clears every sticky fault."""
+"""Setting that clears every sticky fault."""
 FAULTS: dict[str, int] = {
     name.removeprefix("FAULT_"): member.value
     for name, member in SpnValue.__members__.items()
@@ -325,7 +325,7 @@ _CLEAR = {
 
 
 class FaultFlags:
-    """The faults of one device."""
+    """Faults of one device."""
 
     __slots__ = ("_active", "_sticky")
 
@@ -334,13 +334,13 @@ class FaultFlags:
         self._sticky: set[int] = set()
 
     def set_active(self, active: Set[int]) -> None:
-        """These faults are active now; they become sticky."""
+        """Set the active faults, which become sticky."""
         self._active = active
         if active:
             self._sticky |= active
 
     def clear(self, setting: int) -> bool:
-        """Clear what this setting clears; False when it is another kind of setting."""
+        """Clear the faults that this setting clears; return False for another kind of setting."""
         if setting == _CLEAR_ALL:
             self._sticky.clear()
             return True
@@ -351,7 +351,7 @@ class FaultFlags:
         return True
 
     def read(self, spn: int) -> float | None:
-        """1 or 0 for a fault or a sticky fault, None for any other signal."""
+        """Return 1 or 0 for a fault or a sticky fault, None for any other signal."""
         if spn in _STICKY:
             return float(_STICKY[spn] in self._sticky)
         if spn in _ALL:
@@ -369,7 +369,7 @@ _ALL = frozenset(FAULTS.values())
 COMPLIANCY = 19
 """Level of the interface between library and firmware, in 26.x."""
 VERSION = (26, 3, 0, 0)
-"""Firmware that the devices say they run."""
+"""Firmware version that the devices report."""
 _CONSTANTS = {
     SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
     SpnValue.VERSION_MAJOR.value: VERSION[0],
@@ -386,7 +386,7 @@ DEFAULT_HZ = 100.0
 
 
 def period_of(hz: float) -> int:
-    """Period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
+    """Return the period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
     return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
 
 
@@ -395,8 +395,8 @@ class EmulatedDevice:
 
     Args:
         address: CAN id and bus.
-        clock: Simulated time.
-        defaults: Its factory configuration, by number.
+        clock: Clock of simulated time.
+        defaults: Factory configuration, by number.
     """
 
     __slots__ = (
@@ -404,11 +404,11 @@ class EmulatedDevice:
         *("_asked", "period_ms", "supply"),
     )
     model: ClassVar[str] = ""
-    """As the library names it, "talon fx"."""
+    """Name in the library, "talon fx"."""
     type_number: ClassVar[int] = -1
-    """`phoenix6.sim.device_type.DeviceType`."""
+    """Number of `phoenix6.sim.device_type.DeviceType`."""
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
-    """What each signal reads from a frame, by its number."""
+    """Reading of each signal from a frame, by its number."""
 
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         self.address = address
@@ -430,7 +430,7 @@ class EmulatedDevice:
     # ---- configuration
 
     def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
-        """Apply settings; with `reset_others` what is not named goes back to the factory default."""
+        """Apply settings; with `reset_others` return the others to their factory defaults."""
         known = {spn: value for spn, value in settings.items() if spn in self.defaults}
         for spn, value in settings.items():
             if spn not in self.defaults and not self.fault_flags.clear(spn):
@@ -443,10 +443,10 @@ class EmulatedDevice:
         self.configured()
 
     def configured(self) -> None:
-        """Called after the configuration has changed."""
+        """Apply the configuration after a change."""
 
     def command(self, spn: int, value: float) -> None:
-        """Carry out a setting that is a command and is not kept, such as a new position.
+        """Carry out a setting that is a command instead of a stored value, such as a new position.
 
         Raises:
             NotImplementedError: It is not modelled.
@@ -456,7 +456,7 @@ class EmulatedDevice:
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """A control request of robot code.
+        """Receive a control request of robot code.
 
         Raises:
             NotImplementedError: The device does not know it.
@@ -477,13 +477,13 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """What `sim_state` reads; None where a device has no such value."""
+        """Return the value that `sim_state` reads; None where a device has no such value."""
         return None
 
     # ---- status
 
     def sample(self) -> Any:
-        """A new frame with the state of this moment."""
+        """Return a new frame with the present state."""
         raise NotImplementedError
 
     def send_frame(self) -> None:
@@ -492,35 +492,35 @@ class EmulatedDevice:
         self.frame_ns = self.clock.ns
 
     def units_of(self, spn: int) -> int:
-        """Number of the signal whose units this one has in the last frame."""
+        """Return the number of the signal whose units this one has in the last frame."""
         return spn
 
     def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled."""
+        """Return value of a signal, its time [s] and the signal with its units; None for an unmodelled signal."""
         signal = self.signals.get(spn)
         if signal is not None:
             return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
         if spn in _CONSTANTS:
             return _CONSTANTS[spn], self.clock.now, spn
         if spn == _RESET_FLAGS:
-            return 0.0, 0.0, spn  # a device that has not reset since it was switched on never sends them
+            return 0.0, 0.0, spn  # a device without a reset since it was switched on never sends them
         fault = self.fault_flags.read(spn)
         return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
 
     def set_rate(self, hz: float) -> None:
-        """Rate of the status frame [Hz]; 0 turns it off."""
+        """Set the rate of the status frame [Hz]; 0 turns it off."""
         self.period_ms = period_of(hz)
         self.clock.next_frame_ns = 0
         period = self.period_ms * 1_000_000
         if period:
-            # Frames of one rate leave together, half a period after its multiples: what robot code reads at a
-            # multiple of the period is half a period old, as it is on average on the wall clock.
+            # Frames of one rate leave together, half a period after its multiples: the value that robot code reads at a
+            # multiple of the period is half a period old, the average age on the wall clock.
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
         """Set the rate of one signal; the status frame has the fastest rate of all signals."""
         if spn not in self.signals:
-            return  # versions, faults and constants have frames of their own, whose rate shows nowhere
+            return  # versions, faults and constants have their own frames, whose rate has no effect
         self._asked[spn] = hz
         self.set_rate(max(self._asked.values()))
 

@@ -1,7 +1,7 @@
-"""The drivetrain behind `SwerveDrivetrain`: odometry, estimate and control, once a period of simulated time.
+"""Drivetrain behind `SwerveDrivetrain`: odometry, estimate and control, once a period of simulated time.
 
-Poses and kinematics in plain floats (WPILib's Pose2d and SwerveDriveKinematics without objects), the pose estimator,
-a module with its devices, the drivetrain's own requests, and the drivetrain.
+It has poses and kinematics in plain floats (WPILib's Pose2d and SwerveDriveKinematics without objects), the pose
+estimator, a module with its devices, the drivetrain's own requests, and the drivetrain.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ Pose: TypeAlias = tuple[float, float, float]
 
 
 def wrap(angle: float) -> float:
-    """The same direction within -pi..pi [rad]."""
+    """Return the same direction within -pi..pi [rad]."""
     return math.remainder(angle, math.tau)
 
 
 def exp(start: Pose, dx: float, dy: float, turn: float) -> Pose:
-    """Where a constant twist (robot frame) leads from `start`, along an arc.
+    """Return the end of a constant twist (robot frame) from `start`, along an arc.
 
     Source: WPILib's Pose2d.Exp; R. Murray et al., A Mathematical Introduction to Robotic Manipulation, 2.3.
     """
@@ -72,33 +72,33 @@ def exp(start: Pose, dx: float, dy: float, turn: float) -> Pose:
 
 
 def between(start: Pose, end: Pose) -> Pose:
-    """The way from `start` to `end`, in the frame of `start`."""
+    """Return `end` relative to `start`, in the frame of `start`."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return cos * dx + sin * dy, cos * dy - sin * dx, wrap(end[2] - start[2])
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Where `way`, given in the frame of `start`, leads."""
+    """Return the pose at `way`, given in the frame of `start`."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
 
 def interpolate(start: Pose, end: Pose, part: float) -> Pose:
-    """A pose on the arc from `start` (0) to `end` (1), as WPILib's Pose2d.Interpolate."""
+    """Return a pose on the arc from `start` (0) to `end` (1), as WPILib's Pose2d.Interpolate."""
     x, y, turn = between(start, end)
     half = 0.5 * turn
-    # the inverse of `exp`: half the turn over the tangent of it
+    # the inverse of `exp`: half the turn over its tangent
     stretch = half * math.cos(half) / math.sin(half) if abs(half) > 1e-9 else 1.0 - half * half / 3.0
     dx, dy = x * stretch + y * half, y * stretch - x * half
     return exp(start, dx * part, dy * part, turn * part)
 
 
 class Kinematics:
-    """The geometry of a swerve drive.
+    """Geometry of a swerve drive.
 
     Args:
-        positions: Of the modules, from the robot's center [m].
+        positions: Module positions from the robot's center [m].
     """
 
     def __init__(self, positions: Sequence[tuple[float, float]]) -> None:
@@ -114,16 +114,16 @@ class Kinematics:
     def states(
         self, vx: float, vy: float, omega: float, center_x: float = 0.0, center_y: float = 0.0
     ) -> list[tuple[float, float]]:
-        """Speed [m/s] and direction [rad] of every module for a chassis velocity, robot frame.
+        """Return speed [m/s] and direction [rad] of every module for a chassis velocity, robot frame.
 
-        A robot that shall stand keeps the directions of the last call, as in WPILib.
+        A zero velocity keeps the directions of the last call, as in WPILib.
 
         Args:
-            vx: [m/s]
-            vy: [m/s]
-            omega: [rad/s]
-            center_x: What it turns about, from the robot's center [m].
-            center_y: The same to the left [m].
+            vx: Forward velocity [m/s].
+            vy: Velocity to the left [m/s].
+            omega: Yaw rate [rad/s].
+            center_x: Center of rotation, forward of the robot's center [m].
+            center_y: Center of rotation, left of the robot's center [m].
         """
         if vx == 0.0 and vy == 0.0 and omega == 0.0:
             return [(0.0, heading) for heading in self._headings]
@@ -138,13 +138,13 @@ class Kinematics:
         return result
 
     def chassis(self, moves: Sequence[tuple[float, float]]) -> tuple[float, float, float]:
-        """The rigid motion that fits what the modules did best (least squares).
+        """Return the rigid motion that best fits the modules' moves (least squares).
 
         Args:
             moves: Velocity or travel of each module, robot frame, x and y.
 
         Returns:
-            Of the robot's center: x, y and turn.
+            Motion of the robot's center: x, y and rotation.
         """
         sx = sy = turn = 0.0
         for (mx, my), (ax, ay) in zip(moves, self._arms, strict=True):
@@ -156,7 +156,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """All speeds scaled by one factor, so that the fastest module keeps to `limit` [m/s]."""
+    """Scale all speeds by one factor, so that the fastest module keeps to `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -164,7 +164,7 @@ def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[fl
 
 
 def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float, float, float]:
-    """The constant robot-frame velocity that ends, after a period of turning, where a field-frame one would.
+    """Return the constant robot-frame velocity that ends, after a period of turning, where a field-frame one would.
 
     Source: WPILib's ChassisSpeeds.Discretize.
     """
@@ -174,19 +174,19 @@ def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float
 
 
 HISTORY = 1.5
-"""How long past poses are kept [s]."""
+"""Time for which past poses are kept [s]."""
 
 
 class PoseEstimator:
-    """Pose from wheels and gyro, corrected by vision that comes late: WPILib's pose estimator as CTRE ships it.
+    """Pose from wheels and gyro, corrected by delayed vision: WPILib's pose estimator as CTRE ships it.
 
-    Each axis of a correction, taken in the frame of the robot as it stood at the time of the measurement, counts with
-    the gain q / (q + sqrt(q r)) of a Kalman filter that has settled, q and r being the variances of odometry and
+    Each axis of a correction, in the robot frame at the time of the measurement, counts with
+    the gain q / (q + sqrt(q r)) of a Kalman filter in steady state, q and r being the variances of odometry and
     vision. Measured against 26.3.0 to the last printed digit.
 
     Args:
-        state_std_devs: Of odometry: x, y [m], heading [rad].
-        vision_std_devs: Of a vision measurement.
+        state_std_devs: Standard deviations of odometry: x, y [m], heading [rad].
+        vision_std_devs: Standard deviations of a vision measurement.
     """
 
     def __init__(
@@ -202,7 +202,7 @@ class PoseEstimator:
         self._odometry: Pose = (0.0, 0.0, 0.0)
         self._offset = 0.0
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """The estimate, field frame [m, m, rad]."""
+        """Estimate, field frame [m, m, rad]."""
 
     def set_state_std_devs(self, std_devs: Sequence[float]) -> None:
         """Set the standard deviations of odometry from now on."""
@@ -213,7 +213,7 @@ class PoseEstimator:
         self._vision_std_devs = [float(s) for s in std_devs]
 
     def reset(self, pose: Pose, gyro_yaw: float) -> None:
-        """Set the pose, without history, at the gyro reading `gyro_yaw` [rad]."""
+        """Set the pose and clear the history, at the gyro reading `gyro_yaw` [rad]."""
         self._offset = pose[2] - gyro_yaw
         self._odometry = self.pose = pose
         self._times.clear()
@@ -224,10 +224,10 @@ class PoseEstimator:
         """Add the travel of one period.
 
         Args:
-            time: Of the sample [s].
-            dx: Travel in the robot frame [m].
-            dy: The same to the left [m].
-            gyro_yaw: What the gyro shows, continuous [rad].
+            time: Time of the sample [s].
+            dx: Forward travel [m].
+            dy: Travel to the left [m].
+            gyro_yaw: Gyro reading, continuous [rad].
         """
         old = self._odometry
         new = exp(old, dx, dy, gyro_yaw + self._offset - old[2])
@@ -254,22 +254,22 @@ class PoseEstimator:
         corrected = then(believed, (way[0] * gains[0], way[1] * gains[1], way[2] * gains[2]))
         oldest = self._times[0]
         kept = [u for u in self._updates if u[0] < time]
-        # of those from before the history only the last still counts
+        # of corrections from before the history only the last still counts
         while len(kept) > 1 and kept[1][0] < oldest:
             kept.pop(0)
         self._updates = [*kept, (time, corrected, odometry)]
         self.pose = self._corrected(self._odometry)
 
     def sample(self, time: float) -> Pose | None:
-        """The estimate at a time within the last 1.5 s [s]; None before the first update."""
+        """Return the estimate at a time within the last 1.5 s [s]; None before the first update."""
         if not self._times:
             return None
         return self._believed(time, self._sample(time))
 
-    # --- inside -------------------------------------------------------------------------------------------------
+    # --- internals ----------------------------------------------------------------------------------------------
 
     def _sample(self, time: float) -> Pose:
-        """Odometry's pose at a time; before the history its oldest, after it its newest."""
+        """Return odometry's pose at a time; before the history its oldest, after it its newest."""
         times, poses = self._times, self._poses
         k = bisect_left(times, time)
         if k == 0:
@@ -291,7 +291,7 @@ class PoseEstimator:
 
 
 def _gain(state: float, vision: float) -> float:
-    """Of the settled filter for one axis, from standard deviations [-]."""
+    """Return the steady-state gain for one axis, from standard deviations [-]."""
     if state == 0.0:
         return 0.0
     if not math.isfinite(vision):
@@ -304,20 +304,20 @@ _FEEDBACK = (
     *("FUSED_CANDI_PWM1", "FUSED_CANDI_PWM2", "SYNC_CANDI_PWM1", "SYNC_CANDI_PWM2"),
     *("REMOTE_CANDI_PWM1", "REMOTE_CANDI_PWM2", "TALON_FXS_PULSE_WIDTH"),
 )
-_CANCODERS = 3  # of them read a CANcoder
+_CANCODERS = 3  # those that read a CANcoder
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleConstants:
-    """One module, in the order of the native function's arguments."""
+    """Constants of one module, in the order of the native function's arguments."""
 
     steer_motor_id: int
     drive_motor_id: int
     encoder_id: int
     encoder_offset: float
-    """[rotations]"""
+    """Encoder offset [rotations]."""
     x: float
-    """From the robot's center [m]."""
+    """Position forward of the robot's center [m]."""
     y: float
     drive_inverted: bool
     steer_inverted: bool
@@ -328,13 +328,13 @@ class ModuleConstants:
     coupling: float
     """Rotor turns of the drive motor per turn of the azimuth."""
     wheel_radius: float
-    """[m]"""
+    """Radius of the wheel [m]."""
     steer_output: int
     drive_output: int
     slip_current: float
-    """[A]"""
+    """Slip current [A]."""
     speed_at_12_volts: float
-    """[m/s]"""
+    """Speed at 12 V [m/s]."""
     drive_motor_type: int
     steer_motor_type: int
     feedback_source: int
@@ -372,20 +372,20 @@ _TORQUE_CURRENT = 1  # of `phoenix6.swerve.ClosedLoopOutputType`
 _NEUTRAL_MODE = SpnValue.CONFIG_NEUTRAL_MODE.value
 _VOLTS = REQUESTS["VoltageOut"]
 _TORQUE_PER_AMPERE = 0.0198
-"""What a TalonFX reports for a Kraken X60 under field-oriented control [N m/A]."""
+"""Torque constant that a TalonFX reports for a Kraken X60 under field-oriented control [N m/A]."""
 
 
 class ModuleDevices:
     """Two emulated TalonFX of a module; closed loops drive with volts or amperes, by the module's constants.
 
-    Physics writes rotors once a step, and they do not move in between: the present reading is the latency-compensated
-    one. A request with other numbers than the last only changes its set points: eight requests 250 times a second took
+    Physics writes rotors once a step, and they hold in between: the present reading is the latency-compensated
+    one. A request with new numbers only changes its setpoints: eight requests 250 times a second took
     0.13 ms of a tick, now 0.04.
 
     Args:
         emulator: All devices.
-        constants: Ids and output types.
-        bus: Name of theirs.
+        constants: Constants with ids and output types.
+        bus: Name of their bus.
     """
 
     def __init__(self, emulator: Emulator, constants: ModuleConstants, bus: str) -> None:
@@ -399,7 +399,7 @@ class ModuleDevices:
         self._position = REQUESTS["PositionTorqueCurrentFOC" if steers_torque else "PositionVoltage"]
 
     def sample(self) -> tuple[float, float, float, float]:
-        """Drive rotor and azimuth as robot code reads them.
+        """Return drive rotor and azimuth as robot code reads them.
 
         Returns:
             Drive position [rotor rotations], drive velocity [1/s], azimuth [rotations], its velocity [1/s].
@@ -410,14 +410,14 @@ class ModuleDevices:
         return drive.loop.pos, drive.loop.vel, steer.loop.pos, steer.loop.vel
 
     def drive_volts(self, volts: float, foc: bool) -> None:
-        """Open loop [V]."""
+        """Drive in open loop [V]."""
         if self._drive.renew(_VOLTS, foc):
             self._drive.loop.output = volts
         else:
             self._drive.apply(_VOLTS.name, update_freq_hz=0.0, output=volts, enable_foc=foc)
 
     def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
-        """Closed loop [rotor rotations/s], with a feed-forward in the unit that the loop drives with."""
+        """Drive at a velocity [rotor rotations/s], with a feed-forward in the unit of the loop's output."""
         drive = self._drive
         if drive.renew(self._velocity, foc):
             drive.loop.goal_v = rps
@@ -434,7 +434,7 @@ class ModuleDevices:
             drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
-        """Closed loop, the short way round."""
+        """Steer to a position in closed loop, the shorter way."""
         steer = self._steer
         if steer.renew(self._position, foc):
             steer.loop.goal_p = rotations
@@ -445,51 +445,51 @@ class ModuleDevices:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
-        """The same under Motion Magic Expo."""
+        """Steer to a position under Motion Magic Expo, the shorter way."""
         if self._steer_torque:
             self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
             self._steer.apply("MotionMagicExpoVoltage", update_freq_hz=0.0, position=rotations, enable_foc=foc)
 
     def zero_drive(self) -> None:
-        """The drive motor's position is 0 here."""
+        """Set the drive motor's position to 0 here."""
         self._drive.set_position(0.0)
 
     def set_neutral(self, brake: bool) -> int:
-        """Brake or coast the drive motor when it is not driven; returns a status code, 0 for OK."""
+        """Set the drive motor to brake or coast in neutral; return a status code, 0 for OK."""
         self._drive.configure({_NEUTRAL_MODE: int(brake)})
         return 0
 
     def torque_constants(self) -> tuple[float, float]:
-        """Of the drive motor: torque per current [N m/A], winding resistance [ohm]."""
+        """Return constants of the drive motor: torque per current [N m/A], winding resistance [ohm]."""
         return _TORQUE_PER_AMPERE, KRAKEN_X60.model.resistance
 
 
 _COUPLING_GAIN = 1.0 - math.exp(-0.004 / 0.05)
-"""Share of a new azimuth rate in the smoothed one, per call: a single pole of 50 ms made for 250 Hz, at any rate."""
+"""Share of a new azimuth rate in the smoothed one, per call: a single pole of 50 ms at 250 Hz, used at any rate."""
 
 
 class EmulatedModule:
     """State and control of one module, by rules measured at the outputs of Phoenix 6 26.3.0.
 
     Args:
-        constants: What it is built of.
-        devices: Its motors and encoder.
+        constants: Constants of the module.
+        devices: Motors and encoder.
     """
 
     def __init__(self, constants: ModuleConstants, devices: ModuleDevices) -> None:
         self.constants = constants
         self.devices = devices
         self.distance = 0.0
-        """Travel of the wheel on the carpet, without what steering alone turned it [m]."""
+        """Travel of the wheel on the carpet, without the part caused by steering alone [m]."""
         self.angle = 0.0
         """Azimuth, continuous [rad]."""
         self.cos, self.sin = 1.0, 0.0
-        """Of the azimuth."""
+        """Cosine and sine of the azimuth."""
         self.speed = 0.0
-        """From the drive motor alone, steering included, as `SwerveModuleState` has it [m/s]."""
+        """Speed from the drive motor alone, steering included, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last speed [m/s] and direction [rad], turned the short way round."""
+        """Last target speed [m/s] and direction [rad], the shorter way."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)
@@ -498,7 +498,7 @@ class EmulatedModule:
         self._smooth_steer_rate = 0.0
 
     def refresh(self) -> float:
-        """Read the sensors; returns the travel since the last call [m]."""
+        """Read the sensors; return the travel since the last call [m]."""
         drive, drive_rate, azimuth, self._steer_rate = self.devices.sample()
         before = self.distance
         self.distance = (drive - azimuth * self._coupling) / self._per_meter
@@ -508,12 +508,12 @@ class EmulatedModule:
         return self.distance - before
 
     def present_position(self) -> tuple[float, float]:
-        """Travel [m] and azimuth [rad] at this moment; odometry is not affected."""
+        """Return present travel [m] and azimuth [rad], without effect on odometry."""
         drive, _, azimuth, _ = self.devices.sample()
         return (drive - azimuth * self._coupling) / self._per_meter, azimuth * math.tau
 
     def zero(self) -> None:
-        """Set the drive motor's position to 0 here; odometry does not count that as travel."""
+        """Set the drive motor's position to 0 here; odometry does not count it as travel."""
         self.devices.zero_drive()
         self.distance = self.present_position()[0]
 
@@ -529,20 +529,20 @@ class EmulatedModule:
         force_y: float = 0.0,
         foc: bool = True,
     ) -> None:
-        """Drive at `speed` [m/s] in the direction `angle` [rad], the wheel turned backwards where that is shorter.
+        """Drive at `speed` [m/s] in the direction `angle` [rad], with the wheel reversed where that is shorter.
 
         The drive speed is multiplied by the cosine of the azimuth's error, and corrected for the coupling of steer and
         drive gears.
 
         Args:
-            speed: [m/s]
-            angle: Robot frame [rad].
-            closed_loop: Velocity control rather than volts in proportion.
-            profiled: Steer under Motion Magic Expo.
+            speed: Speed [m/s].
+            angle: Direction, robot frame [rad].
+            closed_loop: Whether to control velocity instead of proportional volts.
+            profiled: Whether to steer under Motion Magic Expo.
             period: Time since the last call, for the azimuth's feed-forward; 0 for none [s].
-            force_x: That the wheel shall put on the carpet beyond friction, robot frame [N].
-            force_y: To the left [N].
-            foc: Field-oriented commutation where the output is a voltage.
+            force_x: Force of the wheel on the carpet beyond friction, robot frame [N].
+            force_y: Force to the left [N].
+            foc: Whether to use field-oriented commutation where the output is a voltage.
         """
         lack = wrap(angle - self.angle)
         if abs(lack) > 0.5 * math.pi:
@@ -576,7 +576,7 @@ _OPERATOR = 0  # of ForwardPerspectiveValue
 
 
 class DrivetrainRequest(Protocol):
-    """Drives the modules of a drivetrain, once a period."""
+    """Request to a drivetrain, which drives its modules once a period."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         """Send requests to the motors."""
@@ -585,7 +585,7 @@ class DrivetrainRequest(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Sends nothing; the motors' last requests time out."""
+    """Request without output; the motors' last requests time out."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
         """Send nothing."""
@@ -593,22 +593,22 @@ class Idle:
 
 @dataclass(frozen=True, slots=True)
 class Brake:
-    """Wheels point to the center, as an X."""
+    """Request that points the wheels to the center, as an X."""
 
     drive: int
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel across the direction in which the robot could roll."""
+        """Turn every wheel along its line to the robot's center."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """All wheels in one direction, without speed."""
+    """Request that points all wheels in one direction, without speed."""
 
     angle: float
-    """Robot frame [rad]."""
+    """Direction, robot frame [rad]."""
     drive: int
     steer: int
 
@@ -619,7 +619,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """ApplyRobotSpeeds (`is_field` False) and ApplyFieldSpeeds, with wheel forces fed forward in the same frame."""
+    """ApplyRobotSpeeds (`is_field` False) and ApplyFieldSpeeds, with wheel force feed-forwards in the same frame."""
 
     vx: float
     vy: float
@@ -651,9 +651,9 @@ class Centric:
     vy: float
     omega: float
     deadband: float
-    """[m/s]"""
+    """Deadband of the speed [m/s]."""
     rotational_deadband: float
-    """[rad/s]"""
+    """Deadband of the yaw rate [rad/s]."""
     center_x: float
     center_y: float
     drive: int
@@ -696,9 +696,9 @@ def _send(
 def _module_states(
     request: Speeds | Centric, drivetrain: EmulatedDrivetrain, vx: float, vy: float, omega: float
 ) -> tuple[list[tuple[float, float]], float]:
-    """Speed [m/s] and angle [rad] of every module for a velocity in the request's own axes [m/s, rad/s].
+    """Return speed [m/s] and angle [rad] of every module for a velocity in the request's own axes [m/s, rad/s].
 
-    And the angle between those axes and the robot's [rad]; 0 for a robot-centric request.
+    Also return the angle between those axes and the robot's [rad]; 0 for a robot-centric request.
     """
     turn = 0.0
     if request.is_field:
@@ -717,27 +717,27 @@ def _rotated(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 DEFAULT_HZ = 250.0
-"""Odometry on CAN FD, which every simulated bus is [Hz]."""
+"""Frequency of odometry on CAN FD, which every simulated bus is [Hz]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainState:
-    """What `SwerveDriveState` shows, at the end of one period."""
+    """Content of `SwerveDriveState` at the end of one period."""
 
     pose: Pose
     speeds: tuple[float, float, float]
-    """Robot frame [m/s, m/s, rad/s]."""
+    """Chassis velocity, robot frame [m/s, m/s, rad/s]."""
     states: list[tuple[float, float]]
     """Speed [m/s] and angle [rad] of each module."""
     targets: list[tuple[float, float]]
     positions: list[tuple[float, float]]
     """Travel [m] and angle [rad] of each module."""
     raw_heading: float
-    """What the gyro shows [rad]."""
+    """Gyro reading [rad]."""
     timestamp: float
-    """[s]"""
+    """Time of the sample [s]."""
     period: float
-    """[s]"""
+    """Period [s]."""
     samples: int
 
 
@@ -745,17 +745,17 @@ class EmulatedDrivetrain:
     """One swerve drive.
 
     Args:
-        gyro: Where that is; its bus is that of all devices.
-        modules: Their constants.
-        hz: How often odometry and control run; 0 for 250 Hz.
+        gyro: Address of the gyro; its bus is that of all devices.
+        modules: Constants of the modules.
+        hz: Frequency of odometry and control; 0 for 250 Hz.
 
     Raises:
-        ConfigError: No modules, or a frequency that is not within 1..1000 Hz.
+        ConfigError: There are no modules, or the frequency is not within 1..1000 Hz.
     """
 
     def __init__(self, gyro: DeviceAddress, modules: Sequence[ModuleConstants], hz: float = DEFAULT_HZ) -> None:
         if not modules:
-            raise ConfigError("SwerveDrivetrain: wants at least one module, got none")
+            raise ConfigError("SwerveDrivetrain: needs at least one module, got none")
         hz = hz or DEFAULT_HZ
         if not 1.0 <= hz <= 1000.0:
             raise ConfigError(f"SwerveDrivetrain: odometry_update_frequency must be 1..1000 Hz, got {hz}")
@@ -768,25 +768,25 @@ class EmulatedDrivetrain:
         self.modules: list[EmulatedModule] = []
         self.request: DrivetrainRequest = Idle()
         self.on_state: Callable[[DrivetrainState], None] | None = None
-        """Called at the end of each period."""
+        """Callback at the end of each period."""
         self.is_running = False
         """Whether the odometry thread runs."""
         self.now = 0.0
-        """Of the last sample [s]."""
+        """Time of the last sample [s]."""
         self.chassis_speeds = (0.0, 0.0, 0.0)
-        """From the modules, robot frame [m/s, m/s, rad/s]."""
+        """Velocity from the modules, robot frame [m/s, m/s, rad/s]."""
         self.max_speed = modules[0].speed_at_12_volts
-        """At 12 V [m/s]."""
+        """Speed at 12 V [m/s]."""
         self.heading = 0.0
-        """Of the estimated pose in the last period [rad]."""
+        """Heading of the estimated pose in the last period [rad]."""
         self.operator_forward = 0.0
-        """The operator's forward direction, field frame [rad]."""
+        """Operator's forward direction, field frame [rad]."""
         self._gyro: EmulatedPigeon2 | None = None
         self._gyro_yaw = 0.0
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: EmulatedPigeon2) -> None:
-        """Begin odometry from the present readings of wheels and gyro."""
+        """Begin odometry at the present readings of wheels and gyro."""
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro
@@ -795,11 +795,11 @@ class EmulatedDrivetrain:
         self.is_running = True
 
     def stop(self) -> None:
-        """Halt odometry and control; after `start` the travel meanwhile counts as one move."""
+        """Stop odometry and control; after `start` the travel meanwhile counts as one move."""
         self.is_running = False
 
     def update(self, now: float) -> None:
-        """One period: read, estimate, control, report.
+        """Run one period: read, estimate, control, report.
 
         Args:
             now: Simulated time [s].
@@ -823,7 +823,7 @@ class EmulatedDrivetrain:
 
     @property
     def state(self) -> DrivetrainState:
-        """Everything that robot code can read."""
+        """State that robot code can read."""
         modules = self.modules
         none = [(0.0, 0.0)] * len(self.module_constants)
         return DrivetrainState(
@@ -858,19 +858,19 @@ class EmulatedDrivetrain:
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:
-        """Set travels and pose to zero; the gyro keeps its reading."""
+        """Zero travels and pose; the gyro keeps its reading."""
         for module in self.modules:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0
         self.estimator.reset((0.0, 0.0, 0.0), yaw)
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internals ------------------------------------------------------------------------------------------------
 
     def _yaw(self) -> float:
         return 0.0 if self._gyro is None else math.radians(self._gyro.yaw)
 
     def _refresh(self) -> float:
-        """Read the wheels as the start of the next move; returns the gyro's reading [rad]."""
+        """Read the wheels as the start of the next move; return the gyro's reading [rad]."""
         for module in self.modules:
             module.refresh()
         return self._yaw()

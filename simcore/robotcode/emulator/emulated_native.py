@@ -1,9 +1,9 @@
-"""The native functions of Phoenix 6, by name, on emulated devices.
+"""Native functions of Phoenix 6, by name, on emulated devices.
 
-All of the Python library goes through `Native.instance()` (devices, signals, configurations, simulation) and
-`Native.api_instance()` (swerve). The emulator is written in the names of 26.70 (2027); those of 26.3 (2026) are found
-by tables here. A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
-real library. The hoot log, the orchestra and the lights of a CANdle take everything and do nothing; hoot replay answers
+The Python library makes all calls through `Native.instance()` (devices, signals, configurations, simulation) and
+`Native.api_instance()` (swerve). The emulator uses the names of 26.70 (2027); tables here map those of
+26.3 (2026). A function that is missing here raises `NotImplementedError` with its plain name; no call reaches the
+real library. The hoot log, the orchestra and a CANdle's lights accept all calls and do nothing; hoot replay answers
 as CTRE's simulation library does.
 """
 
@@ -59,7 +59,7 @@ IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
 """Whether the installed phoenix6 is of 2027."""
 
 PREFIX = "c_ctre_phoenix6_"
-"""First part of the names of nearly all native functions."""
+"""Prefix of nearly all native functions."""
 
 _SWERVE = PREFIX + "swerve_"
 RENAMED = {
@@ -76,7 +76,7 @@ RENAMED = {
 }
 """Functions with another name and the same arguments."""
 GONE = frozenset({"c_ctre_phoenix_report_error"})
-"""Functions of 26.3 alone."""
+"""Functions that only 26.3 has."""
 ADDED = frozenset(
     PREFIX + name
     for name in (
@@ -89,23 +89,23 @@ ADDED = frozenset(
         "swerve_module_reset_target_velocity",
     )
 )
-"""Functions of 26.70 alone."""
+"""Functions that only 26.70 has."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """Names of the fields of swerve's structures."""
+    """Names of the fields in swerve's structures."""
 
     chassis: str
-    """Of a drivetrain's state: velocity of the robot."""
+    """Velocity of the robot in a drivetrain's state."""
     modules: str
-    """Of a drivetrain's state: velocities of the modules."""
+    """Velocities of the modules in a drivetrain's state."""
     module: str
-    """Of a module's velocity: meters per second along its wheel."""
+    """Meters per second along the wheel in a module's velocity."""
     wanted: str
-    """Of a module's request: its velocity."""
+    """Velocity in a module's request."""
     current: str
-    """Of a request's parameters: velocity of the robot."""
+    """Velocity of the robot in a request's parameters."""
 
 
 FIELDS = (
@@ -113,11 +113,11 @@ FIELDS = (
     if IS_2027
     else Fields("speeds", "moduleStates", "speed", "state", "currentChassisSpeed")
 )
-"""Of the installed phoenix6."""
+"""Names in the installed phoenix6."""
 
 
 def record(named: dict[str, Any], **same: Any) -> SimpleNamespace:
-    """A structure for callbacks of the Python library: fields by the names of `FIELDS`, and others."""
+    """Return a structure for callbacks of the Python library: fields by the names of `FIELDS`, and others."""
     return SimpleNamespace(**named, **same)
 
 
@@ -125,7 +125,7 @@ _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 
 
 class NativeLibrary:
-    """An object with functions, as phoenix6 expects a native library; functions that are not modelled raise."""
+    """An object with functions, as phoenix6 expects a native library; unmodelled functions raise."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -140,7 +140,7 @@ class NativeLibrary:
 
 
 def always(answer: Any) -> Callable[..., Any]:
-    """A function of such an object whose answer is the same for whatever arguments."""
+    """Return a function of such an object with a constant result for any arguments."""
 
     def function(self: NativeLibrary, *values: Any) -> Any:
         return answer
@@ -158,21 +158,21 @@ class Held:
 
 
 def target_of(reference: Any) -> Any:
-    """The target of a ctypes argument: of `byref(x)` x, and an array itself."""
+    """Return the target of a ctypes argument: of `byref(x)` x, and an array itself."""
     return getattr(reference, "_obj", reference)
 
 
 def python_function(callback: Any) -> Callable[..., Any]:
-    """The function that a ctypes callback was made of.
+    """Return the function inside a ctypes callback.
 
-    A ctypes callback prints an exception and goes on. In a test the exception of a request or of a telemetry function
-    shall reach whoever runs the test, so the function itself is called, not the C function that ctypes made of it.
+    A ctypes callback prints an exception and continues. In a test the exception of a request or of a telemetry function
+    must reach the test, so the emulator calls the function itself instead of the C function that ctypes made of it.
 
     Args:
-        callback: Made by `ctypes.CFUNCTYPE(...)(function)`; anything else is returned as it is.
+        callback: Callback from `ctypes.CFUNCTYPE(...)(function)`; anything else is returned unchanged.
 
     Raises:
-        TypeError: A C function that no Python function stands behind.
+        TypeError: A C function without a Python function.
     """
     if not isinstance(type(callback), _C_FUNCTION):
         return callback  # type: ignore[no-any-return]
@@ -181,7 +181,7 @@ def python_function(callback: Any) -> Callable[..., Any]:
         for found in gc.get_referents(thunk):
             if callable(found) and not isinstance(found, type):
                 return found  # type: ignore[no-any-return]
-    raise TypeError(f"{callback!r} is not made of a Python function; the simulated drivetrain cannot call it")
+    raise TypeError(f"{callback!r} has no Python function inside; the simulated drivetrain cannot call it")
 
 
 _OK = StatusCode.OK.value
@@ -195,12 +195,12 @@ _LOGGED = (
 """Functions of `SignalLogger`, which writes nothing: a hoot log has the time of the wall clock."""
 _MUSIC = ("Close", "AddDevice", "AddDeviceWithTrack", "ClearDevices", "LoadMusic", "Play", "Pause", "Stop", "IsPlaying",
           "GetCurrentTime")  # fmt: skip
-"""Functions of an `Orchestra`, which makes no sound: it never plays."""
+"""Functions of an `Orchestra`, which never plays."""
 _REPLAYED = (
     *(f"get_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
     *("get_raw", "get_schema_value", "load_file", "play", "pause", "stop", "step_timing"),
 )
-"""Functions of `HootReplay` that CTRE's simulation library, which replays nothing, answers with NOT_SUPPORTED."""
+"""Functions of `HootReplay` that CTRE's simulation library answers with NOT_SUPPORTED."""
 
 
 _NAMES = {
@@ -325,16 +325,16 @@ UNITS: dict[int, str] = _table()
 
 _log = logging.getLogger(__name__)
 _WANTED = struct.Struct("@II")
-"""`SignalValues`: device and number of a signal; in 26.70 the network is before them."""
+"""Layout of `SignalValues`: device and number of a signal; in 26.70 the network precedes them."""
 _WANTED_AT = SignalValues.devicehash.offset
 _WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
-"""`ReturnValues`: value, number of its units, their text (left out), three timestamps, status."""
+"""Layout of `ReturnValues`: value, number of its units, their text (omitted), three timestamps, status."""
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
 
 
 def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
-    """Writes a setting of a kind into text."""
+    """Return a function that writes a setting of a kind as text."""
 
     def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
         target_of(out).value = config_line(spn, letter, kind(value)).encode()
@@ -344,7 +344,7 @@ def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
 
 
 def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
-    """Reads a setting of a kind from text, by what the number in the text means."""
+    """Return a function that reads a setting of a kind from text, by the meaning of its number."""
 
     def deserialize(self: Any, spn: int, text: Any, size: int, out: Any) -> int:
         key = f"{spn},s_"
@@ -358,15 +358,15 @@ def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
 
 
 class EmulatedNative(NativeLibrary):
-    """In place of the library that holds devices, signals, configurations and simulation.
+    """Replacement for the library of devices, signals, configurations and simulation.
 
     Args:
-        emulator: The devices.
+        emulator: Emulated devices.
     """
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        """The devices; with this attribute adapters recognise simulated time."""
+        """Emulated devices; adapters recognise simulated time by this attribute."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
@@ -441,7 +441,7 @@ class EmulatedNative(NativeLibrary):
         text = name.value
         if value != value:
             raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
-        if b":" not in text:  # with a colon it is the echo of a WPILib SimDevice, see `installation`
+        if b":" not in text:  # a colon marks the copy of a WPILib SimDevice, see `installation`
             self.emulator.simulated(type_number, device_id).set_input(text.decode(), float(value))
         return _OK
 
@@ -455,7 +455,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
-        """Of a bus without traffic or errors: five numbers, in 26.70 one structure; network and flags follow."""
+        """Return the status of a bus without traffic or errors: five numbers, in 26.70 one structure."""
         for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
@@ -495,7 +495,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """`rest` ends with whether to wait and how long; in 26.3 the network is before them."""
+        """Fill signal values; `rest` ends with whether to wait and how long; in 26.3 the network precedes them."""
         wait, timeout = rest[-2:]
         # Read and written as bytes: field by field through ctypes a signal takes three times as long.
         by_hash = self.emulator.by_hash
@@ -570,10 +570,10 @@ class EmulatedNative(NativeLibrary):
 
     c_ctre_phoenix6_platform_has_schema = always(True)
 
-    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants asks for it, and gets none
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` of generated constants requests it, and gets none
 
     c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
-    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask that
+    c_ctre_phoenix6_platform_replay_is_running = always(True)  # nothing can be replayed, but programs may ask
     c_ctre_phoenix6_platform_replay_is_finished = always(True)
     c_ctre_phoenix6_platform_replay_close_file = always(None)
     c_ctre_phoenix6_platform_replay_set_speed = always(None)
@@ -610,10 +610,10 @@ class _Custom:
 
 
 class SwerveNative(NativeLibrary):
-    """In place of the library that holds swerve: all drivetrains, and the functions by which phoenix6 reaches them.
+    """Replacement for the library of swerve: all drivetrains, and the functions by which phoenix6 reaches them.
 
     Args:
-        emulator: The devices; its steps drive odometry.
+        emulator: Emulated devices; their steps drive odometry.
     """
 
     def __init__(self, emulator: Emulator) -> None:
@@ -631,7 +631,7 @@ class SwerveNative(NativeLibrary):
             setattr(self, f"{_PREFIX}request_apply_{name}", partial(self._apply, make))
 
     def reset(self) -> None:
-        """Remove all drivetrains, as for a fresh test."""
+        """Remove all drivetrains, for a new test."""
         self._drivetrains.clear()
         self._constants.clear()
         self._cancel.clear()
@@ -691,7 +691,7 @@ class SwerveNative(NativeLibrary):
             self._drivetrains[number].stop()
 
     def drivetrain_odom_set_thread_priority(self, number: int, priority: int) -> None:
-        """There is no thread."""
+        """Do nothing: there is no thread."""
 
     def drivetrain_is_on_can_fd(self, number: int) -> bool:
         return True
@@ -781,7 +781,7 @@ class SwerveNative(NativeLibrary):
         )
 
     def module_get_position(self, number: int, index: int, refresh: bool) -> Any:
-        """The present position; reading it does not disturb odometry."""
+        """Return the present position; reading it does not affect odometry."""
         module = self._drivetrains[number].modules[index]
         if not refresh:
             return self.module_get_cached_position(number, index)
@@ -839,7 +839,7 @@ _REQUESTS: dict[str, _MakeRequest] = {
     "apply_robot_velocity": lambda *values: _speeds(values, is_field=False),
     "apply_field_velocity": lambda *values: _speeds(values, is_field=True),
 }
-"""What the native functions make of a request's numbers, by their last words."""
+"""Builders of requests from a native function's numbers, by the function's last words."""
 
 
 def _velocity(speed: float, angle: float) -> SimpleNamespace:
@@ -847,7 +847,7 @@ def _velocity(speed: float, angle: float) -> SimpleNamespace:
 
 
 def _native_state(state: DrivetrainState) -> SimpleNamespace:
-    """The state with the names of the native struct."""
+    """Return the state with the names of the native struct."""
     vx, vy, omega = state.speeds
     return record(
         {

@@ -1,6 +1,6 @@
-"""Emulated sensors and lights: CANcoder, CANdi (what is wired to its two pins), Pigeon 2, CANrange and CANdle.
+"""Emulated sensors and lights: CANcoder, CANdi (with sensors on its two pins), Pigeon 2, CANrange and CANdle.
 
-The lights of a CANdle move nothing; what they show, `simcore.robotcode.makers.phoenix6.candle_lights` notes.
+The lights of a CANdle move nothing; `simcore.robotcode.makers.phoenix6.candle_lights` records their colors.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class CANcoderFrame(NamedTuple):
     supply: float
     health: int
     top: float
-    """Where the absolute position starts anew, as configured."""
+    """Configured position at which the absolute position wraps."""
 
     @property
     def absolute(self) -> float:
@@ -65,7 +65,7 @@ class EmulatedCANcoder(EmulatedDevice):
         self.raw = 0.0
         """Angle that physics writes, counter-clockwise [rotations]."""
         self.raw_velocity = 0.0
-        """[rotations/s]"""
+        """Velocity that physics writes [rotations/s]."""
         self.health = 3
         self._shift = 0.0
         self.configured()
@@ -79,14 +79,14 @@ class EmulatedCANcoder(EmulatedDevice):
         self._top = c[SpnValue.CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT.value]
 
     def command(self, spn: int, value: float) -> None:
-        """A new position."""
+        """Set a new position."""
         if spn == SpnValue.CANCODER_SET_SENSOR_POSITION.value:
             self._shift = value - self._sign * self.raw - self._offset
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """What it measures."""
+        """Set its measurement."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -99,7 +99,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What SimDevices read."""
+        """Return the value that SimDevices read."""
         if name == "Position":
             return self.position
         return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
@@ -110,7 +110,7 @@ class EmulatedCANcoder(EmulatedDevice):
         return self._sign * self.raw + self._offset + self._shift
 
     def sample(self) -> CANcoderFrame:
-        """A frame of this moment; 250 a second, so without CANcoderFrame.__new__, which is a Python function."""
+        """Return the present frame; 250 a second, so without CANcoderFrame.__new__, which is a Python function."""
         raw, sign = self.raw, self._sign
         position = sign * raw + self._offset + self._shift
         return _new(CANcoderFrame, (position, raw, sign * self.raw_velocity, self.supply, self.health, self._top))
@@ -135,7 +135,7 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
     lambda state: state != _LOW,
     lambda state: state == _LOW,
 )
-"""When a pin counts as closed, by `S1CloseStateValue`."""
+"""Tests for a closed pin, by `S1CloseStateValue`."""
 
 
 class CANdiFrame(NamedTuple):
@@ -161,7 +161,7 @@ class EmulatedCANdi(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.states = [_FLOATING, _FLOATING]
-        """`S1StateValue` of each pin."""
+        """State of each pin (`S1StateValue`)."""
         self._positions = [0.0, 0.0]
         self._velocities = [0.0, 0.0]
         self._rises = [4000.0, 4000.0]
@@ -188,14 +188,14 @@ class EmulatedCANdi(EmulatedDevice):
         self._per_edge = sign / (c[SpnValue.CONFIG_QUADRATURE_EDGES_PER_ROTATION.value] or 4096)
 
     def command(self, spn: int, value: float) -> None:
-        """A new quadrature position."""
+        """Set a new quadrature position."""
         if spn == SpnValue.CANDI_SET_QUAD_POSITION.value:
             self._shift = value - self._edges * self._per_edge
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """What is on the pins."""
+        """Set the signals on the pins."""
         if name.startswith("PWM"):
             pin, what = int(name[3]) - 1, name[4:]
             if what == "Position":
@@ -220,19 +220,19 @@ class EmulatedCANdi(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What `sim_state` reads."""
+        """Return the value that `sim_state` reads."""
         return self._current if name == "OutputCurrent" else None
 
     def is_closed(self, pin: int) -> bool:
-        """Whether pin 0 or 1 is closed now, as configured."""
+        """Return whether pin 0 or 1 is closed now, as configured."""
         return _CLOSED[self._close[pin]](self.states[pin])
 
     def pwm_position(self, pin: int) -> float:
-        """Of the pulse-width sensor on pin 0 or 1 now [rotations]."""
+        """Return the present position of the pulse-width sensor on pin 0 or 1 [rotations]."""
         return self._signs[pin] * self._positions[pin] + self._offsets[pin]
 
     def pwm_velocity(self, pin: int) -> float:
-        """Of the pulse-width sensor on pin 0 or 1 now [rotations/s]."""
+        """Return the present velocity of the pulse-width sensor on pin 0 or 1 [rotations/s]."""
         return self._signs[pin] * self._velocities[pin]
 
     @property
@@ -246,7 +246,7 @@ class EmulatedCANdi(EmulatedDevice):
         return self._edge_rate * self._per_edge
 
     def sample(self) -> CANdiFrame:
-        """A frame of this moment."""
+        """Return the present frame."""
         return CANdiFrame(
             (self.states[0], self.states[1]),
             (self.is_closed(0), self.is_closed(1)),
@@ -304,11 +304,11 @@ class PigeonFrame(NamedTuple):
 
 
 def _unmodelled(name: str) -> Callable[[Any], float]:
-    """Return what reads zero, and says so when it is read first."""
+    """Return a function that reads zero and warns at its first call."""
 
     def zero(frame: Any) -> float:
-        if name not in _told:
-            _told.add(name)
+        if name not in _warned:
+            _warned.add(name)
             _log.warning(
                 "%s is not modelled: it reads 0 in simulation, as it does in CTRE's own", name.replace("_", " ").lower()
             )
@@ -317,7 +317,7 @@ def _unmodelled(name: str) -> Callable[[Any], float]:
     return zero
 
 
-_told: set[str] = set()
+_warned: set[str] = set()
 _AT_REST: Mapping[int, Callable[[Any], float]] = {
     SpnValue[name].value: _unmodelled(name)
     for name in (
@@ -344,21 +344,21 @@ class EmulatedPigeon2(EmulatedDevice):
         """Yaw since switched on, continuous over turns [deg]."""
         self.pitch = self.roll = 0.0
         self.rates = [0.0, 0.0, 0.0]
-        """About x, y and z [deg/s]."""
+        """Rates about x, y and z [deg/s]."""
         self._offset = 0.0
         self.send_frame()
 
     def command(self, spn: int, value: float) -> None:
-        """A new yaw."""
+        """Set a new yaw."""
         if spn == SpnValue.PIGEON2_SET_YAW.value:
             self._offset = value - self.raw_yaw
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """What it measures."""
+        """Set its measurement."""
         if name == "RawYaw":
-            # The device takes the short way round.
+            # The device takes the shorter way.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
         elif name == "AddYaw":
             self.raw_yaw += value
@@ -372,7 +372,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What SimDevices read."""
+        """Return the value that SimDevices read."""
         if name.startswith("AngularVelocity"):
             return self.rates["XYZ".index(name[-1])]
         return {
@@ -389,7 +389,7 @@ class EmulatedPigeon2(EmulatedDevice):
         return self.raw_yaw + self._offset
 
     def sample(self) -> PigeonFrame:
-        """A frame of this moment; 250 a second, so without PigeonFrame.__new__, which is a Python function."""
+        """Return the present frame; 250 a second, so without PigeonFrame.__new__, which is a Python function."""
         yaw, rates = self.raw_yaw + self._offset, self.rates
         return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
@@ -407,7 +407,7 @@ class EmulatedPigeon2(EmulatedDevice):
         SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quaternion[1],
         SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quaternion[2],
         SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quaternion[3],
-        # CTRE's simulation has no accelerometer, magnetometer or temperature either, and answers zero.
+        # CTRE's simulation has no accelerometer, magnetometer or temperature either, and returns zero.
         **_AT_REST,
         SpnValue.PIGEON2_NO_MOTION_CAL_ENABLED.value: lambda f: 1.0,
         SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
@@ -438,9 +438,9 @@ class EmulatedCANrange(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.distance = 0.0
-        """To what is in front of it [m]."""
+        """Distance to the object in front of it [m]."""
         self.is_detected = True
-        """Whether something is nearer than the configured threshold."""
+        """Whether an object is nearer than the configured threshold."""
         self.configured()
         self.send_frame()
 
@@ -457,7 +457,7 @@ class EmulatedCANrange(EmulatedDevice):
         self.is_detected = self._strength <= _STRONG and self.distance < self._threshold + band
 
     def set_input(self, name: str, value: float) -> None:
-        """What is in front of it."""
+        """Set the distance to the object in front of it."""
         if name == "Distance":
             self.distance = value
             self._detect()
@@ -465,7 +465,7 @@ class EmulatedCANrange(EmulatedDevice):
             super().set_input(name, value)
 
     def sample(self) -> CANrangeFrame:
-        """A frame of this moment."""
+        """Return the present frame."""
         c = self.config
         fov = tuple(
             float(c[spn.value])
@@ -508,7 +508,7 @@ LIGHT_REQUESTS = (
     "TwinkleAnimation",
     "TwinkleOffAnimation",
 )
-"""Requests of a CANdle."""
+"""Names of requests to a CANdle."""
 
 
 class EmulatedCANdle(EmulatedDevice):
@@ -522,7 +522,7 @@ class EmulatedCANdle(EmulatedDevice):
         self.send_frame()
 
     def sample(self) -> float:
-        """Supply at this moment [V]."""
+        """Return the present supply voltage [V]."""
         return self.supply
 
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {

@@ -1,4 +1,4 @@
-"""An emulated TalonFX or TalonFXS: limits, feedback, leader, requests, control loop and status frames."""
+"""Emulated TalonFX or TalonFXS: limits, feedback, leader, requests, control loop and status frames."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class TalonLimit:
 
     Args:
         controller: Name of the controller, for messages.
-        forward: Whether it is the forward one.
+        forward: Whether it limits forward motion.
     """
 
     __slots__ = (
@@ -80,10 +80,10 @@ class TalonLimit:
         self._controller = controller
         self._forward = forward
         self.closed = False
-        """Whether the switch on the controller itself is closed, as `sim_state` sets it."""
+        """Whether the switch on the controller itself is closed, as set by `sim_state`."""
         self._was_closed = False
         self.is_plain = True
-        """Whether nothing but the switch on the controller itself could stop the motor."""
+        """Whether only the switch on the controller itself could stop the motor."""
 
     def configure(self, config: Mapping[int, Setting]) -> None:
         """Apply the configuration of this direction.
@@ -111,7 +111,7 @@ class TalonLimit:
             )
 
     def is_closed(self, devices: Devices) -> bool:
-        """Whether the switch connects to ground now."""
+        """Return whether the switch connects to ground now."""
         if self._source == _PIN:
             return self.closed
         if self._source == _TALON:
@@ -125,7 +125,7 @@ class TalonLimit:
         return isinstance(candi, EmulatedCANdi) and candi.is_closed(0 if self._source == _CANDI_S1 else 1)
 
     def autoset(self, devices: Devices) -> float | None:
-        """Position to take when the switch has just been hit; None otherwise."""
+        """Return the position to set when the switch has just been hit; None otherwise."""
         if not self._autoset:
             return None
         hit = self.is_closed(devices) != self._normally_closed
@@ -134,7 +134,7 @@ class TalonLimit:
         return self._autoset_value if fresh else None
 
     def stops(self, devices: Devices, position: float, ignore_soft: bool, ignore_hard: bool) -> tuple[bool, bool]:
-        """Whether the soft limit and the switch block this direction."""
+        """Return whether the soft limit and the switch block this direction."""
         soft = False
         if self._soft and not ignore_soft:
             soft = position > self._threshold if self._forward else position < self._threshold
@@ -143,20 +143,20 @@ class TalonLimit:
 
 
 HALF_RANGE = 16384.0
-"""A device reports rotor positions within plus and minus this [rotations]."""
+"""Limit of the rotor positions that a device reports, on both sides of zero [rotations]."""
 IDLE = REQUESTS["Empty"]
-"""The request of a controller that has received none, or whose last one has expired."""
+"""Request of a controller that has received none, or whose last one has expired."""
 
 
 def within_range(turns: float) -> float:
-    """A rotor position as a device reports it, within +-16384 [rotations]."""
+    """Return a rotor position as a device reports it, within +-16384 [rotations]."""
     if -HALF_RANGE <= turns < HALF_RANGE:
         return turns
     return math.remainder(turns, 2.0 * HALF_RANGE)
 
 
 class FeedbackSource(enum.IntEnum):
-    """`FeedbackSensorSourceValue` and `ExternalFeedbackSensorSourceValue`."""
+    """Numbers of `FeedbackSensorSourceValue` and `ExternalFeedbackSensorSourceValue`."""
 
     ROTOR = 0
     REMOTE_CANCODER = 1
@@ -179,35 +179,35 @@ class FeedbackSource(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """The sensor that a controller is configured to use: its rotor, or a sensor on the bus.
+    """Configured sensor of a controller: its rotor, or a sensor on the bus.
 
-    With a remote or fused sensor position and velocity are the sensor's, and the rotor's are not read. They come with
+    With a remote or fused sensor, position and velocity are the sensor's instead of the rotor's. They come with
     the sensor's status frames, at 100 Hz unless robot code asks for more, so that a stiff loop overshoots (up to 6.5 %
     for the steering of a swerve module with kP = 100 V/rotation). The loop runs once a frame: its output stays until
-    the next one comes, a new set point waits for it, and a request of another kind begins with no output. A synced
-    sensor gives the rotor's its zero; that is what CTRE documents, its simulation does not have it.
+    the next one comes, a new setpoint waits for it, and a request of another kind begins without output. A synced
+    sensor sets the rotor sensor's zero; CTRE documents that, but does not simulate it.
 
     Source: measured on CTRE's simulation 26.3.
     """
 
     measure: Callable[[], None]
-    """Writes its present reading to the controller's `pos`, `vel` and `acc`."""
+    """Function that writes its present reading to the controller's `pos`, `vel` and `acc`."""
     is_rotor: bool
-    """Whether that is the rotor's, so that a new position can be set."""
+    """Whether it is the rotor's, so that its position can be set."""
     ratio: float = 1.0
-    """Turns of the rotor, or of the sensor on the bus, per rotation that robot code reads."""
+    """Turns of the rotor, or of the sensor on the bus, per rotation in robot code."""
     present: Callable[[], float] = float
-    """Position at this moment, which frames of a sensor on the bus bring later [mechanism rotations]."""
+    """Returns the present position, which frames of a sensor on the bus bring later [mechanism rotations]."""
     is_missing: bool = False
-    """Whether robot code has no device with the configured id."""
+    """Whether robot code lacks a device with the configured id."""
     remote: EmulatedDevice | None = None
-    """The device on the bus whose frames bring the readings; None where they are always new."""
+    """Device on the bus whose frames bring the readings; None where readings are always new."""
 
 
 def _remote(
     talon: EmulatedTalon, source: FeedbackSource, sensor_id: int
 ) -> tuple[EmulatedDevice, Callable[[Any], tuple[float, float]]] | None:
-    """A sensor on the bus, and position and velocity of its frame; None when robot code has not built it."""
+    """Return a sensor on the bus, and position and velocity of its frame; None: robot code has not built it."""
     devices = talon.devices
     if source in (FeedbackSource.REMOTE_CANCODER, FeedbackSource.FUSED_CANCODER, FeedbackSource.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
@@ -232,7 +232,7 @@ def _remote(
 
 
 def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback:
-    """The sensor named in a controller's configuration.
+    """Return the sensor in a controller's configuration.
 
     Raises:
         NotImplementedError: The sensor is not modelled.
@@ -308,9 +308,9 @@ def _opposes(talon: EmulatedTalon) -> bool:
 
 
 def turning(talon: EmulatedTalon) -> float:
-    """Direction in which a positive output turns the motor: its own, or for a follower the leader's.
+    """Return the direction in which a positive output turns the motor: its own, or for a follower the leader's.
 
-    Source: measured. A `Follower` takes over the leader's inversion, a `StrictFollower` keeps its own.
+    Source: measured. A `Follower` adopts the leader's inversion, a `StrictFollower` keeps its own.
     """
     if talon.kind.axis is not Axis.FOLLOW or talon.kind.name == "StrictFollower":
         return talon.sign
@@ -321,9 +321,9 @@ def turning(talon: EmulatedTalon) -> float:
 
 
 def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
-    """The step of a follower; None for a motor whose request is another one.
+    """Return the step of a follower; None for a motor with another request.
 
-    Its output is that of the leader's last frame, in the unit that the leader drives with; neutral without a leader.
+    Its output is that of the leader's last frame, in the unit of the leader's output; neutral without a leader.
     Built when request, configuration or devices change: a search for the leader each step would double its cost.
     """
     if talon.kind.axis is not Axis.FOLLOW:
@@ -370,7 +370,7 @@ class TalonFrame(NamedTuple):
     velocity: float
     acceleration: float
     turns: float
-    """Of the rotor, any number."""
+    """Position of the rotor, any number of turns."""
     rotor_velocity: float
     volts: float
     current: float
@@ -399,19 +399,19 @@ class TalonFrame(NamedTuple):
 
     @property
     def rotor_position(self) -> float:
-        """As robot code reads it, within +-16384 [rotations]."""
+        """Position of the rotor as robot code reads it, within +-16384 [rotations]."""
         return within_range(self.turns)
 
     @property
     def bridge(self) -> int:
-        """`BridgeOutputValue`."""
+        """State of the bridge (`BridgeOutputValue`)."""
         if not self.is_neutral:
             return self.plan.drives
         return REQ_BRAKE if self.is_braking else REQ_COAST
 
     @property
     def status(self) -> int:
-        """`MotorOutputStatusValue`."""
+        """Status of the output (`MotorOutputStatusValue`)."""
         if self.is_neutral:
             return _BRAKING if self.is_braking else _OFF
         if supply_current(self) < 0.0:
@@ -434,7 +434,7 @@ _DIFFERENTIAL = tuple(
     if spn.name.startswith(("PRO_DIFF_", "PRO_AVG_", "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_"))
     or spn.name == "TALON_FX_DIFFERENTIAL_CONTROL_MODE"
 )
-_RAW_INPUTS = (  # of a TalonFXS, before its offset: CTRE's simulation does not send them
+_RAW_INPUTS = (  # positions of a TalonFXS's encoder, before its offset: CTRE's simulation does not send them
     SpnValue.TALON_FXS_GADGETEER_G3,
     SpnValue.PRO_GADGETEER_PWM_RAW_PWM_POSITION,
     SpnValue.PRO_GADGETEER_PWM_RAW_PWM_VELOCITY,
@@ -458,7 +458,7 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_SUPPLY_AND_TEMP_STATOR_CURRENT.value: lambda f: f.current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT.value: supply_current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE.value: lambda f: f.supply,
-    # The simulated device stays at these temperatures.
+    # The simulated device holds these temperatures.
     SpnValue.PRO_SUPPLY_AND_TEMP_DEVICE_TEMP.value: _constant(24.0),
     SpnValue.PRO_SUPPLY_AND_TEMP_DEVICE_TEMP2.value: _constant(0.0),
     SpnValue.PRO_SUPPLY_AND_TEMP_PROCESSOR_TEMP.value: _constant(20.0),
@@ -484,11 +484,11 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
     SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.stall_current,
     SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.number,
-    # Differential requests are refused, so that these say what they say without one.
+    # The emulator refuses differential requests, so these have their values without one.
     **{spn.value: _constant(0.0) for spn in _DIFFERENTIAL},
     **{spn.value: _constant(0.0) for spn in _RAW_INPUTS},
 }
-"""What each signal reads, by its number."""
+"""Reading of each signal, by its number."""
 
 _BY_AXIS = {
     SpnValue.PRO_PID_REF_PID_ERR_PID_REF_POSITION.value,
@@ -505,7 +505,7 @@ _BY_UNIT = {
 
 
 def units_number(spn: int, frame: TalonFrame) -> int:
-    """Number whose units a signal has in this frame: a reference is a velocity in a velocity loop, and so on."""
+    """Return the signal whose units a signal has in this frame: a reference is a velocity in a velocity loop."""
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn
@@ -516,7 +516,7 @@ _new = tuple.__new__
 
 
 def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
-    """Numbers of the faults that are active now; robot code may not have built the configured remote sensor."""
+    """Return the numbers of active faults; robot code may not have built the configured remote sensor."""
     bridge = talon.bridge
     limited = bridge.is_stator_limited or bridge.is_supply_limited or bridge.is_blocked
     if not limited and bridge.supply <= OVER_VOLTAGE and not is_sensor_missing:
@@ -537,11 +537,11 @@ def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
 
 
 def frame_of(talon: EmulatedTalon) -> TalonFrame:
-    """The status frame of this moment."""
+    """Return the present status frame."""
     b, m, plan, turn, devices = talon.bridge, talon.loop, talon.plan, talon.turn, talon.devices
     profile = plan.profile
-    # 0.9 us, because it bypasses TalonFrame.__new__, a Python function, and rarely read values are computed when they
-    # are read; 7 us by name and all at once. 17 motors make 34 frames a tick.
+    # 0.9 us, because it bypasses TalonFrame.__new__, a Python function, and computes rarely read values on
+    # demand; 7 us by name and all at once. 17 motors make 34 frames a tick.
     return _new(TalonFrame, (
         m.pos, m.vel, m.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
         b.volts, b.current, b.supply, b.is_neutral, b.is_braking, b.rps,
@@ -554,22 +554,22 @@ def frame_of(talon: EmulatedTalon) -> TalonFrame:
 _log = logging.getLogger(__name__)
 
 _CONTROL_PHASE_NS = 4_000_000
-"""When in their period control frames leave [ns]. Robot code at a multiple of the period waits this long; on the wall
+"""Phase of control frames in their period [ns]. Robot code at a multiple of the period waits this long; on the wall
 clock the wait is anything between nothing and a period, 4.4 ms in the middle."""
 _ONE_SHOT_NS = 100_000_000
-"""How long a request that is sent once (`update_freq_hz=0`) is in force [ns]."""
+"""Duration of a request that is sent once (`update_freq_hz=0`) [ns]."""
 _DEFAULTS = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 100.0}
-"""Fields of requests whose default in the library is not 0."""
+"""Default of each request field that is not 0 in the library."""
 
 
 class EmulatedTalon(EmulatedDevice):
-    """One TalonFX; numbers have robot code's signs unless said otherwise.
+    """One TalonFX; numbers have robot code's signs unless stated otherwise.
 
     Args:
         address: CAN id and bus.
-        clock: Simulated time.
+        clock: Clock of simulated time.
         defaults: Factory configuration.
-        devices: Those on its bus by type and id: remote sensors and leaders are found among them.
+        devices: Devices on its bus by type and id, among them remote sensors and leaders.
     """
 
     model = "talon fx"
@@ -590,12 +590,12 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = 0.0
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
-        """Slope of its velocity between two writes, or as physics writes it [rotations/s^2]."""
+        """Slope of its velocity between two writes, or the value that physics writes [rotations/s^2]."""
         self._written_ns = clock.ns
         self.shift = 0.0
-        """Of the rotor's zero, by `set_position`, counter-clockwise [rotations]."""
+        """Shift of the rotor's zero by `set_position`, counter-clockwise [rotations]."""
         self.rotor_offset = 0.0
-        """As configured [rotations]."""
+        """Configured rotor offset [rotations]."""
         self.sign = 1.0
         """-1 with a clockwise configuration."""
         self.turn = 1.0
@@ -604,25 +604,25 @@ class EmulatedTalon(EmulatedDevice):
         """State of its control loop."""
         # request
         self.kind: RequestKind = IDLE
-        """The last request that has arrived."""
+        """Last request that has arrived."""
         self.args: tuple[Any, ...] = (0.0,)
-        """Its fields."""
+        """Fields of that request."""
         self.plan: ControlPlan
-        """How it is carried out."""
+        """Law and output stage of that request."""
         self.slot = 0
         self.enabled = False
         self.limits_hit = (False, False, False, False)
-        """Soft limits forward and reverse, switches forward and reverse."""
+        """Active limits: soft limits forward and reverse, switches forward and reverse."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
-        """The request of the next control frame, and when that frame arrives [ns]."""
+        """Request of the next control frame, and the time of that frame [ns]."""
         self._expires: int | None = None
-        """When the request ends that was sent once [ns]."""
+        """Time at which a request that was sent once ends [ns]."""
         self._plans: dict[tuple[str, int, bool], ControlPlan] = {}
         self._follow: Callable[[int], None] | None = None
         self._seen_ns = -1
-        """Time of the remote sensor's frame that the law has used last [ns]."""
+        """Time of the remote sensor's last frame that the law has used [ns]."""
         self._unseen = 0
-        """Control loops since then."""
+        """Number of control loops since then."""
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
         self._has_warned = False
         self.configured()
@@ -656,14 +656,14 @@ class EmulatedTalon(EmulatedDevice):
         self._follow = following(self)
 
     def command(self, spn: int, value: float) -> None:
-        """A new position."""
+        """Set a new position."""
         if spn == SpnValue.TALON_FX_SET_SENSOR_POSITION.value:
             self.set_position(value)
         else:
             super().command(spn, value)
 
     def set_position(self, position: float) -> None:
-        """Call the present position this [mechanism rotations].
+        """Set the present position to this value [mechanism rotations].
 
         With a remote or fused sensor it has no effect, as in CTRE's simulation.
         """
@@ -679,7 +679,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """A control request of robot code; it takes effect with the next control frame.
+        """Receive a control request of robot code; it takes effect with the next control frame.
 
         Raises:
             NonFiniteError: A field is not a number.
@@ -700,7 +700,7 @@ class EmulatedTalon(EmulatedDevice):
             self._pending = (now, kind, args)
             return
         if pending is not None and pending[1].name == kind.name:
-            self._pending = (pending[0], kind, args)  # the frame that is due carries the newest numbers
+            self._pending = (pending[0], kind, args)  # the pending frame carries the newest numbers
             return
         period = period_of(hz) * LOOP_NS
         phase = min(_CONTROL_PHASE_NS, period - LOOP_NS)
@@ -710,19 +710,19 @@ class EmulatedTalon(EmulatedDevice):
         """Carry out a request at once, without the latency of a control frame.
 
         Args:
-            kind: Name of the request, "VelocityVoltage".
-            **values: Its fields; those that are not named have the library's defaults.
+            kind: Name of the request, such as "VelocityVoltage".
+            **values: Fields; the others have the library's defaults.
         """
         request = REQUESTS[kind]
         self._pending = None
         self._accept(request, tuple(values.get(f, _DEFAULTS.get(f, 0.0)) for f in request.fields))
 
     def renew(self, kind: RequestKind, foc: bool) -> bool:
-        """Whether this kind of request, sent once, is in force; then it lasts anew, and its set points may change.
+        """Return whether this kind of request, sent once, is active; if so, extend it, and its setpoints may change.
 
         Args:
             kind: Kind of request.
-            foc: Field-oriented commutation.
+            foc: Whether commutation is field-oriented.
         """
         if self.kind is not kind or self._pending is not None or self._expires is None:
             return False
@@ -757,7 +757,7 @@ class EmulatedTalon(EmulatedDevice):
             self._begin()
 
     def _take_goals(self, plan: ControlPlan) -> None:
-        """Read the set points of the request."""
+        """Read the setpoints of the request."""
         axis, args = self.kind.axis, self.args
         if axis is Axis.OPEN:
             self.loop.output = float(args[1])
@@ -771,18 +771,18 @@ class EmulatedTalon(EmulatedDevice):
             self.loop.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
-        """Read feed-forward, neutral, deadband and limits of a request that drives."""
+        """Read feed-forward, neutral, deadband and limits of a request with output."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
         self.loop.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES
         bridge.override = bool(args[field["override_coast_dur_neutral" if torque else "override_brake_dur_neutral"]])
         bridge.deadband = float(args[field["deadband"]]) if "deadband" in field else 0.0
         bridge.max_duty = float(args[field["max_abs_duty_cycle"]]) if "max_abs_duty_cycle" in field else 1.0
-        # the last six fields of every request that drives
+        # the last six fields of every request with output
         self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
 
     def _begin(self) -> None:
-        """Let the loop start anew from the present state."""
+        """Restart the loop from the present state."""
         self._unseen = 0
         if self.feedback.remote is not None:
             self._seen_ns = self.feedback.remote.frame_ns
@@ -805,7 +805,7 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = rps
 
     def set_input(self, name: str, value: float) -> None:
-        """Write what `sim_state` and SimDevices set, by the names of CTRE's library; rotors turn counter-clockwise."""
+        """Write a value of `sim_state` or SimDevices, by its name in CTRE's library; rotors turn counter-clockwise."""
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
@@ -827,7 +827,7 @@ class EmulatedTalon(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What `sim_state` and SimDevices read: shafts counter-clockwise, the torque current with robot code's sign."""
+        """Return a value of `sim_state`: shafts counter-clockwise, torque current in robot code's sign."""
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn
@@ -854,7 +854,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- control loop
 
     def run(self, loops: int, enabled: bool) -> None:
-        """Advance by this many control loops."""
+        """Advance by a number of control loops."""
         pending = self._pending
         if pending is not None:
             before = (pending[0] - self.clock.loop_ns + LOOP_NS - 1) // LOOP_NS
@@ -907,7 +907,7 @@ class EmulatedTalon(EmulatedDevice):
         stage(loop.pid_out, loops)
 
     def _neutral_or_follow(self, loops: int) -> None:
-        """Neutral, or the output of the leader."""
+        """Output neutral, or the output of the leader."""
         bridge, axis = self.bridge, self.kind.axis
         if not self.enabled:
             coasts = axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
@@ -930,11 +930,11 @@ class EmulatedTalon(EmulatedDevice):
     # ---- status
 
     def setpoint(self) -> tuple[bool, bool, float] | None:
-        """What the closed loop is to reach in the end; None: there is none.
+        """Return the final goal of the closed loop; None: there is none.
 
         Returns:
-            Whether that is a velocity; whether of the rotor, and not of a sensor on the bus; velocity of its shaft
-            [1/s], or how far it is from where it is now [rotations], of a rotor counter-clockwise.
+            Whether the goal is a velocity; whether it is the rotor's instead of a bus sensor's; velocity of its shaft
+            [1/s], or distance from its present position [rotations], for a rotor counter-clockwise.
         """
         feedback, axis = self.feedback, self.kind.axis
         if not self.enabled or feedback.is_missing or self.plan.law is None or axis is Axis.OPEN:
@@ -947,7 +947,7 @@ class EmulatedTalon(EmulatedDevice):
         return self.plan.on_velocity, is_rotor, turns * feedback.ratio * (self.turn if is_rotor else 1.0)
 
     def sample(self) -> TalonFrame:
-        """A frame of this moment."""
+        """Return the present frame."""
         self.measure()
         return frame_of(self)
 
@@ -957,7 +957,7 @@ class EmulatedTalon(EmulatedDevice):
         super().send_frame()
 
     def units_of(self, spn: int) -> int:
-        """Number of the signal whose units this one has in the last frame."""
+        """Return the number of the signal whose units this one has in the last frame."""
         return units_number(spn, self.frame)
 
 
@@ -981,7 +981,7 @@ class EmulatedTalonFXS(EmulatedTalon):
         super().configured()
 
     def set_input(self, name: str, value: float) -> None:
-        """As a TalonFX, except the motor, which is configured."""
+        """Set an input as for a TalonFX, except the motor, which is configured."""
         if name == "MotorType":
             raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
         super().set_input(name, value)

@@ -1,4 +1,4 @@
-"""All emulated devices: how they are built, when they send status frames, and the step that advances them."""
+"""All emulated devices: their creation, their status frames, and the step that advances them."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ _CLASSES: dict[int, type[EmulatedDevice]] = {
     )
 }
 MODELS: dict[str, int] = {cls.model.lower(): number for number, cls in _CLASSES.items()}
-"""`DeviceType` number by the name under which the library makes a device, in small letters."""
+"""`DeviceType` number by the library's device name, in lower case."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
-"""CTRE's number of a device on any bus, without its id; here each further bus has numbers of its own from 1 << 20."""
+"""CTRE's number of a device on any bus, without its id; here each further bus numbers its devices from 1 << 20."""
 _CONFIGS = {
     4: configs.TalonFXConfiguration,
     5: configs.CANcoderConfiguration,
@@ -58,7 +58,7 @@ _CONFIGS = {
 
 @cache
 def _defaults(type_number: int) -> dict[int, Setting]:
-    """Factory configuration of a type of device."""
+    """Return the factory configuration of a type of device."""
     make: Any = _CONFIGS[type_number]
     return parse_config(make().serialize())
 
@@ -73,7 +73,7 @@ class _FrameGroup:
 
 
 class _FrameSchedule:
-    """When devices send their status frames; a search through 22 devices at every frame took 4 us, 6 times a tick."""
+    """Schedule of status frames; a search through 22 devices at every frame took 4 us, 6 times a tick."""
 
     __slots__ = ("_devices", "_groups")
 
@@ -82,7 +82,7 @@ class _FrameSchedule:
         self._groups: list[_FrameGroup] = []
 
     def sort(self, devices: Iterable[EmulatedDevice]) -> None:
-        """Group devices by rate; after any of them has changed."""
+        """Group devices by rate; call it after any rate has changed."""
         self._devices = [device for device in devices if device.period_ms]
         groups: dict[tuple[int, int], _FrameGroup] = {}
         for device in self._devices:
@@ -91,9 +91,9 @@ class _FrameSchedule:
         self._groups = list(groups.values())
 
     def send(self, now: int) -> int:
-        """Send the frames that are due now [ns]; returns when the next one is due [ns]."""
+        """Send the frames that are due now [ns]; return the time of the next one [ns]."""
         due = [group for group in self._groups if group.due_ns <= now]
-        # the order of their making: a controller may read an encoder that sends at the same time
+        # in building order: a controller may read an encoder that sends at the same time
         devices = due[0].devices if len(due) == 1 else [d for d in self._devices if d.due_ns <= now]
         for group in due:
             group.due_ns += ((now - group.due_ns) // group.period_ns + 1) * group.period_ns
@@ -105,10 +105,10 @@ class _FrameSchedule:
 
 
 class Emulator:
-    """The devices behind Phoenix 6's Python API.
+    """Devices behind Phoenix 6's Python API.
 
     Args:
-        delays: From the enable feed to the devices.
+        delays: Delays from the enable feed to the devices.
 
     Example:
         emulator = install()
@@ -133,7 +133,7 @@ class Emulator:
     # ---- devices
 
     def create(self, type_number: int, address: DeviceAddress) -> EmulatedDevice:
-        """The device of this type and address; made at the first call.
+        """Return the device of this type and address, making it at the first call.
 
         Raises:
             NotImplementedError: Devices of this type are not modelled.
@@ -149,19 +149,19 @@ class Emulator:
             if isinstance(device, EmulatedTalon):
                 self._talons.append(device)
             for talon in self._talons:
-                talon.resolve()  # one that was configured before its remote sensor was built
+                talon.resolve()  # one configured before its remote sensor was built
         return device
 
     def hash_of(self, device: EmulatedDevice) -> int:
-        """Number by which the library names a device."""
+        """Return the number by which the library names a device."""
         return [*self._buses].index(device.address.bus) << 20 | _HASH_BASE[device.type_number] | device.address.number
 
     def simulated(self, type_number: int, number: int) -> EmulatedDevice:
-        """The device that `sim_state` means.
+        """Return the device that `sim_state` means.
 
         Args:
-            type_number: Of its `DeviceType`.
-            number: That of `hash_of`; or its CAN id, as SimDevices have it: then the first with this id.
+            type_number: Number of its `DeviceType`.
+            number: Number from `hash_of`; or its CAN id, as in SimDevices: then the first with this id.
         """
         device = self.by_hash.get(number)
         return device or next(bus[type_number, number] for bus in self._buses.values() if (type_number, number) in bus)
@@ -178,19 +178,19 @@ class Emulator:
         return cls(address, self.clock, defaults)
 
     def talon(self, number: int, bus: str = "") -> EmulatedTalon:
-        """The TalonFX with this id, made if need be."""
+        """Return the TalonFX with this id, making it if needed."""
         device = self.create(EmulatedTalon.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedTalon)
         return device
 
     def cancoder(self, number: int, bus: str = "") -> EmulatedCANcoder:
-        """The CANcoder with this id, made if need be."""
+        """Return the CANcoder with this id, making it if needed."""
         device = self.create(EmulatedCANcoder.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedCANcoder)
         return device
 
     def pigeon(self, number: int, bus: str = "") -> EmulatedPigeon2:
-        """The Pigeon 2 with this id, made if need be."""
+        """Return the Pigeon 2 with this id, making it if needed."""
         device = self.create(EmulatedPigeon2.type_number, DeviceAddress(number, bus))
         assert isinstance(device, EmulatedPigeon2)
         return device
@@ -199,7 +199,7 @@ class Emulator:
         return iter(self.by_hash.values())
 
     def reset(self) -> None:
-        """Remove all devices and tasks and begin at time zero, as for a fresh test."""
+        """Remove all devices and tasks and restart at time zero, for a new test."""
         self.clock.reset()
         self.enable = EnableState(self.clock, self.enable.delays)
         self._buses = {"": {}}
@@ -211,12 +211,12 @@ class Emulator:
     # ---- time
 
     def every(self, period: float, task: Callable[[], None], *, offset: float = 0.0) -> Callable[[], None]:
-        """Call a task in simulated time from within `step`, first after `offset` + `period`; returns its cancel.
+        """Call a task in simulated time from within `step`, first after `offset` + `period`; return a cancel function.
 
         Args:
-            period: [s], whole microseconds.
-            task: Runs with the devices at exactly that time; tasks of one time run in the order of their making.
-            offset: [s]
+            period: Period [s], whole microseconds.
+            task: Runs with the devices at exactly that time; simultaneous tasks run in the order of their calls here.
+            offset: Offset [s].
 
         Raises:
             ConfigError: The period is not positive.
@@ -235,7 +235,7 @@ class Emulator:
         return cancel
 
     def step(self, dt: float) -> None:
-        """Advance all devices by dt [s]; what physics has written stays as it is meanwhile.
+        """Advance all devices by dt [s] with constant inputs from physics.
 
         Raises:
             ConfigError: dt is negative.

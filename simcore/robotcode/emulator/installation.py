@@ -1,10 +1,10 @@
-"""Puts the emulator in place of Phoenix 6's native libraries, and checks first that it fits.
+"""Replacement of Phoenix 6's native libraries by the emulator, after a check that it fits.
 
-Three things of the Python library are switched as well. The enable feed of device objects, a WPILib Notifier, is ended
-at install and uninstall. Each device object copies its state into WPILib SimDevices before every robot tick, 17-39 us a
-device, for the simulation GUI: tests have no use for that, and it would be most of the cost of a tick, so it is off in
-simulated time unless asked for. And a `sim_state` names its device by type and id, which say nothing of the bus: in
-simulated time it names it as other functions do.
+It also switches three features of the Python library. It stops the enable feed of device objects, a WPILib Notifier,
+at install and uninstall. Each device object copies its state to WPILib SimDevices before every robot tick, 17-39 us a
+device, for the simulation GUI: tests do not need that, and it would be most of the cost of a tick, so it is off in
+simulated time by default. And a `sim_state` names its device by type and id without the bus: in
+simulated time it uses the name of other functions.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ _CLASSES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "
 
 
 class SeamError(SimcoreError, RuntimeError):
-    """The installed phoenix6 does not have the native functions that the emulator replaces."""
+    """The installed phoenix6 lacks native functions that the emulator replaces."""
 
 
 class _SimDeviceCopies:
-    """Switches the copies in WPILib SimDevices off, and on again."""
+    """Switch for the copies in WPILib SimDevices."""
 
     def __init__(self) -> None:
         self._saved: list[tuple[type, str, Any]] = []
 
     def off(self) -> None:
-        """Devices built from here on have no copies."""
+        """Build devices without copies from now on."""
         for name in _CLASSES:
             cls = getattr(hardware, name)
             attribute = f"_{name}__on_periodic"
@@ -63,7 +63,7 @@ class _SimDeviceCopies:
                 setattr(cls, attribute, _nothing)
 
     def on(self) -> None:
-        """As the library has it."""
+        """Restore the library's behavior."""
         for cls, attribute, method in self._saved:
             setattr(cls, attribute, method)
         self._saved.clear()
@@ -100,7 +100,7 @@ def check_seam() -> None:
     """Compare the installed phoenix6 with the functions of the emulator.
 
     Raises:
-        SeamError: It does not fit; the text says what differs and which version would.
+        SeamError: It does not fit; the text gives the difference and a version that fits.
     """
     version = metadata.version("phoenix6")
     wrong = _misfit()
@@ -112,7 +112,7 @@ def check_seam() -> None:
 
 
 def _misfit() -> str | None:
-    """What the installed phoenix6 does not have; None when it fits."""
+    """Return the functions that the installed phoenix6 lacks; None when it fits."""
     for name in (_INSTANCE, _API, _FUNCTIONS):
         if not hasattr(Native, name):
             return f"its phoenix_native.Native has no {name.removeprefix('_Native')}"
@@ -155,13 +155,13 @@ def _misfit() -> str | None:
 
 
 def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emulator:
-    """Run Phoenix 6 in simulated time from here on; call before robot code builds its first device.
+    """Run Phoenix 6 in simulated time from now on; call before robot code builds its first device.
 
     A second call returns the devices of the first, reset.
 
     Args:
-        delays: From the enable feed to the devices.
-        mirror: Whether device objects copy their outputs into WPILib SimDevices every tick, for the simulation GUI.
+        delays: Delays from the enable feed to the devices.
+        mirror: Whether device objects copy their outputs to WPILib SimDevices every tick, for the simulation GUI.
 
     Raises:
         SeamError: The installed phoenix6 does not fit.
@@ -187,12 +187,12 @@ def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emul
 
 
 def installed() -> Emulator | None:
-    """The devices in simulated time; None while Phoenix 6 uses its own native libraries."""
+    """Return the devices in simulated time; None while Phoenix 6 uses its own native libraries."""
     return None if _current is None else _current[0]
 
 
 def uninstall() -> None:
-    """Give Phoenix 6 its native libraries back; devices made in simulated time are of no more use."""
+    """Restore Phoenix 6's native libraries; devices made in simulated time become useless."""
     global _current, _real
     _stop_feed()
     if _real is not None:
@@ -203,10 +203,10 @@ def uninstall() -> None:
 
 
 def _stop_feed() -> None:
-    """End the Notifier that feeds `feed_enable`; the next device makes a new one.
+    """Stop the Notifier that feeds `feed_enable`; the next device makes a new one.
 
-    Devices that robot code left open would otherwise feed the enable signal of the next test, and a Notifier that is
-    alive when Python ends aborts the process.
+    Devices that robot code left open would otherwise feed the enable signal of the next test, and a Notifier still
+    alive at Python's shutdown aborts the process.
     """
     cls = getattr(auto_feed_enable, "AutoFeedEnable", None)
     feed = getattr(cls, _FEED, None)

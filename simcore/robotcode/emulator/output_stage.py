@@ -1,7 +1,7 @@
-"""The output stage of a motor controller: what it asks of the motor, within peaks, ramp, deadband and limit switches.
+"""Output stage of a motor controller: its request to the motor, within peaks, ramp, deadband and limit switches.
 
 Order of the steps: peak output, ramp, deadband, soft and hard limits. Volts, amperes and supply current are those of
-the model that turns the motor (`show`), which keeps the current limits that the stage names. Where no model does, as in
+the model that turns the motor (`show`), which applies the current limits of the stage. Without a model, as in
 a test that writes the rotor through `sim_state`, they are those of a motor held at the rotor's speed, by the law of the
 loop's motors.
 
@@ -31,19 +31,19 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class ConnectedMotor:
-    """A motor, and what a controller reports of it."""
+    """A motor, and the constants that a controller reports of it."""
 
     model: MotorModel
-    """Under field-oriented control, where it has that."""
+    """Model, under field-oriented control where it has that."""
     trapezoidal: MotorModel
     kt: float
-    """Answer of `get_motor_kt` [N m/A]."""
+    """Result of `get_motor_kt` [N m/A]."""
     kv: float
-    """Answer of `get_motor_kv` [rpm/V]."""
+    """Result of `get_motor_kv` [rpm/V]."""
     stall_current: float
-    """Answer of `get_motor_stall_current` [A]."""
+    """Result of `get_motor_stall_current` [A]."""
     number: int
-    """`ConnectedMotorValue`."""
+    """Number in `ConnectedMotorValue`."""
 
 
 def _brushless(name: str, kt: float, kv: float, stall_current: float, number: int) -> ConnectedMotor:
@@ -64,24 +64,24 @@ ARRANGEMENTS: dict[int, ConnectedMotor] = {
 """Motors of a TalonFXS by `MotorArrangementValue`; a brushed motor is a CIM."""
 
 Stage = Callable[[float, int], None]
-"""Asks the motor for an output for a number of control loops."""
+"""Requests an output from the motor for a number of control loops."""
 
 OVER_VOLTAGE = 16.5
-"""Above this supply the bridge is off [V]; measured between 16 and 18."""
+"""Supply voltage above which the bridge is off [V]; measured between 16 and 18."""
 _HARD_CAP = 200.0
-"""Most that a bridge carries, also with its limits off [A]."""
+"""Largest current of a bridge, also with its limits off [A]."""
 _SUPPLY_SLACK = 0.4
-"""The simulated limiter oscillates within 1 A of its limit; the supply current is this much below on average [A]."""
+"""Margin of the supply limit, because the simulated limiter oscillates within 1 A of it: mean deficit [A]."""
 _LIMITED = 0.98
-"""Share of a limit at which it counts as reached: the model's battery is not to the last digit the device's [-]."""
+"""Share of a limit at which it counts as reached: the model's battery differs slightly from the device's [-]."""
 _HELD = 1e12
-"""Stiffness of a shaft that no torque moves."""
+"""Stiffness of a shaft that no torque moves [N m s]."""
 _TORQUE_RANGE = 327.67
 """Full scale of a torque current request, to which a deadband stretches the rest [A]."""
 _MAX_REQUEST_DEADBAND = 15.0
-"""More than this a request's own deadband cannot be [A]."""
+"""Largest deadband of a request [A]."""
 _FULL = {Unit.DUTY: 1.0, Unit.VOLTS: 12.0, Unit.AMPERES: 300.0}
-"""What is reached from zero in the time of a ramp."""
+"""Output reached from zero in the time of a ramp."""
 _RAMPS = {
     (Unit.DUTY, False): SpnValue.CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD.value,
     (Unit.VOLTS, False): SpnValue.CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD.value,
@@ -93,70 +93,70 @@ _RAMPS = {
 
 
 def _emf(model: MotorModel) -> float:
-    """Return the back-EMF per speed [V s/rotation]; CTRE's simulation reckons without the current of a free motor."""
+    """Return the back-EMF per speed [V s/rotation]; CTRE's simulation ignores the free current."""
     return model.nominal_voltage * math.tau / model.free_speed
 
 
 class _Flow(Protocol):
-    """What flows in a motor, at one moment."""
+    """State of a motor at one moment."""
 
     @property
     def volts(self) -> float:
-        """At the motor [V]."""
+        """Voltage at the motor [V]."""
 
     @property
     def current(self) -> float:
-        """In the motor [A]."""
+        """Current in the motor [A]."""
 
     @property
     def supply(self) -> float:
-        """At the controller's terminals [V]."""
+        """Voltage at the controller's terminals [V]."""
 
 
 def duty(flow: _Flow) -> float:
-    """Share of the supply at the motor."""
+    """Return the share of the supply at the motor [-]."""
     return flow.volts / flow.supply
 
 
 def supply_current(flow: _Flow) -> float:
-    """From the battery [A]: the power at the motor over the supply."""
+    """Return the supply current [A]: the power at the motor over the supply voltage."""
     return flow.current * flow.volts / flow.supply
 
 
 class Bridge:
-    """Asks one motor for volts, a duty cycle or amperes; all numbers have robot code's signs.
+    """Bridge that requests volts, a duty cycle or amperes from one motor; all numbers have robot code's signs.
 
     Args:
-        motor: The motor, where no model of a robot turns it.
+        motor: Motor, where no model of a robot turns it.
     """
 
     def __init__(self, motor: ConnectedMotor) -> None:
         self.motor = motor
         self.unit = Unit.VOLTS
-        """Of `asked`."""
+        """Unit of `asked`."""
         self.asked = 0.0
-        """Asked of the motor, in its unit."""
+        """Request to the motor, in its unit."""
         self.is_neutral = True
         """Whether it does not drive."""
         self.is_braking = False
-        """Whether a bridge that does not drive shorts the motor; else the circuit is open."""
+        """Whether a neutral bridge shorts the motor; else the circuit is open."""
         self._volts = self._current = 0.0
         self._is_due = False
-        """Whether nobody has asked yet what flows since the last loop: the answer costs more than the loop."""
+        """Whether the flow since the last loop is not yet computed: it costs more than the loop."""
         self.has_model = False
-        """Whether a model of a robot has said what flows."""
+        """Whether a model of a robot has set the flow."""
         self.supply = 12.0
-        """At its terminals [V]."""
+        """Voltage at its terminals [V]."""
         self.rps = 0.0
-        """Of the rotor, robot code's sign [rotations/s]."""
+        """Speed of the rotor, robot code's sign [rotations/s]."""
         self.brake = False
         """Configured neutral mode."""
         self.override = False
-        """Whether the request neutralises the other way than configured."""
+        """Whether the request uses the neutral mode opposite to the configured one."""
         self.deadband = 0.0
-        """Of the torque request [A]."""
+        """Deadband of the torque request [A]."""
         self.max_duty = 1.0
-        """Of the torque request."""
+        """Largest duty cycle of the torque request."""
         self.blocked_forward = self.blocked_reverse = False
         """Whether a limit forbids this direction."""
         self.is_blocked = False
@@ -189,7 +189,7 @@ class Bridge:
         self._ramps = {key: _FULL[key[0]] / period if (period := config.get(spn, 0.0)) > 0.0 else 0.0
                        for key, spn in _RAMPS.items()}  # fmt: skip
 
-    # ---- what it asks for
+    # ---- requests
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
         """Build the output stage for one kind of request."""
@@ -203,7 +203,11 @@ class Bridge:
             if rate:
                 step = rate * loops
                 out = self._last = min(max(out, self._last - step), self._last + step)
-            asked = self._past_deadband(out) if is_torque else self._stretched(out, 1.0 if is_duty else self.supply)
+            asked = (
+                self._past_deadband(out)
+                if is_torque
+                else self._past_duty_deadband(out, 1.0 if is_duty else self.supply)
+            )
             self.is_blocked = (self.blocked_forward and out > 0.0) or (self.blocked_reverse and out < 0.0)
             if self.supply > OVER_VOLTAGE:
                 self.neutral(False)
@@ -212,7 +216,7 @@ class Bridge:
             elif is_torque:  # zero torque is neutral as configured; its override coasts
                 self.neutral(self.brake and not self.override)
             elif self.brake or self.override:
-                self._ask(Unit.VOLTS, 0.0, foc)  # a bridge that drives zero volts brakes, within the current limits
+                self._ask(Unit.VOLTS, 0.0, foc)  # a bridge at zero volts brakes, within the current limits
             else:
                 self.neutral(False)
 
@@ -239,33 +243,33 @@ class Bridge:
         self._last = self._over = 0.0
         self._is_lowered = self.is_blocked = False
 
-    def _stretched(self, out: float, full: float) -> float:
-        """Return an output past the deadband of duty cycles; the rest reaches to the full output."""
+    def _past_duty_deadband(self, out: float, full: float) -> float:
+        """Return an output beyond the deadband of duty cycles, rescaled to the full output."""
         if not self._deadband:
             return out
         rest = abs(out) / full - self._deadband
         return math.copysign(rest / (1.0 - self._deadband) * full, out) if rest > 0.0 else 0.0
 
     def _past_deadband(self, amperes: float) -> float:
-        """Return a torque current past the deadbands of request and configuration."""
+        """Return a torque current beyond the deadbands of request and configuration."""
         band = max(min(self.deadband, _MAX_REQUEST_DEADBAND), self._torque_deadband)
         rest = abs(amperes) - band
         return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
 
-    # ---- what flows
+    # ---- flow
 
     @property
     def asked_volts(self) -> float:
-        """Volts that it asks for, or that a torque current takes [V]."""
+        """Voltage that it requests, or that a torque current needs [V]."""
         if self.unit is Unit.AMPERES:
             return self.volts
         return self.asked * self.supply if self.unit is Unit.DUTY else self.asked
 
     @property
     def share(self) -> float | None:
-        """Share of its supply that it asks for, within `limits`; None: volts.
+        """Duty cycle that it requests, within `limits`; None: volts.
 
-        A torque current is the greatest voltage with the current as the limit.
+        A torque current is the largest voltage with the current as the limit.
         """
         if self.unit is Unit.AMPERES:
             return math.copysign(self.max_duty, self.asked)
@@ -273,42 +277,42 @@ class Bridge:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Limits of stator and supply in force [A]."""
+        """Active limits of stator and supply current [A]."""
         stator = min(abs(self.asked), self._stator_limit) if self.unit is Unit.AMPERES else self._stator_limit
         return stator, self._lower if self._is_lowered else self._supply_limit
 
     @property
     def volts(self) -> float:
-        """At the motor [V]."""
+        """Voltage at the motor [V]."""
         if self._is_due:
             self._hold_rotor()
         return self._volts
 
     @property
     def current(self) -> float:
-        """In the motor [A]."""
+        """Current in the motor [A]."""
         if self._is_due:
             self._hold_rotor()
         return self._current
 
     @property
     def is_stator_limited(self) -> bool:
-        """Whether the stator limit is what bounds the current."""
+        """Whether the stator limit bounds the current."""
         return not self.is_neutral and abs(self.current) > _LIMITED * self._stator_limit
 
     @property
     def is_supply_limited(self) -> bool:
-        """Whether the supply limit is what bounds the current, when somebody last asked what flows."""
+        """Whether the supply limit bounded the current at the last evaluation."""
         return not self.is_neutral and self._current * self._volts > _LIMITED * self.limits[1] * self.supply
 
     def show(self, volts: float, current: float) -> None:
-        """Take from a model of a robot what is at the motor [V], and what flows in it [A]."""
+        """Set voltage [V] and current [A] of the motor from a model of a robot."""
         self.has_model = True
         self._is_due = False
         self._volts, self._current = volts, current
 
     def _hold_rotor(self) -> None:
-        """Compute what flows in a motor whose rotor is held at its present speed."""
+        """Compute the flow in a motor whose rotor is held at its present speed."""
         self._is_due = False
         model = self.motor.model if self._foc and not self.is_neutral else self.motor.trapezoidal
         ohm, emf, w = model.resistance, _emf(model), self.rps

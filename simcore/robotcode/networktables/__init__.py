@@ -1,1 +1,1 @@
-"""What simcore says and hears on NetworkTables: telemetry, commands of people, Limelights, QuestNav."""
+"""NetworkTables: telemetry, commands of people, Limelights and QuestNav."""

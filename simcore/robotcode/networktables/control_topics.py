@@ -1,7 +1,7 @@
-"""The actions of people on a match as NetworkTables topics, for any dashboard.
+"""Actions of people on a match as NetworkTables topics, for any dashboard.
 
-Under `Sim/Control/` are buttons, booleans that somebody sets to true and that are set back here; numbers that say where
-a button acts; choosers that look like a `SendableChooser` of WPILib; and what programs write, a pose or places. Under
+Under `Sim/Control/` are buttons (booleans that a dashboard sets to true and this module resets); numbers that say where
+a button acts; choosers in the form of WPILib's `SendableChooser`; and poses or places that programs write. Under
 `Sim/HumanPlayer/` is a button for each action of human players.
 """
 
@@ -23,28 +23,28 @@ __all__ = ["TABLE", "ControlTopics"]
 TABLE = "/Sim/Control/"
 _HUMAN_TABLE = "/Sim/HumanPlayer/"
 _POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
-# Each write of a program counts, also of the same value as before.
+# Each write of a program counts, also of the previous value.
 _OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True)
 
 
 class ControlTopics:
-    """Listens for commands to one robot and its field, and publishes what became of them.
+    """Listener for commands to one robot and its field, which publishes their results.
 
-    Not for tests: values arrive with the wall clock, so that two runs would differ.
+    Not for tests: values arrive by the wall clock, so that two runs would differ.
 
     Args:
-        match: Its `control` gets the commands; it looks for them before every tick.
-        instance: On which dashboards are; stays the caller's.
-        robot: Which robot of the match is placed.
+        match: Match whose `control` gets the commands; it reads them before every tick.
+        instance: NetworkTables instance of the dashboards, which the caller owns.
+        robot: Index of the robot that commands place.
     """
 
     def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:
         self._match, self._control, self._instance = match, match.control, instance
         self._publishers: dict[str, Any] = {}
         self._values: dict[str, Any] = {}
-        """Last published, by topic."""
+        """Values last published, by topic."""
         self._choices: dict[str, str] = {}
-        # Before anything is published: a topic that a dashboard has made of another type is known as that then.
+        # Subscribed before anything is published, to learn the type of a topic that a dashboard has made.
         self._everything = season.ntcore.MultiSubscriber(instance, [TABLE, _HUMAN_TABLE], _OPTIONS)
         self._poller = season.ntcore.NetworkTableListenerPoller(instance)
         flags = season.ntcore.EventFlags
@@ -72,22 +72,22 @@ class ControlTopics:
         self._numbers = {"X": x, "Y": y, "HeadingDeg": math.degrees(yaw)}
         for name, value in self._numbers.items():
             number = self._publishers[TABLE + name] = instance.get_double_topic(TABLE + name).get_entry(value, _OPTIONS)
-            number.set_default(value)  # gives way to what a dashboard has written
+            number.set_default(value)  # a default gives way to the dashboard's value
         for button in self._buttons:
             self._publish("boolean", TABLE + button, False)
         if names := [action.name for action in match.rules.human_actions()]:
             self._publish("string_array", f"{_HUMAN_TABLE}Actions", names)
         for button in (f"{alliance}/{name}" for alliance in ("Blue", "Red") for name in names):
             self._publish("boolean", _HUMAN_TABLE + button, False)
-        self._tell()
+        self._publish_results()
         now = instance.get_integer_topic(f"{TABLE}Count").subscribe(0)
-        self._since = now.get_atomic().time  # what a dashboard has kept from a run before is no command
+        self._since = now.get_atomic().time  # a value that a dashboard kept from an earlier run is no command
         now.close()
         self._control.sources.append(self.read)
 
     def read(self) -> None:
-        """Give the commands that have arrived, in the order of their time stamps, and tell of those carried out."""
-        self._tell()
+        """Carry out the commands that have arrived, in the order of their time stamps, and publish their results."""
+        self._publish_results()
         for event in sorted(self._poller.read_queue(), key=lambda event: event.data.value.time()):
             topic, value = event.data.topic.get_name(), event.data.value
             try:
@@ -99,16 +99,16 @@ class ControlTopics:
                 self._control.refuse(f"do what {topic} asks for", str(error))
 
     def close(self) -> None:
-        """Withdraw the topics and listen no more; may be called twice."""
+        """Withdraw the topics and stop listening; may be called twice."""
         if self.read in self._control.sources:
             self._control.sources.remove(self.read)
         for one in (self._poller, self._everything, *self._publishers.values()):
             one.close()
 
-    # --- what arrives ---------------------------------------------------------------------------------------------
+    # --- received values ------------------------------------------------------------------------------------------
 
     def _take(self, name: str, value: Any) -> None:
-        """Take a value of the table of commands; one of another type than the topic's is passed over."""
+        """Take a value of the table of commands; ignore one of another type than the topic's."""
         content = value.value()
         if name in self._numbers:
             if isinstance(content, float):
@@ -126,14 +126,14 @@ class ControlTopics:
             self._buttons[name]()
 
     def _take_of_people(self, name: str, value: object) -> None:
-        """Take a value of the human players' table, of which a misspelled topic is told, too."""
+        """Take a value of the human players' table, and report a misspelled topic."""
         if name == "Actions" or "/Ready/" in name:
             return
         alliance, _, action = name.partition("/")
         if not isinstance(value, bool):
             raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
         if action == "Manual":
-            if value != self._values.get(_HUMAN_TABLE + name):  # otherwise it is what was told here
+            if value != self._values.get(_HUMAN_TABLE + name):  # otherwise it is the value published here
                 self._values[_HUMAN_TABLE + name] = value
                 self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
         elif value:
@@ -150,9 +150,9 @@ class ControlTopics:
     def _place(self) -> tuple[float, float, float]:
         return self._numbers["X"], self._numbers["Y"], math.radians(self._numbers["HeadingDeg"])
 
-    # --- what is published ----------------------------------------------------------------------------------------
+    # --- published values -----------------------------------------------------------------------------------------
 
-    def _tell(self) -> None:
+    def _publish_results(self) -> None:
         control = self._control
         if control.count != self._values.get(f"{TABLE}Count"):
             self._publish("string", f"{TABLE}Status", str(control.results[-1]) if control.results else "0 ready")
@@ -164,7 +164,7 @@ class ControlTopics:
                 self._publish("integer", f"{folder}/Ready/{action.name}", feeder.stock)
 
     def _publish(self, kind: str, topic: str, value: Any) -> None:
-        """Publish a value if it is new."""
+        """Publish a value if it has changed."""
         if topic not in self._publishers:
             full = getattr(self._instance, f"get_{kind}_topic")(topic)
             self._publishers[topic] = full.publish(_OPTIONS)
@@ -177,7 +177,7 @@ class ControlTopics:
             self._publishers[button].set(False)
 
     def _chooser(self, name: str, options: Sequence[str]) -> None:
-        """Publish what `SmartDashboard.putData` publishes of a SendableChooser."""
+        """Publish the topics that `SmartDashboard.putData` publishes for a SendableChooser."""
         table = f"{TABLE}{name}/"
         for key, text in (
             (".type", "String Chooser"),

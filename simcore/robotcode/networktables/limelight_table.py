@@ -1,4 +1,4 @@
-"""A Limelight's table on NetworkTables: names, types and numbers of every topic, a frame as `json`, and the requests.
+"""A Limelight's table on NetworkTables: topics with their types and values, a frame as `json`, and requests.
 
 Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTables API" (2026-08).
 """
@@ -24,8 +24,8 @@ from simcore.vision.limelight_settings import INPUTS
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 
 _ORIENTATION = "robot_orientation_set"
-_EVERY = 0.005  # [s]; how soon ntcore sends
-_MOST_HEADINGS = 100  # that are kept for a tick; a team's odometry thread sends up to 250 a second
+_EVERY = 0.005  # [s]; period at which ntcore sends
+_MOST_HEADINGS = 100  # requests kept for a tick; a team's odometry thread sends up to 250 a second
 _KINDS = {
     "int": "integer",
     "double": "double",
@@ -33,7 +33,7 @@ _KINDS = {
     "string[]": "string_array",
     "double[]": "double_array",
 }
-"""How ntcore calls the types of `TOPICS`."""
+"""ntcore's names of the types of `TOPICS`."""
 
 Value = float | int | str | list[float] | list[str]
 
@@ -46,7 +46,7 @@ _MOST_TARGETS = 3
 
 
 def constant_values(config: CameraConfig) -> dict[str, Value]:
-    """Topics that say the same all the time: what is behind them is not modelled, but readers must find them."""
+    """Return topics whose value never changes: simcore does not model their source, but readers need to find them."""
     return {
         "json": "",
         "imu_yaw_offset": 0.0,
@@ -60,10 +60,10 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Values of a frame, by topic; without `json`, see `frame_json`.
+    """Return the values of a frame by topic, without `json` (see `frame_json`).
 
     Args:
-        frame: What was seen.
+        frame: Frame of the camera.
         config: The camera.
         field_size: Length and width of the field, for the frames with another origin [m].
     """
@@ -134,7 +134,7 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
 def _poses(
     frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
 ) -> tuple[list[float], list[float], list[float]]:
-    """One estimate from the field's middle, blue's corner and red's: 11 numbers and 7 a tag; zeros without a tag."""
+    """Return the estimate from the field's center, blue's corner and red's: 11 numbers and 7 per tag; zeros without."""
     latency = 1e3 * frame.latency
     if found is None:
         nothing = [*_NO_POSE, latency, 0.0, 0.0, 0.0, 0.0]
@@ -154,9 +154,9 @@ def _poses(
 
 
 def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
+    """Return target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
 
-    All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
+    Axes are a camera's in all three: x right, y down, z forward (for the target: into it), so that a robot
     that faces a tag has angles of zero and a negative z in target space.
     """
     if tag is None:
@@ -171,22 +171,22 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
     robot_place = OPTICAL @ (frame.mount_axes @ place + frame.mount_position)
     robot_turn = OPTICAL @ frame.mount_axes @ turn
     return (
-        _six(place, turn),
-        _six(-place @ turn, turn.T),
-        _six(robot_place, robot_turn),
-        _six(-robot_place @ robot_turn, robot_turn.T),
+        _position_and_angles(place, turn),
+        _position_and_angles(-place @ turn, turn.T),
+        _position_and_angles(robot_place, robot_turn),
+        _position_and_angles(-robot_place @ robot_turn, robot_turn.T),
     )
 
 
-def _six(place: FloatArray, turn: FloatArray) -> list[float]:
-    """Place and the angles of yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
+def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
+    """Return position and angles: yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
     (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
     return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
 
 
 def _sides(corners: Corners | None) -> list[float]:
-    """Long and short side, width and height of the box around it [px], and how it is turned [deg]."""
+    """Return long and short side, width and height of the bounding box [px], and its rotation [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
@@ -197,7 +197,7 @@ def _sides(corners: Corners | None) -> list[float]:
 
 
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
-    """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
+    """Return the largest targets: position in the image from -1 to 1, right and up, and area [%]."""
     width, height = config.type.width, config.type.height
     every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
     if len(every) > 1:
@@ -229,7 +229,7 @@ _OF_PRIMARY = {
     "t6t_rs": "targetpose_robotspace",
     "t6r_ts": "botpose_targetspace",
 }
-"""What only the primary tag has in `json`, by topic."""
+"""`json` keys of the primary tag alone, by topic."""
 
 
 def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
@@ -238,12 +238,12 @@ def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
 
 
 def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
-    """The whole frame.
+    """Return the whole frame as `json`.
 
     Args:
-        frame: What was seen.
-        values: From `frame_values`, so that both always agree.
-        stamp: When it is published, in NetworkTables' time [us].
+        frame: Frame of the camera.
+        values: Values from `frame_values`, so that both always agree.
+        stamp: Time of publication on NetworkTables' clock [us].
     """
 
     def numbers(name: str) -> list[float]:
@@ -302,8 +302,8 @@ def _kind(name: str, value: Value) -> str:
     return {int: "int", float: "double", str: "string"}[type(value)]
 
 
-def _of_nothing() -> dict[str, Value]:
-    """Values of a frame in which nothing is."""
+def _empty_frame_values() -> dict[str, Value]:
+    """Return the values of an empty frame."""
     nothing = Frame(
         number=0, time=0.0, published=0.0, capture_latency=0.0, pipeline_latency=0.0, pipeline=0, pipeline_kind="tags",
         json=False, mount=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), mount_position=np.zeros(3), mount_axes=np.eye(3),
@@ -311,27 +311,29 @@ def _of_nothing() -> dict[str, Value]:
     return frame_values(nothing, CameraConfig(), (1.0, 1.0))
 
 
-FRAME_TOPICS = tuple(_of_nothing())
-"""Those that follow from a frame, in the order of `frame_values`."""
+FRAME_TOPICS = tuple(_empty_frame_values())
+"""Topics that follow from a frame, in the order of `frame_values`."""
 
-TOPICS = {name: _kind(name, value) for name, value in {**_of_nothing(), **constant_values(CameraConfig())}.items()}
+TOPICS = {
+    name: _kind(name, value) for name, value in {**_empty_frame_values(), **constant_values(CameraConfig())}.items()
+}
 """Type of each topic of a camera's table."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
-"""Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
+"""Topics sent with every frame, changed or not: readers take a new stamp for a new frame."""
 
 
 class CameraTables:
-    """The Limelights of a match on NetworkTables: `Match(..., network=CameraTables(instance))`.
+    """Limelights of a match on NetworkTables: `Match(..., network=CameraTables(instance))`.
 
     Args:
-        instance: Where; stays the caller's. In a robot program the default one.
+        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
     """
 
     def __init__(self, instance: season.NetworkTables) -> None:
         self._instance = instance
         self.clock = NetworkClock()
-        """From simulated time to NetworkTables' time."""
+        """Clock from simulated time to NetworkTables' time."""
 
     def port(self, config: CameraConfig, field_size: tuple[float, float]) -> LimelightTable:
         """Open the table of a Limelight."""
@@ -339,13 +341,13 @@ class CameraTables:
 
 
 class LimelightTable:
-    """Speaks as a Limelight does, under the camera's name.
+    """Table of a Limelight under the camera's name.
 
     Args:
-        instance: Where; stays the caller's. In a robot program the default one.
+        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
         config: The camera.
         field_size: Length and width [m], for poses with another origin.
-        clock: From simulated time to NetworkTables' time.
+        clock: Clock from simulated time to NetworkTables' time.
     """
 
     def __init__(
@@ -387,14 +389,14 @@ class LimelightTable:
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Requests since the last call: headings in order, then settings in order; none once it is closed.
+        """Return requests since the last call: headings in order, then settings in order; none after `close`.
 
-        A topic that a `LimelightSim` has no use for comes once, without numbers.
+        A topic that `LimelightSim` ignores comes once, without numbers.
         """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
             return []
-        # The first value of a topic without any is none.
+        # A topic's first value is no request if it holds no numbers.
         requests = [self._request(_ORIENTATION, value) for value in orientation.read_queue() if value.is_valid()]
         for event in self._poller.read_queue():
             if event.listener == self._others:
@@ -416,7 +418,7 @@ class LimelightTable:
         for value, before, is_repeated, set_value in zip(
             self._last, last, self._is_repeated, self._setters, strict=True
         ):
-            if value != before or is_repeated:  # a comparison is cheaper than a value that is dropped
+            if value != before or is_repeated:  # a comparison is cheaper than sending a value that ntcore drops
                 set_value(value, stamp)
         if frame.json:
             self._publishers["json"].set(frame_json(frame, values, stamp), stamp)
@@ -430,8 +432,8 @@ class LimelightTable:
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """Numbers of a value of any type that robot code may write; None: it holds no numbers."""
-    if value.is_double_array():  # nearly always: the heading
+    """Return the numbers in a value of any type that robot code may write; None: it holds no numbers."""
+    if value.is_double_array():  # nearly always the heading
         return tuple(value.value())
     if value.is_double() or value.is_integer() or value.is_float():
         return (float(value.value()),)

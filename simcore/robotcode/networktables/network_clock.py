@@ -1,4 +1,4 @@
-"""Time on NetworkTables, from simulated time."""
+"""NetworkTables' time from simulated time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["NetworkClock"]
 
 
 class NetworkClock:
-    """Adds an offset: NetworkTables counts microseconds, since 2027 nanoseconds, since some start of its own.
+    """Offset between simulated time and NetworkTables' clock, which counts microseconds (since 2027 nanoseconds).
 
     Without an offset (headless) published values carry simulated time, and what robot code sends counts as sent just
     now, because its stamps are of the wall clock.
@@ -26,12 +26,12 @@ class NetworkClock:
     def __init__(self, offset: float | None = None) -> None:
         self.rate = clock_rate()
         self.offset = offset
-        """Time of NetworkTables minus simulated time [s]; None: headless. Set by what runs beside a real clock."""
+        """NetworkTables' time minus simulated time [s]; None: headless. Whatever runs on a real clock sets it."""
 
     def to_network(self, time: float) -> int:
-        """Stamp of a simulated time [s], by `season.clock_rate`; at least 1, because 0 means now."""
+        """Return the stamp of a simulated time [s], by `season.clock_rate`; at least 1, because 0 means now."""
         return max(1, round(self.rate * (time + (self.offset or 0.0))))
 
     def to_simulated(self, stamp: int) -> float | None:
-        """Simulated time [s] of a stamp; None without an offset."""
+        """Return the simulated time [s] of a stamp; None without an offset."""
         return None if self.offset is None else stamp / self.rate - self.offset

@@ -1,4 +1,4 @@
-"""Snapshots to NetworkTables: AdvantageScope and dashboards see the run live."""
+"""Snapshots published on NetworkTables, so that AdvantageScope and dashboards show the run live."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ __all__ = ["NetworkTablesSink", "start_local_server"]
 
 
 _UNSEEN_PERIOD = 0.1  # [s]
-_FIELD_PERIOD = 0.1  # [s] of a `Field2d`, which has an array for each kind of piece
+_FIELD_PERIOD = 0.1  # [s] between updates of a `Field2d`, which has an array for each kind of piece
 _FIELD_KEY = re.compile(r"Sim(?:/Robots/(\d+))?/Robot/(Pose3d|EstimatedPose)$")
 _PIECES = "Sim/GamePieces/"
 _KINDS = {
     "double": "double", "int": "integer", "boolean": "boolean", "string": "string", "double[]": "double_array",
     "int[]": "integer_array",
 }  # fmt: skip
-"""Of topics, by type; all other types are structs."""
+"""NetworkTables type of a topic by its snapshot type; all other types are structs."""
 _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int", "booleans": "boolean"}
-"""Types of what comes in columns, by the field of a snapshot."""
+"""Types of values that a snapshot holds in columns, by its field."""
 
 
 class NetworkTablesSink:
-    """Publishes every key of a snapshot under `/`, with the schemas that readers need.
+    """Publisher of every key of a snapshot under `/`, with the schemas that readers need.
 
-    It never starts a server: in a robot program the robot's own serves, elsewhere see `start_local_server`. On an
-    instance that was started as local, as under `robotpy test`, only the program itself could look: there a snapshot is
-    wanted ten times a second and not fifty.
+    It starts no server: a robot program has its own; elsewhere use `start_local_server`. On an
+    instance started as local, as under `robotpy test`, only the program itself can read: there it takes a snapshot
+    ten times a second instead of fifty.
     Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
     """
 
@@ -56,12 +56,12 @@ class NetworkTablesSink:
         """Publish the schemas; topics follow when their key first appears.
 
         Args:
-            instance: Where to publish; stays the caller's.
+            instance: NetworkTables instance, which the caller owns.
             period: Simulated time between two snapshots [s]. ntcore drops values that arrive faster than they are
                 sent, so a run ahead of real time loses some, never blocks.
-            stays: `close` leaves the last values for whoever looks later, until `withdraw`.
-            field: Name of a `Field2d` for the maps of dashboards, which is published as well: where robots truly are,
-                where the first believes to be, and pieces. None: none; a robot program has its own.
+            stays: Whether `close` keeps the last values readable until `withdraw`.
+            field: Name of a `Field2d` to publish for dashboards: true poses of the robots,
+                the first robot's estimated pose, and pieces. None: none; a robot program has its own.
 
         Raises:
             ConfigError: The period is not finite and > 0.
@@ -81,11 +81,11 @@ class NetworkTablesSink:
                 instance.add_schema(name, SCHEMA_TYPE, schema)
 
     def due(self, time: float) -> bool:
-        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        """Return whether a snapshot of this simulated time [s] is due; never after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Publish one snapshot; returns at once, ntcore sends from its own thread.
+        """Publish one snapshot without blocking; ntcore sends from its own thread.
 
         Raises:
             OutputError: The sink is closed.
@@ -110,7 +110,7 @@ class NetworkTablesSink:
             self._write_field(self._field, snapshot)
 
     def _write_field(self, name: str, snapshot: Snapshot) -> None:
-        """The topics of a `Field2d`: x, y [m] and heading [deg] of each pose of an object."""
+        """Publish the topics of a `Field2d`: x, y [m] and heading [deg] of each pose of an object."""
         self._set_all("string", {f"{name}/.type": "Field2d", f"{name}/.name": name})
         objects: dict[str, list[float]] = {}
         for key, pose in snapshot.poses.items():
@@ -127,19 +127,19 @@ class NetworkTablesSink:
         self._set_all("double[]", objects)
 
     def close(self) -> None:
-        """Publish no more, and withdraw the topics that should not stay; may be called twice."""
+        """Stop publishing and withdraw the topics unless they stay; may be called twice."""
         self.closed = True
         if not self._stays:
             self.withdraw()
 
     def withdraw(self) -> None:
-        """Take the topics off the instance, which lives on; may be called twice."""
+        """Withdraw the topics; may be called twice. The instance lives on."""
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()
 
     def _set_columns(self, field: str, values: Mapping[str, Any]) -> None:
-        """Publish what has changed of one type."""
+        """Publish the changed values of one type."""
         changes, type_name = self._changes[field], _COLUMNS[field]
         columns, block = changes.of(values)
         for column, value in zip(columns.tolist(), changes.table.values(block), strict=True):
@@ -150,7 +150,7 @@ class NetworkTablesSink:
         last = self._values
         for key, value in values.items():
             publisher = self._publisher(key, type_name)
-            if last.get(key) != value:  # ntcore would drop an equal value too, but only after 3 us
+            if last.get(key) != value:  # ntcore would drop an equal value too, but takes 3 us for it
                 last[key] = value
                 publisher.set(value)
 
@@ -176,23 +176,23 @@ class NetworkTablesSink:
 def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:
     """Serve NetworkTables 4 from this process, by default to programs on this computer only.
 
-    Nothing is persisted and the NT3 port stays shut. `instance.stopServer()` ends it. NetworkTables' clock counts from
+    It persists nothing and keeps the NT3 port closed. `instance.stopServer()` ends it. NetworkTables' clock counts from
     the first call in a process, as it does in a robot program, and not from 1970: time axes then read seconds. So call
     it before anything is published.
 
     Args:
         instance: The instance that serves.
         port: AdvantageScope and dashboards expect 5810.
-        address: Where to listen; an empty string means the whole network.
+        address: Address to listen on; an empty string means the whole network.
 
     Raises:
         OutputError: The port is taken; ntcore alone would log it and run on without a server.
-        ConfigError: No such port.
+        ConfigError: The port is out of range.
     """
     if not 1 <= port <= 65535:
         raise ConfigError(f"a NetworkTables port is 1 to 65535, got {port}")
     with socket.socket() as probe:
-        if sys.platform != "win32":  # there it would allow to bind a port that is in use
+        if sys.platform != "win32":  # on other systems it would allow binding a port that is in use
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((address, port))

@@ -1,6 +1,6 @@
-"""QuestNav's table on NetworkTables: publishes a headset's poses, and collects the commands of robot code.
+"""QuestNav's table on NetworkTables: publishes a headset's poses and collects the commands of robot code.
 
-Messages are Protocol Buffers, and these four are all of them. Source: QuestNav's protos/data.proto and commands.proto
+Its four messages are Protocol Buffers. Source: QuestNav's protos/data.proto and commands.proto
 (2026), and wpimath's geometry3d.proto. The encoding is that of protobuf.dev, "Encoding": a tag of field number and wire
 type, then a varint, eight bytes, or a length and bytes.
 """
@@ -42,13 +42,13 @@ POSE_RESET = 1
 
 
 class QuestNavTable:
-    """Speaks as the QuestNav app does.
+    """Table of the QuestNav app.
 
     Source: QuestNav's NetworkTableConnection.cs and questnav-lib's QuestNav.java of 2026, for topics and types.
 
     Args:
-        instance: Where; stays the caller's. In a robot program the default one.
-        clock: From simulated time to NetworkTables' time.
+        instance: NetworkTables instance, which the caller owns; in a robot program the default one.
+        clock: Clock from simulated time to NetworkTables' time.
     """
 
     def __init__(self, instance: season.NetworkTables, clock: NetworkClock) -> None:
@@ -58,13 +58,13 @@ class QuestNavTable:
         self._frames = topic(f"/{TABLE}/frameData").publish(_FRAME, every)
         self._device = topic(f"/{TABLE}/deviceData").publish(_DEVICE, every)
         self._response = topic(f"/{TABLE}/response").publish(_RESPONSE, every)
-        # Of any type: libraries publish it as "proto:..." or as "raw".
+        # Subscribed without a type: libraries publish it as "proto:..." or as "raw".
         self._request = instance.get_topic(f"/{TABLE}/request").generic_subscribe(every)
         self._next_device = 0.0
         self._is_closed = False
 
     def read(self) -> list[PoseReset]:
-        """Pose resets since the last call, oldest first; every command is answered."""
+        """Return pose resets since the last call, oldest first; answer every command."""
         if self._is_closed:
             return []
         resets: list[PoseReset] = []
@@ -80,7 +80,7 @@ class QuestNavTable:
         return resets
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Send poses, each with the time at which it was taken, and three times a second how the headset does."""
+        """Send poses, each with its measurement time, and the headset's status three times a second."""
         for frame in frames:
             self._frames.set(frame_message(frame), self._clock.to_network(frame.time))
         last = frames[-1]
@@ -106,18 +106,18 @@ def _command(value: Any) -> Command:
 
 @dataclass(slots=True)
 class Command:
-    """A `ProtobufQuestNavCommand`."""
+    """One `ProtobufQuestNavCommand`."""
 
     number: int
-    """To which the response refers."""
+    """Command number to which the response refers."""
     reset: PoseReset | None
-    """None: a command of another kind, or a pose that is none."""
+    """Pose to reset to; None: a command of another kind, or an invalid pose."""
     problem: str = ""
-    """Why there is no reset."""
+    """Reason why there is no reset."""
 
 
 def frame_message(frame: QuestFrame, *, tracking: bool = True) -> bytes:
-    """A `ProtobufQuestNavFrameData`: frame_count 1, timestamp 2, pose3d 3, isTracking 4."""
+    """Encode a `ProtobufQuestNavFrameData`: frame_count 1, timestamp 2, pose3d 3, isTracking 4."""
     (x, y, z), (qx, qy, qz, qw) = frame.position, frame.attitude
     place = _double(1, x) + _double(2, y) + _double(3, z)
     quaternion = _double(1, qw) + _double(2, qx) + _double(3, qy) + _double(4, qz)
@@ -126,15 +126,15 @@ def frame_message(frame: QuestFrame, *, tracking: bool = True) -> bytes:
 
 
 def device_message(battery_percent: int, *, tracking: bool = True, lost: int = 0) -> bytes:
-    """A `ProtobufQuestNavDeviceData`: tracking_lost_counter 1, currently_tracking 2, battery_percent 3.
+    """Encode a `ProtobufQuestNavDeviceData`: tracking_lost_counter 1, currently_tracking 2, battery_percent 3.
 
-    Newer headsets leave field 2 out; libraries that know it go by it, others skip it.
+    Newer headsets omit field 2; libraries that know it use it, others skip it.
     """
     return _whole(1, lost) + _whole(2, int(tracking)) + _whole(3, battery_percent)
 
 
 def response_message(number: int, problem: str = "") -> bytes:
-    """A `ProtobufQuestNavCommandResponse`: command_id 1, success 2, error_message 3."""
+    """Encode a `ProtobufQuestNavCommandResponse`: command_id 1, success 2, error_message 3."""
     text = _bytes(3, problem.encode()) if problem else b""
     return _whole(1, number) + _whole(2, int(not problem)) + text
 
@@ -143,7 +143,7 @@ def read_command(data: bytes) -> Command:
     """Read a `ProtobufQuestNavCommand`: type 1, command_id 2, pose_reset_payload 10.
 
     Raises:
-        ConfigError: That is no such message.
+        ConfigError: The data are no such message.
     """
     kind = number = 0
     pose: bytes | None = None
@@ -165,7 +165,7 @@ def read_command(data: bytes) -> Command:
     return Command(number, PoseReset(place, turn))
 
 
-# --- the encoding -------------------------------------------------------------------------------------------------
+# --- encoding -----------------------------------------------------------------------------------------------------
 
 
 def _varint(value: int) -> bytes:
@@ -191,7 +191,7 @@ def _bytes(field: int, value: bytes) -> bytes:
 
 
 def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
-    """Number and value of each field."""
+    """Yield number and value of each field."""
     at = 0
 
     def varint() -> int:
@@ -199,7 +199,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
         value = shift = 0
         while True:
             if at >= len(data) or shift > 63:
-                raise ConfigError(f"a QuestNav message breaks off or is none: {data[:40]!r}")
+                raise ConfigError(f"a QuestNav message is cut short or invalid: {data[:40]!r}")
             byte = data[at]
             at += 1
             value |= (byte & 0x7F) << shift
@@ -215,14 +215,14 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
             continue
         length = {_FIXED64: 8, _FIXED32: 4}.get(kind, -1) if kind != _BYTES else varint()
         if length < 0 or at + length > len(data):
-            raise ConfigError(f"a QuestNav message breaks off or is none: {data[:40]!r}")
+            raise ConfigError(f"a QuestNav message is cut short or invalid: {data[:40]!r}")
         part = data[at : at + length]
         at += length
         yield field, part if kind == _BYTES else struct.unpack("<d" if kind == _FIXED64 else "<f", part)[0]
 
 
 def _part(data: bytes, field: int) -> bytes | None:
-    """The last sub-message of a number."""
+    """Return the last sub-message with a field number."""
     found: bytes | None = None
     for number, value in _fields(data):
         if number == field and isinstance(value, bytes):
@@ -231,7 +231,7 @@ def _part(data: bytes, field: int) -> bytes | None:
 
 
 def _numbers(data: bytes, count: int) -> tuple[float, ...]:
-    """The doubles of the fields 1 to `count`; those that are zero are left out on the wire."""
+    """Return the doubles of fields 1 to `count`; the encoding omits those that are zero."""
     values = [0.0] * count
     for number, value in _fields(data):
         if 1 <= number <= count and isinstance(value, float):

@@ -1,9 +1,9 @@
-"""What robot code makes of its sensors: which way it counts, what it takes for zero, and how far it takes a turn.
+"""Signs, zeros and distances that robot code assumes for its sensors.
 
-A program keeps signs, offsets and wheel sizes in its own arithmetic. So they are asked of the program itself: each
-sensor is moved a little before the first loop, and what the module says of its angle and its way is compared. A module
-that says what its `update` or `periodic` has read last is asked to read again; if that does not help, the program's
-own loop runs between two questions, as it would while the robot is disabled.
+A program keeps signs, offsets and wheel sizes in its own arithmetic. So this module measures them: it moves each
+sensor a little before the first loop, and compares the angles and distances that the module returns. A module
+that returns the last reading of its `update` or `periodic` is asked to read again; if that does not help, the program's
+own loop runs between two queries, as it would while the robot is disabled.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _WAY = re.compile(r"(get|module|swerve|current|measured|drive|wheel)*(distance|d
 _READS = re.compile(
     r"(update|refresh|read|poll)((inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|(robot)?periodic"
 )
-"""Names of methods, in lower case without underscores: of questions, and of those that read sensors."""
+"""Names of methods that read sensors, in lower case without underscores."""
 _TURNS = (math.tau, 360.0, 1.0)
 """One turn, in units in which programs write an angle as a number."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
-_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth: not round it where it counts coarsely
+_TURN = 1.0 / 64.0  # [turns] of an encoder on the azimuth; below a turn, and exact where it counts coarsely
 _LEAST = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class ModulePorts:
-    """The simulated side of one module's sensors."""
+    """Simulated side of one module's sensors."""
 
     drive: MotorPort
     steer: MotorPort
@@ -53,47 +53,47 @@ class ModulePorts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Belief:
-    """What one module says of its sensors; None: it does not say."""
+    """Values that one module derives from its sensors; None: it gives none."""
 
     zero: float | None = None
     """Angle while all sensors read zero [rad]."""
     angle_per_encoder_turn: float = 0.0
-    """[rad]; 0: its angle comes from elsewhere."""
+    """Angle per encoder turn [rad]; 0: it does not depend on the encoder."""
     angle_per_rotor_turn: float = 0.0
-    """Of the steer motor [rad]."""
+    """Angle per turn of the steer motor's rotor [rad]."""
     meters_per_rotor_turn: float = 0.0
-    """Of the drive motor [m]; 0: the module does not say how far it has rolled, or not by the rotor."""
+    """Distance per turn of the drive motor's rotor [m]; 0: the module gives none, or does not use the rotor."""
     meters_per_wheel_turn: float = 0.0
-    """Of an encoder on the wheel [m]."""
+    """Distance per turn of an encoder on the wheel [m]."""
     says_way: bool = False
-    """Whether it says how far it has rolled."""
+    """Whether the module gives a distance."""
 
     @property
     def hears_angle(self) -> bool:
-        """Whether the angle that the module says follows its sensors."""
+        """Whether the module's angle follows its sensors."""
         return bool(self.angle_per_encoder_turn or self.angle_per_rotor_turn)
 
     @property
     def hears_way(self) -> bool:
-        """Whether the way that the module says follows its sensors."""
+        """Whether the module's distance follows its sensors."""
         return bool(self.meters_per_rotor_turn or self.meters_per_wheel_turn)
 
     @property
     def is_deaf(self) -> bool:
-        """Whether the module says where it is, and the same whatever its sensors read."""
+        """Whether the module gives a position that none of its sensors changes."""
         return self.zero is not None and not (self.hears_angle or self.hears_way)
 
     @property
     def is_half_deaf(self) -> bool:
-        """Whether something that the module says is the same whatever its sensors read."""
+        """Whether a value that the module gives never changes with its sensors."""
         return self.zero is not None and not (self.hears_angle and (self.hears_way or not self.says_way))
 
 
 class _Question:
-    """Questions to robot code about one module.
+    """Queries to robot code about one module.
 
     Args:
-        ask: Answer with way [m] and angle, each None where the module does not say it.
+        ask: Returns distance [m] and angle, each None where the module gives none.
         turn: One turn in the unit of the angle [-]; None: it is a number in an unknown unit.
     """
 
@@ -108,12 +108,12 @@ def probe_modules(
     settle: Callable[[], None],
     above: Sequence[Any] = (),
 ) -> list[Belief]:
-    """Move the sensors of modules and ask the program what that means; they read zero afterwards.
+    """Move the sensors of modules and record the program's answers; they read zero afterwards.
 
     Args:
-        modules: For each module the objects that may know its position.
-        ports: Its sensors.
-        settle: Lets robot code see what was written.
+        modules: Objects that may know the position of each module.
+        ports: Sensors of each module.
+        settle: Makes written values visible to robot code.
         above: Objects that hold all modules, the nearest first, the robot last; they may know all positions, and their
             loops may read the sensors.
     """
@@ -179,7 +179,7 @@ def _probe(
 
 
 def _turn_of_number(per_encoder_turn: float, per_rotor_turn: float) -> float:
-    """Return one turn in the unit of an angle, by how it follows its sensors; radians where it does not say."""
+    """Return one turn in the unit of an angle, from its change with the sensors; radians without one."""
     for turn in _TURNS:
         if math.isclose(abs(per_encoder_turn), turn, rel_tol=0.05):
             return turn
@@ -212,13 +212,13 @@ def _change(before: float | None, after: float | None, turn: float | None) -> fl
 
 
 def _question(objects: Sequence[Any]) -> _Question | None:
-    """Find what says where a module is: a position or state, else an angle and a way; None: nothing does."""
+    """Find the query for a module: a position or state, else an angle and a distance; None: there is none."""
     asked = [ask for made in objects for ask in _questions(made, _NAME, _ANNOTATIONS)]
     positions = [ask for ask in asked if _has(ask, "distance")]
     states = [ask for ask in asked if _has(ask, "angle")]
     if states:
         ask = (positions or states)[0]
-        return _Question(lambda: _where(ask()))
+        return _Question(lambda: _distance_and_angle(ask()))
     angles = [ask for made in objects for ask in _questions(made, _ANGLE, ())]
     turned = [ask for ask in angles if _is_rotation(_answer(ask))]
     numbers = [ask for ask in angles if _is_number(_answer(ask))]
@@ -235,27 +235,27 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """Find what says where all modules are, in the order of the kinematics; empty: nothing does."""
+    """Find the query for all modules, in the order of the kinematics; empty: there is none."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)
-            if isinstance(answer, (list, tuple)) and len(answer) == count and _is_where(answer[0]):
-                return [_Question(lambda k=k, ask=ask: _where(ask()[k])) for k in range(count)]  # type: ignore[misc]
+            if isinstance(answer, (list, tuple)) and len(answer) == count and _has_position(answer[0]):
+                return [_Question(lambda k=k, ask=ask: _distance_and_angle(ask()[k])) for k in range(count)]  # type: ignore[misc]
     return []
 
 
-def _where(answer: Any) -> tuple[float | None, float | None]:
+def _distance_and_angle(answer: Any) -> tuple[float | None, float | None]:
     distance = getattr(answer, "distance", None)
     return None if distance is None else float(distance), float(answer.angle.radians())
 
 
-def _is_where(answer: Any) -> bool:
+def _has_position(answer: Any) -> bool:
     return type(answer).__name__ in _ANNOTATIONS
 
 
 def _has(ask: Callable[[], Any], name: str) -> bool:
     answer = _answer(ask)
-    return _is_where(answer) and hasattr(answer, name)
+    return _has_position(answer) and hasattr(answer, name)
 
 
 def _is_rotation(answer: Any) -> bool:
@@ -267,16 +267,16 @@ def _is_number(answer: Any) -> bool:
 
 
 def _answer(ask: Callable[[], Any]) -> Any:
-    """What robot code answers; None: it raises."""
+    """Return the answer of robot code; None: it raises."""
     try:
         return ask()
-    except Exception as error:  # whatever robot code raises
+    except Exception as error:  # any exception of robot code
         _log.debug("%r does not answer: %s", ask, error)
         return None
 
 
 def _questions(made: Any, names: re.Pattern[str], annotations: Sequence[str]) -> list[Callable[[], Any]]:
-    """List methods and properties of an object of robot code that answer such a question, and change nothing."""
+    """List methods and properties of an object of robot code that answer such a query without side effects."""
     found: list[Callable[[], Any]] = []
     for home in _homes(made):
         for name, part in vars(home).items():
@@ -293,7 +293,7 @@ def _plain(name: str) -> str:
 
 
 def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
-    """Methods of the program's own class, or functions of its module, with such names that need no argument."""
+    """Return methods of the program's class, or functions of its module, with such names and no required argument."""
     found = {
         name: part
         for home in reversed(_homes(made))
@@ -304,7 +304,7 @@ def _methods(made: Any, names: re.Pattern[str]) -> list[Callable[[], Any]]:
 
 
 def _homes(made: Any) -> list[Any]:
-    """Classes of an object, or the module that it is, whose functions are the program's own."""
+    """Return classes of an object, or the module that it is, whose functions are the program's own."""
     return [made] if isinstance(made, types.ModuleType) else [cls for cls in type(made).__mro__ if not is_foreign(cls)]
 
 

@@ -1,4 +1,4 @@
-"""The drivetrain of a robot program, of any kind and maker: of simcore.toml, of a library, or of its own classes."""
+"""Drivetrain of a robot program, of any kind and maker: from simcore.toml, a library, or its own classes."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class ProgramDrivetrain:
     """A drivetrain that the program drives itself, device by device: a `MakersDrivetrain`.
 
     Args:
-        found: With all of its measures.
-        settings: Of simcore.toml.
+        found: Drivetrain with all of its measures.
+        settings: Settings of simcore.toml.
     """
 
     def __init__(self, found: FoundDrivetrain, settings: RobotSettings) -> None:
@@ -42,21 +42,21 @@ class ProgramDrivetrain:
         self.config = drivetrain_config(found, settings)
 
     def connect(self, drive: Any) -> Any:
-        """The program's devices on the model."""
+        """Connect the program's devices to the model."""
         return connect_drivetrain(self.found, drive)
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """The drivetrain, ready for its model.
+    """Return the drivetrain, ready for its model.
 
     Args:
-        robot: The robot object; None: what the program builds is there without one.
-        folder: Where robot.py is.
-        settings: Of simcore.toml.
+        robot: Robot object; None: the program's devices exist without one.
+        folder: Folder of robot.py.
+        settings: Settings of simcore.toml.
 
     Raises:
-        DrivetrainNotFoundError: There is none that can be found.
-        ConfigError: What there is makes no sense, or a device does not answer.
+        DrivetrainNotFoundError: None was found.
+        ConfigError: A measure makes no sense, or a device does not answer.
     """
     table = settings.drivetrain
     graph = ObjectGraph(robot, folder)
@@ -116,10 +116,10 @@ def _refuse(keys: Sequence[str], why: str) -> None:
 
 
 def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
-    """What was found, with signs, zeros and places as simcore.toml has them."""
+    """Return the drivetrain with signs, zeros and positions of simcore.toml."""
     n = len(found.wheels)
     _refuse(table.of_swerve if found.kind != "swerve" else (), f"belongs to a swerve drive, this is a {found.kind}")
-    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to wheels with places of their own")
+    _refuse(("x",) if table.places and found.kind == "tank" else (), "belongs to a drive with x and y")
     for key, row in (("zeros_deg", table.zeros), ("x", table.places), ("wheel_distances", table.wheel_distances)):
         _refuse((key,) if row and len(row) != n else (), f"must have {n} entries, as the drive has wheels or sides")
     for key in ("reversed_drive", "reversed_steer", "reversed_encoders"):
@@ -144,7 +144,7 @@ def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivet
 
 
 def _require_around(found: FoundDrivetrain) -> None:
-    """Make sure that wheels stand apart, and around the robot's center.
+    """Check that wheels stand apart, and around the robot's center.
 
     Raises:
         ConfigError: They do not.
@@ -154,21 +154,22 @@ def _require_around(found: FoundDrivetrain) -> None:
         same = [str(j) for j in range(k, len(places)) if math.dist(places[j], place) < 0.01]
         if len(same) > 1:
             raise ConfigError(
-                f"{part} {', '.join(same[:-1])} and {same[-1]} stand at one place in your kinematics, {place[0]:.3g} m "
-                f"forward and {place[1]:.3g} m left of the center (counted from 0): each has a Translation2d of its own"
+                f"{part} {', '.join(same[:-1])} and {same[-1]} are at one position in your kinematics, "
+                f"{place[0]:.3g} m forward and {place[1]:.3g} m left of the center (counted from 0): "
+                "each needs its own Translation2d"
             )
     angles = sorted(math.atan2(y, x) for x, y in places)
     gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + math.tau], strict=True)]
     if len(places) > 2 and max(gaps) >= math.pi:
-        told = ", ".join(f"({x:.3g}, {y:.3g})" for x, y in places)
+        given = ", ".join(f"({x:.3g}, {y:.3g})" for x, y in places)
         raise ConfigError(
-            f"all {part} in your kinematics are on one side of the robot's center: {told}; a Translation2d is from the "
-            "center, x forward and y to the left [m]"
+            f"all {part} in your kinematics are on one side of the robot's center: {given}; a Translation2d is from "
+            "the center, x forward and y to the left [m]"
         )
 
 
 def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain with a sentence on what a swerve drive needs and the program does not have."""
+    """Return the drivetrain with a sentence on what a swerve drive needs and the program lacks."""
     gaps = [] if any(wheel.encoder for wheel in found.wheels) else ["encoders on azimuths, which begin straight"]
     gaps += [] if found.gyro else ["gyro"]
     if not gaps:
@@ -178,7 +179,7 @@ def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:
-    """All of it as simcore.toml has it."""
+    """Return the drivetrain as simcore.toml describes it."""
     where = f"{FILE_NAME} [drivetrain]"
     steer_model = table.steer_controller or table.controller
     wheels = []
@@ -223,13 +224,13 @@ def _described(table: DrivetrainSettings) -> FoundDrivetrain:
 
 
 def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
-    """Of a side, or of a mecanum wheel, where the table has no places."""
+    """Return the position of a side, or of a mecanum wheel, where the table has none."""
     half = 0.5 * float(table.measures.get("trackwidth", 0.56))
     return (0.0, half if k == 0 else -half) if table.kind == "tank" else ((0.28, -0.28)[k // 2], (half, -half)[k % 2])
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """The gyro that the file names, else the first that the program has built."""
+    """Return the gyro that the file names, else the first that the program has built."""
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

@@ -1,4 +1,4 @@
-"""Measures of a drivetrain from all that say them: simcore.toml, the program, PathPlanner, Choreo, and guesses."""
+"""Measures of a drivetrain from all sources: simcore.toml, the program, PathPlanner, Choreo, and guesses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODULE_MEASURES = (
     *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_cof", "coupling_ratio"),
     *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
 )
-"""Of a swerve module, as `SwerveModuleConfig` names them."""
+"""Measures of a swerve module, as `SwerveModuleConfig` names them."""
 _SANE = {
     "wheel_radius": (0.02, 0.2),
     "drive_gearing": (1.0, 40.0),
@@ -36,9 +36,9 @@ _SANE = {
     "steer_stator_limit": (5.0, 1000.0),
     "steer_supply_limit": (5.0, 1000.0),
 }
-"""Of robots; what a program or a settings file says beyond is told and not taken [m, -, kg, kg m^2, A]."""
-_FAR = 1.5  # [m]; no wheel is so far from the center of a robot
-_SAME = 0.02  # relative; two sources that are nearer than this say the same
+"""Plausible ranges; a value outside, of a program or settings file, is reported and ignored [m, -, kg, kg m^2, A]."""
+_FAR = 1.5  # [m]; largest plausible distance of a wheel from the center
+_SAME = 0.02  # relative; nearer values of two sources count as equal
 _WEAK = 3.0  # [V] of a feed-forward at free speed; a share of full output gives 1
 _MAXSWERVE = MODULES["REV MAXSwerve"]
 _IS_MAXSWERVE = f"{_MAXSWERVE.name} has this ratio"
@@ -47,22 +47,22 @@ _GUESSES: dict[str, dict[str, float]] = {
     "tank": {"wheel_radius": inches(3.0), "drive_gearing": 8.45, "trackwidth": 0.56},
     "mecanum": {"wheel_radius": inches(3.0), "drive_gearing": 8.45},
 }
-"""Where nothing says more: an SDS MK4i L2; FIRST's kit-bot."""
+"""Guesses where no source gives a value: an SDS MK4i L2; FIRST's kit-bot."""
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
-"""Measures that PathPlanner's and Choreo's settings have of every robot, by the kinds of drives that have none."""
+"""Measures that PathPlanner's and Choreo's settings hold for every robot, by the kinds of drives that lack them."""
 _GEARINGS = (3.0, 24.0)
-_SPEEDS = (1.0, 8.0)  # of robots, with the fastest gears that are sold [m/s]
+_SPEEDS = (1.0, 8.0)  # plausible top speeds of robots, up to the fastest gears on sale [m/s]
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
-"""In which sides of a tank or mecanum drive may count, by their size [m]; odometry shows in time whether they do."""
+"""Units that positions of a tank or mecanum drive may have, judged by size [m]; odometry later confirms them."""
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
-    """The same with every measure that its model needs, each with its source, and what contradicts what.
+    """Return the drivetrain with every measure that its model needs, each with its source, and all contradictions.
 
     Args:
-        found: As the program has it.
-        settings: Of simcore.toml, which overrides everything.
-        folder: Where robot.py is.
+        found: Drivetrain as found in the program.
+        settings: Settings of simcore.toml, which override everything.
+        folder: Folder of robot.py.
     """
     projects = [
         {name: m for name, m in project.items() if name not in _FOREIGN[found.kind]}
@@ -75,7 +75,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         for name, measure in source.items():
             low, high = _SANE.get(name, (-math.inf, math.inf))
             if name in _SANE and not low <= measure.value <= high:
-                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): it is not taken")
+                differences.append(f"{name} is {measure}, which no robot has ({low:g} to {high:g}): ignored")
                 continue
             before = known.get(name)
             if before is None or (before.is_guess and not measure.is_guess):
@@ -98,7 +98,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
         known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
     _judge_speed(known, differences)
     if found.kind != "swerve":
-        says = "which way its motors drive it stands in no program"
+        says = "no program says which way its motors drive it"
         turned = known.setdefault("reversed", Measure(False, says, is_guess=True))
         if turned.value:
             wheels = tuple(replace(wheel, drive_sign=-wheel.drive_sign) for wheel in found.wheels)
@@ -109,7 +109,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
 def _placed(
     found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
 ) -> FoundDrivetrain:
-    """Return the drivetrain with wheels where PathPlanner or Choreo has them, if the program does not place them."""
+    """Return the drivetrain with positions from PathPlanner or Choreo if the program gives none."""
     guess = found.measures.get("x and y")
     if guess is None or found.kinematics:
         return found
@@ -130,7 +130,7 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """The same with wheels whose places the program has in inches, or millimeters, at their places in meters."""
+    """Return the drivetrain with positions in meters where the program gives them in inches or millimeters."""
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -148,7 +148,7 @@ def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:
-    """What simcore.toml says."""
+    """Return the measures in simcore.toml."""
     said: dict[str, Any] = dict(settings.drivetrain.measures)
     if "wheel_diameter" in said:
         said["wheel_radius"] = 0.5 * said.pop("wheel_diameter")
@@ -165,11 +165,11 @@ def _of_file(settings: RobotSettings) -> dict[str, Measure]:
 def _fill_wheel(
     known: dict[str, Measure], found: FoundDrivetrain, of_projects: Sequence[Measure], differences: list[str]
 ) -> None:
-    """Radius and gearing such that a turn of the rotor is the way that the program takes it for.
+    """Set radius and gearing such that a rotor turn is the distance that the program counts for it.
 
-    On the robot the program's way was measured; settings of PathPlanner and Choreo are often those of an older robot,
-    and give way where they contradict it. A way that would be far too fast, and whose inverse is a gearing, counts
-    turns of the wheel, as controllers of Phoenix 6 are mostly configured.
+    Teams measure the program's distance on the robot; settings of PathPlanner and Choreo often date from an older robot
+    and give way where they contradict it. A distance that is far too large, and whose inverse is a gearing, counts
+    wheel turns, the usual configuration of Phoenix 6 controllers.
     """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
@@ -208,7 +208,7 @@ def _fill_wheel(
         else:
             differences.append(f"{said}: odometry will be off by that much")
             return
-        differences.append(f"{said}: the program's own is taken")
+        differences.append(f"{said}: simcore uses the program's own")
     if gearing is not None:
         known["wheel_radius"] = Measure(way.value * gearing.value / math.tau, f"{way.source} and the gearing")
         return
@@ -222,11 +222,11 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Say so if the robot would be faster or slower at its motors' free speed than robots are."""
+    """Report a speed at the motors' free speed that is implausible for a robot."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
-    is_told = known.get("meters_per_rotor_turn") is not None
-    if not (_SPEEDS[0] <= speed <= _SPEEDS[1] or is_told):
+    is_known = known.get("meters_per_rotor_turn") is not None
+    if not (_SPEEDS[0] <= speed <= _SPEEDS[1] or is_known):
         differences.append(
             f"it would drive {speed:.3g} m/s at its motors' free speed, where robots drive {_SPEEDS[0]:g} to "
             f"{_SPEEDS[1]:g}: wheel_radius is {radius}, drive_gearing {gearing}"
@@ -234,7 +234,7 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Of the wheels that are sold, one with which the gearing is a product's, or at least possible."""
+    """Return a wheel radius on sale with which the gearing is a product's, or at least possible."""
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way
@@ -249,7 +249,7 @@ def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
 
 def _differ(one: Any, other: Any) -> bool:
     if isinstance(one, str) or isinstance(other, str):
-        # FOC or not is a license, and no other motor
+        # FOC is a license, not another motor
         return str(one).removesuffix(" FOC") != str(other).removesuffix(" FOC")
     if isinstance(one, (tuple, list)) or isinstance(other, (tuple, list)):
         return False

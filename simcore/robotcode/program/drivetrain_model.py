@@ -1,4 +1,4 @@
-"""The model of a drivetrain that was found, and the ports between that model and the program's devices."""
+"""Model of a found drivetrain, and the ports between that model and the program's devices."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
     """Return the model of a drivetrain whose measures are complete.
 
     Args:
-        found: See `complete_measures`.
-        settings: Of simcore.toml: mass, bumpers, height of the center of mass.
+        found: Drivetrain from `complete_measures`.
+        settings: Settings of simcore.toml: mass, bumpers, height of the center of mass.
 
     Raises:
         ConfigError: A measure makes no sense.
@@ -89,11 +89,11 @@ def drivetrain_config(found: FoundDrivetrain, settings: RobotSettings) -> Swerve
 
 
 def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | MecanumDrive) -> DrivetrainPorts:
-    """Put the program's devices on the model.
+    """Connect the program's devices to the model.
 
     Args:
-        found: What was found.
-        drive: Its model.
+        found: Drivetrain as found.
+        drive: Model of it.
 
     Raises:
         ConfigError: A device does not answer.
@@ -114,8 +114,8 @@ def connect_drivetrain(found: FoundDrivetrain, drive: SwerveDrive | TankDrive | 
                 for sensor in (*row, *filter(None, [wheel])):
                     sensor.way = ways[-1]
 
-            def note(told: list[float]) -> None:
-                for way, distance in zip(ways, told, strict=False):
+            def note(reported: list[float]) -> None:
+                for way, distance in zip(ways, reported, strict=False):
                     way.note(distance)
 
             on_wheel_distances(note)
@@ -171,11 +171,11 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """A sensor; it counts as far as the program takes its turns, where that is known."""
+    """A sensor that counts the distance that the program assumes per turn, where known."""
 
     way: _Way | None = None
     turned = shown = 0.0
-    """As the model has it, and as the sensor counts: of a rotor [rotations], of an encoder [rad]."""
+    """Position in the model, and in the sensor's count: of a rotor [rotations], of an encoder [rad]."""
 
     @property
     def factor(self) -> float:
@@ -188,11 +188,11 @@ class _Counter:
 
 
 class _Way:
-    """How far the program takes a turn, where gears or wheels are guessed: its odometry shows it as the robot drives.
+    """Distance per turn in the program's odometry as the robot drives, for guessed gears or wheels.
 
     Args:
-        sensor: That the program reads of a wheel or side.
-        meters: Way of one unit that it turns [m].
+        sensor: Sensor of a wheel or side that the program reads.
+        meters: Distance per unit that it turns [m].
     """
 
     def __init__(self, sensor: _Counter, meters: float) -> None:
@@ -200,41 +200,41 @@ class _Way:
         self._sensor, self._meters = sensor, meters
         self._begin = (0.0, 0.0, 0.0)
         self._next = -1.0
-        self._last = 0.0, 0.0  # what was told a loop before, and what the sensor showed
+        self._last = 0.0, 0.0  # the program's distance and the sensor's count one loop earlier
 
-    def note(self, told: float) -> None:
-        """Note how far the program has told its odometry that the wheel has rolled [m]."""
-        sensor, (told_before, shown_before) = self._sensor, self._last
-        self._last, jump = (told, sensor.shown), abs(told - told_before)
+    def note(self, reported: float) -> None:
+        """Record the distance that the program's odometry gives for the wheel [m]."""
+        sensor, (reported_before, shown_before) = self._sensor, self._last
+        self._last, jump = (reported, sensor.shown), abs(reported - reported_before)
         if self._next < 0.0 or jump > _JUMP or not season.wpilib.RobotState.is_enabled():
-            self._begin = told, sensor.turned, sensor.shown
+            self._begin = reported, sensor.turned, sensor.shown
             self._next = max(self._next, _FIRST_WAY)
             return
         rolled = abs(sensor.turned - self._begin[1]) * self._meters
-        if rolled < self._next or told == self._begin[0]:
+        if rolled < self._next or reported == self._begin[0]:
             return
         self._next *= 2.0
-        # What was told has been read since the loop before: between these two the way is, nearer the farther it rolls.
-        told_way = (told - self._begin[0]) / self._meters
-        least, most = sorted(abs((shown - self._begin[2]) / told_way) for shown in (shown_before, sensor.shown))
+        # The odometry used a reading since the loop before, so the ratio lies between the two; travel narrows it.
+        reported_turns = (reported - self._begin[0]) / self._meters
+        least, most = sorted(abs((shown - self._begin[2]) / reported_turns) for shown in (shown_before, sensor.shown))
         factor = 1.0 if 0.99 * least < 1.0 < 1.01 * most else 0.5 * (least + most)
         if abs(factor / self.factor - 1.0) > 0.01 and 1.0 / _MOST < factor < _MOST:
-            _log.info("drivetrain: the program's odometry takes %.3g m for a meter that is guessed", 1.0 / factor)
+            _log.info("drivetrain: the program's odometry counts %.3g m per guessed meter", 1.0 / factor)
             self.factor = factor
 
 
-_FIRST_WAY = 0.05  # [m] after which a way is known first
-_JUMP = 0.5  # [m] between two loops: the program has reset its encoder
-_MOST = 50.0  # times a guess; inches are 39
+_FIRST_WAY = 0.05  # [m] of travel after which the first estimate is good
+_JUMP = 0.5  # [m] within one loop: the program has reset its encoder
+_MOST = 50.0  # times a guess; inches give a factor of 39
 
 
 class _Mounted(_Counter, MotorPort):
-    """A motor that turns the other way round than the model's, or counts from another zero.
+    """A motor whose sign or zero differs from the model's.
 
     Args:
-        port: Of the motor.
+        port: Port of the motor.
         sign: -1 where positive in robot code is negative for the model.
-        ahead: How far its rotor is ahead of the model's, seen the model's way [rotations].
+        ahead: Offset of its rotor from the model's, in the model's direction [rotations].
     """
 
     def __init__(self, port: MotorPort, sign: float, ahead: float = 0.0) -> None:
@@ -247,7 +247,7 @@ class _Mounted(_Counter, MotorPort):
         self.run = port.run  # type: ignore[method-assign]
 
     def volts(self) -> float:
-        """Return volts on the motor, as the model has it [V]."""
+        """Return the voltage on the motor, with the model's sign [V]."""
         return self._sign * self._port.volts()
 
     def duty_cycle(self) -> float | None:
@@ -265,24 +265,24 @@ class _Mounted(_Counter, MotorPort):
         self._port.show_motor(self._sign * volts, self._sign * amps)
 
     def write(self, rotations: float, rps: float) -> None:
-        """Show the rotor, as the model has it."""
+        """Write the rotor's position and speed, with the model's sign."""
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
 _SOON = 0.25  # [s] between two changes of sign; a slow loop takes half of that
-_CHANGES = 3  # of sign, each soon after the last, at half of the largest output or more
+_CHANGES = 3  # changes of sign, each soon after the last, at half of the largest output or more
 _FAR = 1.25  # turns of an azimuth that is never near its goal
-_HOLDS = 0.5  # [s] in which a motor that is turned round is not turned back
-_FADES = 0.995  # of the largest output, kept from one look to the next
+_HOLDS = 0.5  # [s] in which a reversed motor keeps its new sign
+_FADES = 0.995  # share of the largest output, kept from one check to the next
 
 
 class _DecidingMotor(_Mounted):
-    """A steer motor whose direction the program's loop decides.
+    """A steer motor whose sign the program's loop decides.
 
-    Turned the wrong way, a loop drives an azimuth away from its goal, up to where the goal is as near the other way
-    round: at half a turn, or a quarter where wheels may roll backward. There its output changes sign again and again,
-    always large; or the azimuth goes round and round, where the loop knows no shortest way. Then the motor is taken to
-    turn the other way; if that is no better, it is turned back for good.
+    With a wrong sign, a loop drives an azimuth away from its goal until the goal is as near the other way
+    round: at half a turn, or a quarter where wheels may roll backward. There its output keeps changing sign,
+    always large; or the azimuth turns without end, where the loop takes no shortest path. Then this class reverses
+    the motor; if that is no better, it restores the sign for good.
     """
 
     def __init__(
@@ -300,16 +300,16 @@ class _DecidingMotor(_Mounted):
 
     @property
     def is_turned(self) -> bool:
-        """Whether it is taken to turn the other way."""
+        """Whether the motor's sign is reversed."""
         return self._turns == 1
 
     def volts(self) -> float:
         volts = self._port.volts()
         if not self._is_decided:
-            self._look(volts, float(season.wpilib.Timer.get_monotonic_timestamp()))
+            self._observe(volts, float(season.wpilib.Timer.get_monotonic_timestamp()))
         return self._sign * volts
 
-    def _look(self, volts: float, now: float) -> None:
+    def _observe(self, volts: float, now: float) -> None:
         last, self._last = self._last, volts
         self._peak = max(abs(volts), _FADES * self._peak)
         if abs(volts) < 0.1 * self._peak or self._peak == 0.0:
@@ -325,10 +325,10 @@ class _DecidingMotor(_Mounted):
             self._is_decided = self._turns > 1
         elif self.is_turned and now - self._turned_at > _HOLDS:
             self._is_decided = True
-            self._tell()
+            self._log_reversed()
 
-    def _tell(self) -> None:
-        """Say, with the first that has decided, which motors have turned out to turn the other way."""
+    def _log_reversed(self) -> None:
+        """Log, with the first decision, the motors whose sign is reversed."""
         if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]
@@ -344,7 +344,7 @@ class _DecidingMotor(_Mounted):
 
 
 class _Shaft(_Counter):
-    """An encoder that counts `scale` times the shaft's angle from where the shaft is at `zero` [rad]."""
+    """An encoder that reads `scale` times the shaft's angle from `zero` [rad]."""
 
     def __init__(self, port: AnglePort, scale: float, zero: float) -> None:
         self._port = port
@@ -352,5 +352,5 @@ class _Shaft(_Counter):
         self._zero = zero
 
     def write(self, angle: float, rate: float) -> None:
-        """Show the shaft, as the model has it [rad, rad/s]."""
+        """Write the shaft's angle and rate in the model [rad, rad/s]."""
         self._port.write(self._scale * (self._count(angle) - self._zero), self._scale * self.factor * rate)

@@ -1,4 +1,4 @@
-"""Drivetrain that was found: its wheels with their devices, each measure with where it comes from, and all in words."""
+"""A drivetrain found in the program: wheels with their devices, measures with their sources, and its description."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DrivetrainNotFoundError(ConfigError):
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A value and where it comes from."""
+    """A value and its source."""
 
     value: Any
     source: str
@@ -39,31 +39,31 @@ class FoundWheel:
     """One swerve module, one side of a tank, or one mecanum wheel."""
 
     name: str
-    """For messages."""
+    """Name in messages."""
     place: tuple[float, float]
-    """From the robot's center, forward and left [m]; of a side of a tank its middle."""
+    """Position relative to the robot's center, forward and left [m]; for a side of a tank drive its middle."""
     motors: tuple[BuiltDevice, ...]
-    """That turn the wheel; the first one leads."""
+    """Motors that turn the wheel; the first one leads."""
     steer: BuiltDevice | None = None
-    """That turns the azimuth."""
+    """Motor that turns the azimuth."""
     encoder: BuiltDevice | None = None
-    """On the azimuth; the steer motor itself where it is wired to that."""
+    """Encoder on the azimuth; the steer motor itself where the encoder is wired to it."""
     wheel_encoder: BuiltDevice | None = None
-    """On the wheel, where the motor has no encoder."""
+    """Encoder on the wheel, where the motor has none."""
     drive_sign: float = 1.0
     """-1 where positive in robot code drives backward."""
     steer_sign: float = 1.0
     """-1 where positive in robot code turns the azimuth clockwise, seen from above."""
     is_steer_sign_known: bool = True
-    """Whether something says so; else the program's own loop tells it, as the robot is driven first."""
+    """Whether a source gives the sign; else the program's own loop shows it in the first seconds of driving."""
     encoder_sign: float = 1.0
-    """The same of the encoder on the azimuth."""
+    """-1 where the azimuth's encoder counts clockwise as positive in robot code, seen from above."""
     encoder_turns: float = 1.0
-    """Of that encoder per turn of the azimuth, which of one that counts pulses the program alone knows [-]."""
+    """Encoder turns per turn of the azimuth [-]; only the program knows it for an encoder that counts pulses."""
     zero: float = 0.0
-    """Angle at which robot code takes the azimuth to be while its encoder reads zero [rad]."""
+    """Angle that robot code assigns to the azimuth while its encoder reads zero [rad]."""
     meters_per_encoder_turn: float | None = None
-    """What robot code takes for the way of one turn of `wheel_encoder` [m]."""
+    """Distance that robot code counts per turn of `wheel_encoder` [m]."""
 
     @property
     def is_wired(self) -> bool:
@@ -72,7 +72,7 @@ class FoundWheel:
 
     @property
     def devices(self) -> list[BuiltDevice]:
-        """All of them, each once."""
+        """Devices of the wheel, each once."""
         more = (self.steer, self.encoder, self.wheel_encoder)
         return list({d.key: d for d in (*self.motors, *(d for d in more if d is not None))}.values())
 
@@ -82,48 +82,50 @@ class FoundDrivetrain:
     """A drivetrain of any kind and maker."""
 
     kind: str
-    """`swerve`, `tank` or `mecanum`."""
+    """Kind: `swerve`, `tank` or `mecanum`."""
     wheels: tuple[FoundWheel, ...]
-    """In the order of the program's kinematics; of a tank left and right; of a mecanum drive front left, front right,
-    rear left, rear right."""
+    """Wheels in the order of the kinematics.
+
+    Tank: left, right. Mecanum: front left, front right, rear left, rear right.
+    """
     gyro: BuiltDevice | None = None
     measures: Mapping[str, Measure] = field(default_factory=dict)
-    """`drive_motor`, `drive_gearing`, `wheel_radius` [m], `steer_motor` ... and where each is from."""
+    """Measures by name (`drive_motor`, `drive_gearing`, `wheel_radius` [m], `steer_motor` ...), with their sources."""
     free_speed_volts: tuple[Measure, ...] = ()
-    """What feed-forwards of velocity give at the free speed of their motors [V]."""
+    """Velocity feed-forward voltages at the free speed of their motors [V]."""
     differences: tuple[str, ...] = ()
-    """Where the program, its settings and its file contradict one another; a sentence each."""
+    """Contradictions between the program, its settings and its file; a sentence each."""
     about: str = ""
-    """How it was found."""
+    """How simcore found it."""
     kinematics: str = ""
-    """Of which class of the program places are; empty: the program does not say them."""
+    """Class of the program's kinematics that gives the positions; empty: the program gives none."""
     drives_itself: bool = False
-    """Whether a library's own object drives it, which is found again without a table."""
+    """Whether a library's own object drives it, which simcore finds without a table."""
 
     @property
     def keys(self) -> tuple[DeviceKey, ...]:
-        """Of all its devices."""
+        """Keys of all its devices."""
         found = [d.key for wheel in self.wheels for d in wheel.devices]
         found += [] if self.gyro is None else [self.gyro.key]
         return tuple(dict.fromkeys(found))
 
     @property
     def hardware(self) -> list[Any]:
-        """The program's own objects of these devices."""
+        """Objects of these devices in robot code."""
         gyro = [] if self.gyro is None else [self.gyro]
         return [d.hardware for d in (*(d for wheel in self.wheels for d in wheel.devices), *gyro)]
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """Of its wheels [m]."""
+        """Positions of its wheels [m]."""
         return tuple(wheel.place for wheel in self.wheels)
 
     def measure(self, name: str) -> Any:
-        """Return a value that must be there."""
+        """Return the value of a measure that must exist."""
         return self.measures[name].value
 
 
-# --- in words -----------------------------------------------------------------------------------------------------
+# --- description --------------------------------------------------------------------------------------------------
 
 Row = tuple[str, Any, str]
 
@@ -134,20 +136,20 @@ _LOOPS = ("drive_loop", "steer_loop")
 
 
 def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
-    """List keys of `[drivetrain]`, their values, and what is to be said of each, as `simcore init` writes them.
+    """List keys of `[drivetrain]`, their values and a remark on each, as `simcore init` writes them.
 
     Args:
-        found: With complete measures.
+        found: Drivetrain with complete measures.
     """
     wheels, first = found.wheels, found.wheels[0]
     leaders = [wheel.motors[0] for wheel in wheels]
     head: Row = ("kind", found.kind, found.about)
     measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
-    if len({d.model for d in leaders}) > 1:  # the table has one; what is found has no need of it
+    if len({d.model for d in leaders}) > 1:  # a key of the table alone; a found drivetrain does not need it
         return [head, *(_places(found) if "x and y" in found.measures else ()), *measures]
     model = leaders[0].model
     rows: list[Row] = [head, ("controller", model, "")]
-    if found.kind == "tank":  # the program says itself who follows, of whatever model
+    if found.kind == "tank":  # the program itself configures followers, whatever their model
         rows += [(w.name, _numbers(d for d in w.motors if d.model == model), "the leader first") for w in wheels]
     else:
         rows.append(("drive", _numbers(leaders), _names(wheels)))
@@ -162,14 +164,14 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
         rows.append(("wheel_encoders", _numbers(w.wheel_encoder for w in wheels), "DIO"))
         if all(w.meters_per_encoder_turn for w in wheels):
             ways = [_rounded(w.meters_per_encoder_turn) for w in wheels]
-            rows.append(("wheel_distances", ways, "m that 2048 pulses are to the code"))
+            rows.append(("wheel_distances", ways, "m per 2048 pulses in robot code"))
     if found.gyro is not None:
         rows += [("gyro", str(found.gyro), ""), ("gyro_upside_down", False, "guess: it is mounted upright")]
     return rows + measures
 
 
 def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
-    """List lines for a person: what it is, what is guessed, and what contradicts what."""
+    """List lines for a person: its kind, its guesses and its contradictions."""
     loops = {str(found.measures[name].value) for name in _LOOPS if name in found.measures}
     closed = f", loops on the {' and on the '.join(sorted(loops))}" if loops else ""
     lines = [f"{found.kind} drive: {found.about}, {found.gyro or 'no gyro'}{closed}"]
@@ -178,7 +180,7 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
 
 
 def guesses(found: FoundDrivetrain) -> list[str]:
-    """List measures that are guesses, by the keys of `[drivetrain]`."""
+    """List measures that are guesses, by keys of `[drivetrain]`."""
     measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
     if (radius := measures.pop("wheel_radius", None)) is not None:
         measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)
@@ -191,7 +193,7 @@ def _numbers(devices: Iterable[BuiltDevice | None]) -> list[Any]:
 
 
 def _names(wheels: tuple[FoundWheel, ...]) -> str:
-    """Join last attributes that tell the wheels apart."""
+    """Join the last attribute of each wheel's name."""
     names = [w.name.split(".")[-1] for w in wheels]
     return ", ".join(names) if len("".join(names)) < 60 and not names[0].isdigit() else ""
 
@@ -206,8 +208,8 @@ def _encoders(wheels: tuple[FoundWheel, ...]) -> list[Row]:
 
 
 def _places(found: FoundDrivetrain) -> list[Row]:
-    told = found.measures.get("x and y")
-    remark = "forward of the center" if told is None else f"guess: {told.source}" if told.is_guess else told.source
+    given = found.measures.get("x and y")
+    remark = "forward of the center" if given is None else f"guess: {given.source}" if given.is_guess else given.source
     xs, ys = ([_rounded(w.place[axis]) for w in found.wheels] for axis in (0, 1))
     return [("x", xs, remark), ("y", ys, "")]
 

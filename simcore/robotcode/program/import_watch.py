@@ -1,4 +1,4 @@
-"""Calls a function with a module once the program has loaded it, or refuses the import; never loads a module itself."""
+"""Hooks on imports: call a function with a loaded module, or refuse the import; this module loads none itself."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Hook = Callable[[Any], None]
 
 
 def after_import(name: str, hook: Hook) -> None:
-    """Call a function with a module: at once if it is loaded, else when it is.
+    """Call a function with a module, at once if it is loaded, else after its import.
 
     Args:
-        name: Of the module.
-        hook: Called once.
+        name: Name of the module.
+        hook: Function, called once.
 
     >>> seen = []
     >>> after_import("json", lambda module: seen.append(module.__name__))
@@ -38,7 +38,7 @@ def after_import(name: str, hook: Hook) -> None:
 
 
 def refuse_import(name: str, sentence: str) -> None:
-    """Raise a `VendorError` with a sentence where the program imports a module, installed or not.
+    """Raise a `VendorError` with a sentence when the program imports a module, installed or not.
 
     >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
     >>> import flux_capacitor
@@ -59,7 +59,7 @@ _refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
-    """Finds what the others find, with a loader that calls the hooks once it has executed the module."""
+    """Finder that gives modules a loader that calls the hooks after executing the module."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -82,7 +82,7 @@ def _execute(exec_module: Callable[[ModuleType], object], module: ModuleType) ->
 
 
 class _Refusal(Loader):
-    """Loads nothing and says why."""
+    """Loader that refuses the import with a reason."""
 
     def __init__(self, sentence: str) -> None:
         self._sentence = sentence

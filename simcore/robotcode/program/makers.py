@@ -1,11 +1,11 @@
-"""Makers of motor controllers, encoders and gyros: how a program's devices are found, asked, guessed and connected.
+"""Makers of motor controllers, encoders and gyros: how to find, read, guess and connect a program's devices.
 
-How a maker is added: derive from `Maker` in a module of the maker's own package (say `makers/navx/navx_maker.py`),
-name the models that it makes, and answer what there is to answer; put an object of it into `MAKER` of that module, and
-the module with the Python package that it needs into `MAKER_MODULES` here. Its `watch` records classes into `devices`.
-A maker of gyros alone answers `watch` and `gyro_port`, no more. Nothing else in simcore knows a maker.
+To add a maker: derive from `Maker` in a module of the maker's own package (say `makers/navx/navx_maker.py`),
+name its models and override the methods that apply; put an object of it into `MAKER` of that module, and
+the module with the Python package that it needs into `MAKER_MODULES` here. Its `watch` records classes in `devices`.
+A maker of gyros alone overrides `watch` and `gyro_port`. Nothing else in simcore knows a maker.
 
-A port shows robot code what physics measures and takes what robot code asks for: `motor_ports` has the `MotorPort` to
+A port passes the model's measurements to robot code and its requests to the model: `motor_ports` has the `MotorPort` to
 derive from, and the protocols `AnglePort` and `GyroPort`.
 """
 
@@ -58,213 +58,213 @@ MAKER_MODULES: list[tuple[str, str]] = [
     ("navx", "simcore.robotcode.makers.navx.navx_maker"),
     ("wpilib", "simcore.robotcode.sim.wpilib_ports"),
 ]
-"""Python package that a maker needs, and the module of simcore with its `MAKER`; in the order of tables."""
+"""Python package that a maker needs, and the module of simcore with its `MAKER`; in order of preference."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorFacts:
-    """What a motor controller is configured with, as far as its drivetrain needs it."""
+    """Configuration of a motor controller, as far as its drivetrain needs it."""
 
     motor: str
-    """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
+    """Motor: one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     is_guess: bool = True
-    """Whether the motor is what mostly sits behind this controller, and not read anywhere."""
+    """Whether the motor is the usual one behind this controller instead of a configured one."""
     stator_limit: float | None = None
-    """[A]; None: as the controller is delivered."""
+    """Stator current limit [A]; None: the factory default."""
     supply_limit: float | None = None
-    """[A]; None: as the controller is delivered."""
+    """Supply current limit [A]; None: the factory default."""
     brakes: bool = True
-    """In neutral; else it coasts."""
+    """Whether it brakes in neutral; else it coasts."""
     units_per_rotor_turn: float = 1.0
-    """What robot code reads as position per turn of the rotor; 1 also where the controller has no encoder."""
+    """Position that robot code reads per turn of the rotor; 1 also where the controller has no encoder."""
     sensor: DeviceKey | None = None
-    """Encoder beside the rotor that closes its position loop: of another device, or of its own (its own key)."""
+    """Encoder other than the rotor's that closes its position loop: another device's, or its own (its own key)."""
     rotor_per_sensor: float | None = None
-    """Rotor turns per turn of that encoder; None: it is configured nowhere [-]."""
+    """Rotor turns per turn of that encoder [-]; None: not configured."""
     has_gains: bool = False
-    """Whether a loop of the controller is configured; else the program closes it."""
+    """Whether the controller has a configured loop; else the program closes it."""
     free_speed_volts: float | None = None
-    """What its feed-forward of velocity gives at the motor's free speed, some 12 if it is right [V]; None: without."""
+    """Velocity feed-forward voltage at the motor's free speed, some 12 if it is right [V]; None: without."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mounting:
-    """How motors sit on a mechanism, where no configuration says it."""
+    """Mounting of motors on a mechanism, where no configuration gives it."""
 
     reversed: bool = False
     """Whether positive in robot code is negative for the mechanism."""
     encoder: AnglePort | None = None
-    """On the mechanism, of a device of its own."""
+    """Encoder on the mechanism, as a device by itself."""
     encoder_gearing: float = 1.0
-    """Turns of that, or of one wired to the leader, per turn of the mechanism [-]."""
+    """Turns of that encoder, or of one wired to the leader, per turn of the mechanism [-]."""
     motor: str = ""
-    """One of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: as it is configured."""
+    """Motor: one of `simcore.robot.dc_motor.MOTOR_NAMES`; empty: as configured."""
 
 
 class MakersDrivetrain(Protocol):
-    """A drivetrain with all that its model needs."""
+    """A drivetrain with everything that its model needs."""
 
     @property
     def found(self) -> FoundDrivetrain:
-        """Its devices and measures."""
+        """Devices and measures."""
         ...
 
     @property
     def config(self) -> SwerveConfig | TankConfig | MecanumConfig:
-        """Its model."""
+        """Model of the drivetrain."""
         ...
 
     def connect(self, drive: Any) -> Any:
-        """Its devices on that model, with `read`, `write` and `devices`."""
+        """Connect its devices to that model; the result has `read`, `write` and `devices`."""
         ...
 
 
 class LightsShown(Protocol):
-    """What a device with lights shows."""
+    """State of a device with lights."""
 
     changes: int
-    """How often that has changed."""
+    """Number of changes so far."""
 
     @property
     def colors(self) -> IntArray:
-        """Of each LED, 0xRRGGBB, shape (n,)."""
+        """Color of each LED, 0xRRGGBB, shape (n,)."""
         ...
 
     @property
     def shows(self) -> str:
-        """The requests in words."""
+        """Requests in words."""
         ...
 
 
 class Maker:
-    """Devices of one maker; what a maker does not make stays as it is here.
+    """Devices of one maker; a subclass overrides what the maker makes.
 
-    What asks a device raises `ConfigError` if that does not answer.
+    Methods that query a device raise `ConfigError` if it does not answer.
     """
 
     name: str = ""
-    """For documents."""
+    """Name in documents."""
     motors: tuple[str, ...] = ()
     """Models of motor controllers, as simcore.toml names them."""
     encoders: tuple[str, ...] = ()
-    """Models of encoders on a shaft of their own."""
+    """Models of encoders on their own shaft."""
     pulse_encoders: tuple[str, ...] = ()
-    """Those of them whose pulses per turn the program alone knows."""
+    """Models of encoders whose pulses per turn only the program knows."""
     gyros: tuple[str, ...] = ()
     """Models of gyros."""
     others: tuple[str, ...] = ()
-    """Models of further devices, which no drivetrain has: sensors of pieces, lights."""
+    """Models of further devices that no drivetrain has: sensors of pieces, lights."""
     unserved: tuple[str, ...] = ()
-    """Classes of its package that nothing simulates."""
+    """Classes of its package that simcore does not simulate."""
     sim_devices: tuple[str, ...] = ()
-    """What is in the names of WPILib's SimDevices of what is simulated."""
+    """Parts of the names of WPILib's SimDevices that simcore serves."""
     gyro_errors: str = "pigeon2"
-    """How much they err: one of `simcore.robot.gyro.GYROS`."""
+    """Error model of its gyros: one of `simcore.robot.gyro.GYROS`."""
     on_ports: bool = False
-    """Whether its motors and encoders are on ports of the roboRIO, where channels name them and nothing is guessed."""
+    """Whether its motors and encoders use roboRIO ports, so that channels name them and simcore guesses nothing."""
 
     def __init__(self, devices: BuiltDevices | None = None) -> None:
         self.devices = BuiltDevices() if devices is None else devices
-        """What the program has built."""
+        """Devices that the program has built."""
 
     def watch(self) -> None:
-        """Note from now on what a program builds; again is harmless."""
+        """Record devices that a program builds from now on; may be called again."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Ask before each write of a team's own simulation into a device; again is for anew.
+        """Ask before each write of a team's own simulation to a device; may be called again.
 
         Args:
-            may_write: Gets model and address; False drops the write, as the device belongs to simcore.
+            may_write: Function of model and address; False drops the write, because the device belongs to simcore.
         """
 
     def built(self) -> list[BuiltDevice]:
-        """What the program has built, sensors and lights too, one per model and address."""
+        """Return the devices that the program has built, sensors and lights too, one per model and address."""
         return self.devices.devices()
 
     def device_of(self, made: Any) -> BuiltDevice | None:
-        """The device that an object of robot code is, of whatever class the program derived; None: another maker's."""
+        """Return the device behind an object of robot code or of a class derived from it; None: another maker's."""
         return self.devices.find(made)
 
     def require_distinct(self) -> None:
-        """Make sure that the simulation tells all devices apart.
+        """Check that the simulation tells all devices apart.
 
         Raises:
             ConfigError: It makes one of two.
         """
 
     def lights(self) -> Mapping[str, LightsShown]:
-        """What its lights show, by the names of the devices."""
+        """Return the state of its lights, by device name."""
         return {}
 
     # --- motor controllers ----------------------------------------------------------------------------------------
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
-        """Motors by who follows whom, as they are configured now; one alone is a group too."""
+        """Return motors grouped by leader, as configured now; a single motor is a group too."""
         return [FollowerGroup(motor) for motor in motors]
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
-        """Whether a motor controller knows nothing of its rotor: the encoder wired to it turns with the wheel."""
+        """Return whether a motor controller measures the wheel instead of its rotor."""
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
-        """What a motor controller is configured with."""
+        """Return the configuration of a motor controller."""
         raise ConfigError(f"{motor} is no motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        """Its simulated side; positive is as robot code has it."""
+        """Return its simulated side; signs are those of robot code."""
         raise ConfigError(f"{motor} is no motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
-        """What motors probably turn that no table describes."""
+        """Return the likely mechanism of motors that no table describes."""
         raise ConfigError(f"{group} is configured with nothing that tells what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
-        """Motors on a mechanism.
+        """Connect motors to a mechanism.
 
         Args:
             group: Leader and followers.
-            mechanism: What they turn.
-            mounting: How; None: as the fields' defaults are.
+            mechanism: Mechanism that they turn.
+            mounting: Mounting; None: the defaults of its fields.
         """
         raise ConfigError(f"{group} is no motor controller on CAN")
 
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
     ) -> MotorDevices:
-        """Motors on what they probably turn.
+        """Connect motors to the mechanism that they probably turn.
 
         Args:
             group: Leader and followers.
-            guess: As this maker has it.
-            sensors: Those of the guess that are built, and that nothing else writes.
+            guess: Mechanism from this maker's `guess`.
+            sensors: Sensors of the guess that the program has built and that nothing else writes.
         """
         return self.connect(group, guess.mechanism)
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        """The kS that a controller is configured with; 0: none [V]."""
+        """Return the kS of a controller [V]; 0: none."""
         return 0.0
 
-    # --- sensors, and what a library drives itself ----------------------------------------------------------------
+    # --- sensors, and drivetrains of libraries --------------------------------------------------------------------
 
     def encoder_port(self, encoder: BuiltDevice, port: MotorPort | None = None) -> AnglePort:
-        """An encoder on the shaft; the angle that is written is the one that robot code reads, as a turn of 2 pi.
+        """Connect an encoder on the shaft; the angle written is the one that robot code reads, one turn being 2 pi.
 
         Args:
-            encoder: Of the maker's; a motor controller with an encoder wired to it is one, too.
-            port: That of this motor controller, where it is one.
+            encoder: Encoder of this maker; a motor controller with an encoder wired to it counts.
+            port: Port of this motor controller, where it is one.
         """
         raise ConfigError(f"{encoder} has no encoder that is simulated")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """A gyro; it is written what the robot has turned since the gyro was switched on, counter-clockwise."""
+        """Connect a gyro; its port takes the robot's rotation since the gyro was switched on, counter-clockwise."""
         raise ConfigError(f"{gyro} is no gyro that is simulated")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """A whole drivetrain that the maker's library drives, as CTRE's `SwerveDrivetrain`; None: there is none.
+        """Return a drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`; None: there is none.
 
         Args:
-            settings: Of simcore.toml.
-            folder: Where robot.py is.
+            settings: Settings of simcore.toml.
+            folder: Folder of robot.py.
 
         Raises:
             ConfigError: Its constants make no sense.
@@ -272,7 +272,7 @@ class Maker:
         return None
 
     def settle(self) -> None:
-        """Let what has been written reach robot code, before its first loop."""
+        """Make written values visible to robot code before its first loop."""
 
 
 @cache
@@ -283,22 +283,22 @@ def _maker(module: str) -> Maker:
 
 
 def makers() -> list[Maker]:
-    """Makers whose packages the program has imported."""
+    """Return makers whose packages the program has imported."""
     return [_maker(module) for package, module in MAKER_MODULES if package in sys.modules]
 
 
 def installed_makers() -> list[Maker]:
-    """All whose packages are installed; loads them."""
+    """Load and return all makers whose packages are installed."""
     return [_maker(module) for package, module in MAKER_MODULES if find_spec(package) is not None]
 
 
 def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
-    """Note from now on what a program builds, of every maker and of WPILib; before the program is imported.
+    """Record devices of every maker and of WPILib from now on; call it before the program is imported.
 
-    A maker's package is watched as soon as the program imports it: none is loaded for nothing.
+    A maker's package is watched as soon as the program imports it, so that no unused package is loaded.
 
     Args:
-        may_write: See `Maker.watch_simulations`; None: nobody asks.
+        may_write: See `Maker.watch_simulations`; None: every write is allowed.
     """
     watch_program()
     refuse_import("phoenix5", NO_PHOENIX_5)
@@ -314,7 +314,7 @@ def _watch(module: str, may_write: Callable[[DeviceKey], bool] | None, _: Any) -
 
 
 def require_distinct_devices() -> None:
-    """Make sure that simulations tell all devices apart that the program has built.
+    """Check that simulations tell all devices apart that the program has built.
 
     Raises:
         ConfigError: One makes one of two.
@@ -324,10 +324,10 @@ def require_distinct_devices() -> None:
 
 
 def maker_of(device: BuiltDevice) -> Maker:
-    """Who makes a device.
+    """Return the maker of a device.
 
     Raises:
-        ConfigError: No maker whose package the program imports.
+        ConfigError: Its maker's package is not imported by the program.
     """
     for maker in makers():
         if device.model in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others):
@@ -336,7 +336,7 @@ def maker_of(device: BuiltDevice) -> Maker:
 
 
 def device_of(made: Any) -> BuiltDevice | None:
-    """The device that an object of robot code is; None: it is none that is known."""
+    """Return the device behind an object of robot code; None: unknown."""
     for maker in makers():
         device = maker.device_of(made)
         if device is not None:
@@ -345,30 +345,30 @@ def device_of(made: Any) -> BuiltDevice | None:
 
 
 def known_device(made: Any) -> BuiltDevice:
-    """The device that an object of robot code is.
+    """Return the device behind an object of robot code.
 
     Raises:
-        ConfigError: It was built before simcore was there.
+        ConfigError: It was built before simcore was loaded.
     """
     device = made if isinstance(made, BuiltDevice) else device_of(made)
     if device is None:
         raise ConfigError(
-            f"{type(made).__name__}: built before simcore was there; a physics.py calls "
+            f"{type(made).__name__}: built before simcore was loaded; a physics.py calls "
             "simcore.robotcode.program.makers.watch_makers() at its top"
         )
     return device
 
 
 def find_device(where: str, models: str | Sequence[str], address: DeviceAddress) -> BuiltDevice:
-    """A device that the program has built.
+    """Return a device that the program has built.
 
     Args:
-        where: In messages, what asks for it.
-        models: As their makers write them; the first that there is at this address.
-        address: Without a bus the only one of its number, on whichever bus, is meant as well.
+        where: Part of the file that asks for it, in messages.
+        models: Models as their makers write them; the first one at this address is taken.
+        address: Address; without a bus it also means the only device of its number on any bus.
 
     Raises:
-        ConfigError: It has built no such device, or the library of its maker is not installed.
+        ConfigError: The program has built no such device, or its maker's library is not installed.
     """
     first, *more = (models,) if isinstance(models, str) else models
     if first.startswith("SPARK") and find_spec("rev") is None:

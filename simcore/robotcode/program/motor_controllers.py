@@ -1,4 +1,4 @@
-"""Motor controllers and sensors that a robot program has built, of any maker, and which of them turn one shaft."""
+"""Motor controllers and sensors that a robot program has built, of any maker, grouped by shaft."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
 
 @dataclass(frozen=True, slots=True)
 class BuiltDevice:
-    """One device that was built."""
+    """One device that the program has built."""
 
     model: str
-    """As its maker writes it: `TalonFX`, `SPARK MAX`."""
+    """Model as its maker writes it: `TalonFX`, `SPARK MAX`."""
     address: DeviceAddress
     hardware: Any
-    """The robot code's object."""
+    """Object in robot code."""
 
     @property
     def key(self) -> DeviceKey:
@@ -37,11 +37,11 @@ class FollowerGroup:
     leader: BuiltDevice
     followers: tuple[BuiltDevice, ...] = ()
     opposed: tuple[int, ...] = ()
-    """Which of the followers oppose the leader, by index."""
+    """Indices of followers that oppose the leader."""
 
     @property
     def devices(self) -> tuple[BuiltDevice, ...]:
-        """All, leader first."""
+        """All devices, leader first."""
         return (self.leader, *self.followers)
 
     def __str__(self) -> str:
@@ -51,12 +51,12 @@ class FollowerGroup:
 def group_by_leader(
     devices: Sequence[BuiltDevice], leader_of: Callable[[BuiltDevice], tuple[object, bool]]
 ) -> list[FollowerGroup]:
-    """Groups by who follows whom; one alone is a group too, and a follower whose leader is not among the devices.
+    """Group devices by leader; a single one is a group too, and so is a follower whose leader is missing.
 
     Args:
         devices: Motor controllers, one per model and address.
-        leader_of: Which device one follows, as its key, its address or its object (None: no other), and whether it
-            opposes that.
+        leader_of: Returns the leader of a device by key, address or object (None: no other), and whether the device
+            opposes it.
     """
     leads = {device.key: leader_of(device) for device in devices}
     followers: dict[DeviceKey, list[BuiltDevice]] = {}

@@ -1,4 +1,4 @@
-"""Ports between a drivetrain's model and its devices of any maker: volts come in, wheel and gyro readings go out."""
+"""Ports between a drivetrain's model and its devices of any maker: read volts, write wheel and gyro readings."""
 
 from __future__ import annotations
 
@@ -22,58 +22,58 @@ __all__ = [
 
 
 class Setpoint(NamedTuple):
-    """Goal of the closed loop of a motor controller, positive as its volts."""
+    """Goal of the closed loop of a motor controller, with the sign of its volts."""
 
     is_velocity: bool
     is_rotor: bool
-    """Whether its sensor is the rotor's, and not one on what the motor turns."""
+    """Whether its sensor is the rotor's instead of one on the mechanism."""
     turns: float
-    """Velocity of the sensor's shaft [turns/s], or how far the shaft is to go from where it is now [turns]."""
+    """Velocity of the sensor's shaft [turns/s], or distance of the shaft from its goal [turns]."""
 
 
 class MotorPort:
-    """Motor controller as a drivetrain needs it; derive from it. Positive is as robot code has it."""
+    """Motor controller as a drivetrain needs it; derive from it. Signs are those of robot code."""
 
     def set_supply(self, volts: float) -> None:
-        """Take the voltage at the controller's terminals [V]."""
+        """Set the voltage at the controller's terminals [V]."""
         raise NotImplementedError
 
     def volts(self) -> float:
-        """Return what it puts on the motor [V]."""
+        """Return the voltage on the motor [V]."""
         raise NotImplementedError
 
     def is_open(self) -> bool:
-        """Return whether its circuit is open (coast); else zero volts brake. Asked while `volts` are zero."""
+        """Return whether its circuit is open (coast); else zero volts brake. Called while `volts` are zero."""
         raise NotImplementedError
 
     def write(self, rotations: float, rps: float) -> None:
-        """Show where the rotor is [rotations] and how fast it turns [rotations/s], for its own encoder."""
+        """Write the rotor's position [rotations] and speed [rotations/s] to the controller's encoder."""
         raise NotImplementedError
 
     def duty_cycle(self) -> float | None:
-        """Return the share of its supply that it holds until it is asked next, positive as its volts; None: volts."""
+        """Return its duty cycle until the next call, with the sign of its volts; None: it commands volts."""
         return None
 
     def limits(self) -> tuple[float, float]:
-        """Return limits of the current of stator and supply that the model is to keep for it, of one motor [A]."""
+        """Return stator and supply current limits that the model applies for it, of one motor [A]."""
         return math.inf, math.inf
 
     def setpoint(self) -> Setpoint | None:
-        """Return the goal of its loop; None: no loop of a position or a velocity runs, or it does not say."""
+        """Return the goal of its loop; None: no position or velocity loop runs, or it gives no goal."""
         return None
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Show robot code what is at one motor [V] and flows in it [A], as the model has it, positive as `volts`."""
+        """Write voltage [V] and current [A] of one motor in the model, with the sign of `volts`."""
 
     def run(self, dt: float) -> None:
-        """Let loops that no vendor's library runs in simulation run for dt [s]."""
+        """Run loops that no vendor's library simulates for dt [s]."""
 
 
 class AnglePort(Protocol):
-    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
+    """Sensor of a shaft: an encoder on a wheel, an azimuth or a mechanism, or a limit switch."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Show where the shaft is, any number of turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
+        """Write angle of the shaft, continuous over turns [rad], and its rate [rad/s]; of a piston [m, m/s]."""
         ...
 
 
@@ -81,30 +81,30 @@ class GyroPort(Protocol):
     """A gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Show angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
+        """Write angles since it was switched on, yaw continuous over turns [rad], and rates about the axes [rad/s]."""
         ...
 
 
 class MotorDevices(Protocol):
-    """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with loops of its own has `MotorPort.run`."""
+    """Devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`; one with its own loops has `MotorPort.run`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Take the supply, and set the mechanism's volts [V]."""
+        """Set the supply, and read the mechanism's volts [V]."""
         ...
 
     def write(self) -> None:
-        """Show the mechanism's motion to the sensors."""
+        """Write the mechanism's motion to the sensors."""
         ...
 
 
 class SuppliedMotor(MotorPort):
-    """A motor controller of any maker, by callables: for example REV's, whose simulation robot code can reach.
+    """A motor controller of any maker through callables, for example REV's, whose simulation robot code can reach.
 
     Args:
-        volts: What the controller puts on the motor, positive as robot code has it [V].
+        volts: Returns the controller's voltage on the motor, with robot code's sign [V].
         write: Takes the rotor's position [rotations] and speed [rotations/s], for the controller's encoder; None: it
             has none.
-        supply: Takes the battery's voltage [V]; None: it does not want to know.
+        supply: Takes the battery's voltage [V]; None: not needed.
         coasts: Whether zero volts open the circuit instead of braking.
 
     >>> written = []
@@ -128,12 +128,12 @@ class SuppliedMotor(MotorPort):
         self._coasts = coasts
 
     def set_supply(self, volts: float) -> None:
-        """Take the voltage at the controller's terminals [V]."""
+        """Set the voltage at the controller's terminals [V]."""
         if self._supply is not None:
             self._supply(volts)
 
     def volts(self) -> float:
-        """Return what it puts on the motor [V].
+        """Return the voltage on the motor [V].
 
         Raises:
             NonFiniteError: The supplier gave no finite number.
@@ -148,17 +148,17 @@ class SuppliedMotor(MotorPort):
         return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
-        """Show the rotor to the controller's encoder."""
+        """Write the rotor's position and speed to the controller's encoder."""
         if self._write is not None:
             self._write(rotations, rps)
 
 
 def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
-    """Ask controllers what they want of their motors: kinds of requests, and volts or duty cycles.
+    """Return each controller's kind of request, and volts or duty cycles.
 
-    An open circuit carries no current, as at exactly its back-EMF [V], asked for by number. Few circuits are open, so
-    few are asked for it. Volts that were a share of the supply some milliseconds ago must not stay while it sags: the
-    next share would be of a supply that has recovered, and so to and fro.
+    An open circuit carries no current, as with exactly its back-EMF [V] as voltage. Few circuits are open, so only
+    those compute it. A duty cycle must not become fixed volts while the supply sags: the
+    next one would refer to a recovered supply, and the two would oscillate.
     """
     modes, values = [VOLTS] * len(ports), [port.volts() for port in ports]
     for k, port in enumerate(ports):
@@ -173,37 +173,37 @@ class DrivetrainPorts:
     """Motor controllers and gyro of a drivetrain of any kind; the gyro reads zero where it is switched on.
 
     Args:
-        motors: All of them.
-        gyro: None if there is none.
+        motors: All motor controllers.
+        gyro: Gyro; None: without.
     """
 
     def __init__(self, motors: Sequence[MotorPort], gyro: GyroPort | None) -> None:
         self.devices: tuple[DeviceKey, ...] = ()
-        """Keys of all devices; who connects them says so."""
+        """Keys of all devices, set by whoever connects them."""
         self.gyro_upside_down = self.gyro_reversed = False
-        """How the gyro is mounted; who connects it says so."""
+        """Mounting of the gyro, set by whoever connects it."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
 
     def run(self, dt: float) -> None:
-        """Let controllers run the loops of their own for dt [s]."""
+        """Run the controllers' own loops for dt [s]."""
         for motor in self._motors:
             motor.run(dt)
 
     def read(self, battery_voltage: float) -> None:
-        """Hand the devices their supply [V] and the model their volts."""
+        """Write the supply [V] to devices and read volts into the model."""
         for motor in self._motors:
             motor.set_supply(battery_voltage)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Hand the sensors what the model did.
+        """Write the model's motion to the sensors.
 
         Args:
-            yaw: Of the gyro, continuous over turns; where it starts is where the device reads zero [rad].
-            pitch: [rad]
-            roll: [rad]
-            rates: About the robot's axes [rad/s], shape (3,).
+            yaw: Yaw of the gyro, continuous over turns; the device reads zero at the first value [rad].
+            pitch: Pitch [rad].
+            roll: Roll [rad].
+            rates: Rates about the robot's axes [rad/s], shape (3,).
         """
         if self._yaw_at_start is None:
             self._yaw_at_start = yaw
@@ -220,15 +220,15 @@ class SwervePorts(DrivetrainPorts):
     """Ports of a swerve drive: motor controllers' volts move the model, the model's motion moves their sensors.
 
     Args:
-        drive: The model; its owner steps it with the chassis.
-        drive_motors: One per module, in the model's order.
-        steer_motors: The same.
-        steer_encoders: On the azimuths; None where there is none.
-        wheel_encoders: On the wheels, for motors without an encoder; left out where there are none.
-        gyro: None if there is none.
+        drive: Model, which its owner steps with the chassis.
+        drive_motors: Drive motor of each module, in the model's order.
+        steer_motors: Steer motor of each module.
+        steer_encoders: Encoders on the azimuths; None where there is none.
+        wheel_encoders: Encoders on the wheels, for motors without one; omitted where there are none.
+        gyro: Gyro; None: without.
 
     Raises:
-        ConfigError: Another number than the model has modules.
+        ConfigError: Their number differs from the model's modules.
     """
 
     def __init__(
@@ -267,9 +267,9 @@ class SwervePorts(DrivetrainPorts):
         self._drive.keep_limits([port.limits() for port in self._motors])
 
     def module_setpoints(self) -> FloatArray:
-        """Return speeds [m/s] and angles [rad] that the controllers' loops are to reach, shape (n, 2).
+        """Return speeds [m/s] and angles [rad] that are goals of the controllers' loops, shape (n, 2).
 
-        No rows where one controller has no such loop: drive motors of many programs are told volts.
+        No rows where one controller has no such loop: many programs command volts to drive motors.
         """
         rows = []
         for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
@@ -282,13 +282,13 @@ class SwervePorts(DrivetrainPorts):
         return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Return volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        """Return the voltage at which the drive motor of module k carries no current, as in an open circuit [V]."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """Return those of its steer motor [V]."""
+        """Return the voltage at which its steer motor carries no current [V]."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
@@ -324,14 +324,14 @@ class SwervePorts(DrivetrainPorts):
 
 
 class ShaftPorts(DrivetrainPorts):
-    """Ports of a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
+    """Ports of a drive without steering: one or more controllers a shaft, of which the first drives the model.
 
     Args:
-        drive: The model; its owner steps it with the chassis.
-        shafts: Motor controllers of each: of a tank left and right, of a mecanum drive front left, front right, rear
+        drive: Model, which its owner steps with the chassis.
+        shafts: Motor controllers of each shaft: tank: left and right; mecanum: front left, front right, rear
             left, rear right; positive drives forward.
-        encoders: On the shafts, for motors without an encoder; left out where there are none.
-        gyro: None if there is none.
+        encoders: Encoders on the shafts, for motors without one; omitted where there are none.
+        gyro: Gyro; None: without.
 
     Raises:
         ConfigError: A shaft has no motor controller.

@@ -1,4 +1,4 @@
-"""Motor controllers on a mechanism: volts move the mechanism, and what their sensors read follows."""
+"""Motor controllers on a mechanism: their volts move it, and its motion sets their sensors."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class MotorSim:
     """Motor controllers of one maker on a mechanism; the leader drives it.
 
     Args:
-        name: Of the leader, in messages.
-        mechanism: What it turns.
-        followers: How many devices follow it.
-        opposed: Which of them are mounted face to face with the leader, by index.
-        zero_at: Angle of the mechanism at which the rotor was when it was switched on [rad].
-        encoder_gearing: Turns of an encoder on the mechanism per turn of that [-].
+        name: Name of the leader in messages.
+        mechanism: Mechanism that it turns.
+        followers: Number of devices that follow it.
+        opposed: Indices of followers mounted face to face with the leader.
+        zero_at: Angle of the mechanism when the rotor was switched on [rad].
+        encoder_gearing: Turns of an encoder on the mechanism per turn of the mechanism [-].
 
     Raises:
-        ConfigError: It is no mechanism; its gearbox has another number of motors than there are devices; or an
+        ConfigError: `mechanism` is none; its gearbox and the devices differ in number; or an
             `opposed` index names no follower.
     """
 
@@ -55,7 +55,7 @@ class MotorSim:
         if any(not 0 <= k < followers for k in opposed):
             raise ConfigError(f"{name}: opposed names followers 0..{followers - 1}, got {list(opposed)}")
         self.mechanism = mechanism
-        """What the motor turns."""
+        """Mechanism that the motor turns."""
         self._zero_at = zero_at
         self._encoder_gearing = encoder_gearing
 
@@ -64,16 +64,16 @@ class MotorSim:
 
     @property
     def volts(self) -> float:
-        """What the controller put on the motor at the last `read` [V]."""
+        """Voltage on the motor at the last `read` [V]."""
         return self.mechanism.volts
 
     @property
     def supply_current(self) -> float:
-        """From the battery, all motors of the gearbox together [A]."""
+        """Supply current of all motors of the gearbox together [A]."""
         return self.mechanism.supply_current
 
     def setpoint(self) -> tuple[str, float] | None:
-        """Return the goal of the leader's closed loop, for the mechanism; None: none runs, or it does not say.
+        """Return the goal of the leader's closed loop, for the mechanism; None: no loop runs, or it gives none.
 
         Returns:
             `VelocityRPS` and turns/s, or `PositionRot` and turns.
@@ -87,16 +87,16 @@ class MotorSim:
         )
 
     def run(self, dt: float) -> None:
-        """Let loops of the leader that no vendor's library runs in simulation run for dt [s]."""
+        """Advance loops of the leader that no vendor's library simulates by dt [s]."""
         self._ports[0].run(dt)
 
     def update(self, dt: float, battery_voltage: float | None = None, *, powered: bool = True) -> None:
-        """Advance the physics by one step: loops, supply, volts, mechanism, sensors.
+        """Advance the model by one step: loops, supply, volts, mechanism, sensors.
 
         Args:
             dt: Length [s]; 5 ms or less keeps the devices' own 1 kHz loops as stable as on the robot.
-            battery_voltage: None: what the roboRIO measures; then step the battery first [V].
-            powered: False: the roboRIO holds its outputs off (brown-out), and the motor coasts.
+            battery_voltage: Voltage [V]; None: the roboRIO's measurement, so step the battery first.
+            powered: False: the roboRIO disables its outputs (brown-out), and the motor coasts.
         """
         self.run(dt)
         supply = RobotController.get_battery_voltage() if battery_voltage is None else battery_voltage
@@ -105,7 +105,7 @@ class MotorSim:
         self.write()
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Do the first half of `update`, for a mechanism that is stepped elsewhere: supply in, volts out [V]."""
+        """Do the first half of `update`, for a mechanism that another object steps: supply in, volts out [V]."""
         leader, m = self._ports[0], self.mechanism
         for port in self._ports:
             port.set_supply(battery_voltage)
@@ -120,14 +120,14 @@ class MotorSim:
             m.set_volts(volts)
 
     def _leader_volts(self) -> float:
-        """Return what the leader puts on its motor, within its limits [V]."""
+        """Return the leader's voltage on its motor, within its limits [V]."""
         return self._ports[0].volts()
 
     def _show_output(self, duty_cycle: float) -> None:
-        """Show followers' output, where no vendor's library does [-]."""
+        """Write the duty cycle of followers, where no vendor's library does [-]."""
 
     def write(self) -> None:
-        """Do the second half of `update`: what flows in the motors, position and velocity of the rotors."""
+        """Do the second half of `update`: write the motors' currents, and the rotors' position and velocity."""
         m = self.mechanism
         rotations, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         for port in self._ports:

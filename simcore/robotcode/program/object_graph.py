@@ -1,4 +1,4 @@
-"""Devices among the attributes of a robot object: which object holds which motors, and by what names."""
+"""Devices among the attributes of a robot object: the object that holds each motor, and its name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from simcore.robotcode.program.recorder import Built, built
 __all__ = ["Holder", "ObjectGraph", "is_foreign"]
 
 _MOST = 20_000  # objects
-_NEAR = 3  # attributes from a holder to its own devices by any way; farther they lead away from the robot
+_NEAR = 3  # attributes from a holder to its own devices; longer paths lead away from the robot
 _MAKERS = {package for package, _ in MAKER_MODULES}
 _VENDORS = _MAKERS - {"wpilib"}
 _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
@@ -30,9 +30,9 @@ class Holder:
 
     made: Any
     name: str
-    """Attributes that lead to it from the robot: `container.drive.front_left`."""
+    """Attributes from the robot to it: `container.drive.front_left`."""
     devices: dict[str, BuiltDevice]
-    """By the attributes that lead to them from here: `drive_motor`, `steer.motor`."""
+    """Devices by the attributes from here to them: `drive_motor`, `steer.motor`."""
 
 
 class ObjectGraph:
@@ -40,7 +40,7 @@ class ObjectGraph:
 
     Args:
         robot: The robot object.
-        folder: Of the project, whose modules' globals count as well.
+        folder: Folder of the project, whose modules' globals count as well.
     """
 
     def __init__(self, robot: Any, folder: Path | None = None) -> None:
@@ -51,11 +51,11 @@ class ObjectGraph:
         self._below: dict[int, list[tuple[str, Any]]] = {}
         self._depths: dict[int, int] = {}
         self.modules = _modules(folder)
-        """Those of the project."""
+        """Modules of the project."""
         self._walk([("", robot), *(pair for module in self.modules for pair in _globals(module))])
 
     def holders(self) -> list[Holder]:
-        """Objects that hold devices themselves or by what is theirs, nearest to the robot first; modules at last."""
+        """Return objects that hold devices, directly or in parts, nearest to the robot first; modules last."""
         found = []
         leads = self._leading()
         for key, made in self._objects.items():
@@ -70,15 +70,15 @@ class ObjectGraph:
         return found
 
     def objects(self) -> Iterator[tuple[str, Any]]:
-        """All of them, with their names."""
+        """Yield all objects with their names."""
         return ((self._names[key], made) for key, made in self._objects.items())
 
     def built(self, kind: str, name: str) -> list[Built]:
-        """What the program has built of WPILib's classes, those that it keeps first; also what was built unseen.
+        """Return objects of WPILib's classes that the program has built, those that it keeps first.
 
         Args:
-            kind: See `Built.kind`.
-            name: With which the name of its class begins.
+            kind: Kind as in `Built.kind`.
+            name: Beginning of the class name.
         """
         seen = {id(record.made): record for record in built(kind, name)}
         ends: dict[str, tuple[str, ...]] = {
@@ -94,10 +94,10 @@ class ObjectGraph:
         return kept + list(seen.values())
 
     def name_of(self, device: BuiltDevice) -> str:
-        """Attributes that lead to a device from the robot; empty: none do."""
+        """Return the attributes from the robot to a device; empty: none lead to it."""
         return next((self._names[k] for k, made in self._objects.items() if self._same(made, device)), "")
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internals ------------------------------------------------------------------------------------------------
 
     def _walk(self, roots: list[tuple[str, Any]]) -> None:
         queue: deque[tuple[str, Any, int]] = deque((name, made, 0) for name, made in roots)
@@ -113,7 +113,7 @@ class ObjectGraph:
                 queue.extend((f"{name}.{n}" if name else n, child, key) for n, child in self._below[key])
 
     def _leading(self) -> set[int]:
-        """Return the keys of objects from which attributes lead to a device."""
+        """Return the ids of objects whose attributes lead to a device."""
         above: dict[int, list[int]] = {}
         for key, children in self._below.items():
             for _, child in children:
@@ -138,7 +138,7 @@ class ObjectGraph:
         return found is not None and found.key == device.key
 
     def _held(self, made: Any) -> dict[str, BuiltDevice]:
-        """Devices below an object, not by way of what holds it."""
+        """Return devices below an object, not through the object that holds it."""
         above = set()
         key = id(made)
         while key:
@@ -165,7 +165,7 @@ class ObjectGraph:
 
 
 def _children(made: Any) -> Iterator[tuple[str, Any]]:
-    """What an object of the program, or a container, holds."""
+    """Yield attributes of an object of the program, or members of a container."""
     if isinstance(made, Mapping) and not is_foreign(type(made), containers=True):
         pairs = [(str(key), value) for key, value in list(made.items())]
     elif isinstance(made, (list, tuple, set, frozenset)):
@@ -192,7 +192,7 @@ def _slots(cls: type) -> list[str]:
 
 
 def is_foreign(cls: type, *, containers: bool = False) -> bool:
-    """Whether a class is no part of the program: Python's own, or a library's that builds no motor controllers."""
+    """Return whether a class is not the program's: Python's own, or a library's that builds no motor controllers."""
     root = cls.__module__.split(".")[0]
     if root in sys.stdlib_module_names:
         return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
@@ -206,7 +206,7 @@ def is_foreign(cls: type, *, containers: bool = False) -> bool:
 
 @cache
 def _builds_motors(package: str) -> bool:
-    """Whether modules of an installed package, as teams share them, name what a maker's package has."""
+    """Return whether modules of an installed package shared between teams name a class of a maker's package."""
     if package in _MAKERS:
         return False
     for name, module in list(sys.modules.items()):
@@ -219,7 +219,7 @@ def _builds_motors(package: str) -> bool:
 
 
 def _modules(folder: Path | None) -> list[types.ModuleType]:
-    """Modules of the project."""
+    """Return the modules of the project."""
     if folder is None:
         return []
     base, found = folder.resolve(), []
@@ -231,7 +231,7 @@ def _modules(folder: Path | None) -> list[types.ModuleType]:
 
 
 def _globals(module: types.ModuleType) -> list[tuple[str, Any]]:
-    """Globals of a module that may hold devices, and its classes."""
+    """Yield globals of a module that may hold devices, and its classes."""
     names = [(n, v) for n, v in list(vars(module).items()) if not n.startswith("__")]
     classes = [(n, v) for n, v in names if isinstance(v, type) and v.__module__ == module.__name__]
     return [(n, v) for n, v in names if not isinstance(v, _PLAIN)] + classes

@@ -1,7 +1,7 @@
-"""Which model writes a device's simulated state: simcore's physics, or a team's own.
+"""Owner of a device's simulated state: simcore's physics, or a team's own model.
 
-If two models write one rotor, robot code reads both in turn. So each maker asks before a write from outside
-(`Maker.watch_simulations`): one to a device that physics has claimed is dropped, with one warning; any other is noted,
+If two models write one rotor, robot code reads both in turn. So each maker asks before another model writes
+(`Maker.watch_simulations`): it drops writes to a device that physics has claimed, with one warning; it records others,
 and physics does not write that device.
 """
 
@@ -17,14 +17,14 @@ __all__ = ["DRIVETRAIN", "Ownership"]
 
 _log = logging.getLogger(__name__)
 
-_MANY = 100  # dropped writes; fewer may come from a model that was at work in another thread when it was switched off
+_MANY = 100  # dropped writes; fewer may come from a model's thread that ran when it was switched off
 
 DRIVETRAIN = "drivetrain"
-"""Who owns the devices of the drivetrain."""
+"""Owner of the drivetrain's devices."""
 
 
 class Ownership:
-    """Who writes which device; one per program, made before the robot is built."""
+    """Owners of devices; one per program, made before the robot is built."""
 
     def __init__(self) -> None:
         self._claimed: dict[DeviceKey, str] = {}
@@ -33,10 +33,10 @@ class Ownership:
         """Devices that another model has written."""
 
     def claim(self, key: DeviceKey, owner: str) -> None:
-        """Let only physics write this device from now on; `owner` is its name in messages.
+        """Reserve this device for physics from now on; `owner` is its name in messages.
 
         Raises:
-            ConfigError: It is a mechanism's and the drivetrain's.
+            ConfigError: A mechanism and the drivetrain both claim it.
         """
         before = self._claimed.get(key, owner)
         if before != owner and DRIVETRAIN in (before, owner):
@@ -53,7 +53,7 @@ class Ownership:
         return self._claimed.keys()
 
     def may_write(self, key: DeviceKey) -> bool:
-        """Note a write from outside to a device; False if it is to be dropped, as physics has claimed the device."""
+        """Record another model's write to a device; return False to drop it, if physics has claimed the device."""
         owner = self._claimed.get(key)
         if owner is None:
             self.foreign.add(key)

@@ -1,4 +1,4 @@
-"""Where a robot program believes to be, and when it sets that anew: of WPILib's odometry, and of a maker's drivetrain.
+"""Estimated pose of a robot program and its resets, from WPILib's odometry or a maker's drivetrain.
 
 A vision measurement is no reset.
 """
@@ -28,28 +28,28 @@ __all__ = [
 _log = logging.getLogger(__name__)
 
 Reset: TypeAlias = tuple[tuple[float, float] | None, float | None]
-"""Position [m, m] and heading [rad] that were set, field frame; None is what stays."""
+"""Position [m, m] and heading [rad] that were set, field frame; None is a part left unchanged."""
 PoseReset: TypeAlias = Callable[[tuple[float, float] | None, float | None], object]
-"""Gets a reset."""
+"""Callback for a reset."""
 
-_EARLY = 10  # resets that are kept until somebody listens
+_EARLY = 10  # resets kept until a listener comes
 
 
 class PoseResets:
-    """Resets of objects of robot code; those before anybody listens are kept."""
+    """Resets of objects of robot code, kept until a listener comes."""
 
     def __init__(self) -> None:
         self._listeners: WeakKeyDictionary[Any, PoseReset] = WeakKeyDictionary()
         self._early: WeakKeyDictionary[Any, deque[Reset]] = WeakKeyDictionary()
 
     def listen(self, made: Any, tell: PoseReset) -> None:
-        """Call `tell` after each reset of an object, on the thread of robot code; at once of those until now."""
+        """Call `tell` after each reset of an object, on the thread of robot code, and at once for resets so far."""
         self._listeners[made] = tell
         for reset in self._early.pop(made, ()):
             tell(*reset)
 
     def note(self, made: Any, reset: Reset) -> None:
-        """Robot code has set the pose of an object anew."""
+        """Record that robot code has set the pose of an object."""
         tell = self._listeners.get(made)
         if tell is None:
             self._early.setdefault(made, deque(maxlen=_EARLY)).append(reset)
@@ -61,26 +61,26 @@ class PoseResets:
 
 
 class _Program:
-    """In place of an object: whichever odometry the program goes by."""
+    """Key for whichever odometry the program uses."""
 
 
 _resets = PoseResets()
-_built: list[Any] = []  # the one that was set last at the end
+_built: list[Any] = []  # the one set last at the end
 
 
 def on_pose_reset(tell: PoseReset) -> None:
-    """Call `tell` with position and heading whenever the program sets its pose anew; at once of those until now."""
+    """Call `tell` with position and heading after each pose reset of the program, and at once for resets so far."""
     _resets.listen(_Program, tell)
 
 
 def estimated_pose() -> tuple[float, float, float] | None:
-    """Where the program believes to be, field frame [m, m, rad]; None: it keeps no odometry of WPILib's."""
+    """Return the program's estimated pose, field frame [m, m, rad]; None: it keeps no odometry of WPILib's."""
     main = _main()
     return None if main is None else _pose(main)
 
 
 def _main() -> Any:
-    """What the program goes by: an estimator before mere odometry, and of several the one that was set last."""
+    """Return the odometry that the program uses: an estimator before plain odometry, of several the last one set."""
     estimators = [made for made in _built if hasattr(made, "get_estimated_position")]
     return (estimators or _built or [None])[-1]
 
@@ -100,7 +100,7 @@ def _note(made: Any, *, turns: bool = True, moves: bool = True) -> None:
 
 def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
     if any(_pose(made)):
-        _note(made)  # it begins somewhere
+        _note(made)  # its initial pose
     else:
         _built.append(made)
 
@@ -108,11 +108,11 @@ def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> N
 _distances: list[Callable[[list[float]], object]] = []
 _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 _updates: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-"""When odometry was updated last [s]."""
+"""Time of the last update of each odometry [s]."""
 
 
 def on_wheel_distances(tell: Callable[[list[float]], object]) -> None:
-    """Call `tell` with how far sides or wheels have rolled, left first, whenever the program tells its odometry [m]."""
+    """Call `tell` with distances of sides or wheels, left first, on each update of the program's odometry [m]."""
     _distances[:] = [tell]
 
 
@@ -120,9 +120,9 @@ def _note_distances(made: Any, args: tuple[Any, ...]) -> None:
     if made is not _main():
         return
     wheels = [getattr(value, season.own_name(type(value), name), None) for value in args for name in _WHEELS]
-    told = [float(value) for value in (*args, *wheels) if isinstance(value, (int, float))]
-    for tell in _distances if told else ():
-        tell(told)
+    distances = [float(value) for value in (*args, *wheels) if isinstance(value, (int, float))]
+    for tell in _distances if distances else ():
+        tell(distances)
 
 
 def _note_update(made: Any, *_: object) -> None:
@@ -130,13 +130,13 @@ def _note_update(made: Any, *_: object) -> None:
 
 
 def _is_updated(made: Any) -> bool:
-    """Return whether sensors are fed to it loop by loop; a maker's drivetrain does so by itself."""
+    """Return whether the program updates it loop by loop; a maker's drivetrain does so by itself."""
     now = float(season.wpilib.Timer.get_monotonic_timestamp())
     return made not in _built or now - _updates.get(made, -math.inf) < 2.0 * _NEXT_LOOP
 
 
 def why_still() -> str:
-    """Say why the program's pose does not follow its sensors, if nothing updates it; else return nothing."""
+    """Say why the program's pose does not follow its sensors if nothing updates it; else return nothing."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""
@@ -149,22 +149,22 @@ def why_still() -> str:
 
 
 class _EveryLoop:
-    """Sets of one thing by a program, and whether it sets it in every loop while it is enabled."""
+    """Sets of one value by a program, and whether it sets it in every loop while enabled."""
 
     def __init__(self, what: str) -> None:
         self._what = what
         self._last = -math.inf
         self._in_a_row = 0
-        self._is_told = False
+        self._is_logged = False
 
     def is_left_out(self, is_of_simulation: bool, is_seen: bool, place: str, *, is_updated: bool = True) -> bool:
-        """Note a set; returns whether it is to be left out, as writes into devices are.
+        """Record a set and return whether to drop it, as for writes to devices.
 
         Args:
-            is_of_simulation: Whether code that runs in simulation alone does it.
-            is_seen: Whether what is set is where the robot is, as a camera would tell it.
+            is_of_simulation: Whether simulation-only code sets it.
+            is_seen: Whether the value is the robot's true position, as from a camera.
             place: File and line.
-            is_updated: Whether sensors say where the robot is, too; a set that nothing replaces stays.
+            is_updated: Whether sensors give the position, too; a set that nothing replaces stays.
         """
         now = float(season.wpilib.Timer.get_monotonic_timestamp())
         if not season.wpilib.RobotState.is_enabled():
@@ -177,12 +177,12 @@ class _EveryLoop:
         self._last = now
         if self._in_a_row <= (_FEW if is_of_simulation else _MANY) or (is_seen and not is_of_simulation):
             return False
-        is_told, self._is_told = self._is_told, True
+        is_logged, self._is_logged = self._is_logged, True
         if not is_updated:
-            if not is_told:
+            if not is_logged:
                 _log.warning("%s: the program sets its %s itself while it drives. %s", place, self._what, why_still())
             return False
-        if not is_told:
+        if not is_logged:
             _log.warning(
                 "%s: the program sets its %s in every loop while it drives%s; in simulation that is left out from here "
                 "on, as sensors say where the robot is",
@@ -191,20 +191,20 @@ class _EveryLoop:
         return True
 
 
-_NEXT_LOOP = 0.045  # [s] from a set to that of the next loop, of 20 ms, with one left out
-_FEW, _MANY = 2, 10  # sets in a row that are let through: of code for simulation, and of other code
+_NEXT_LOOP = 0.045  # [s] from one set to that of the next loop, of 20 ms, with one missed
+_FEW, _MANY = 2, 10  # consecutive sets that pass: of simulation code, and of other code
 _SEEN = 0.5  # [m]
 _sets: WeakKeyDictionary[Any, _EveryLoop] = WeakKeyDictionary()
 _truth: list[Callable[[], tuple[float, float, float]]] = []
 
 
 def set_truth(pose: Callable[[], tuple[float, float, float]]) -> None:
-    """Say where the program's robot is, field frame [m, m, rad], until somebody else does."""
+    """Set the true pose of the program's robot, field frame [m, m, rad], until the next call."""
     _truth[:] = [pose]
 
 
 def _caller() -> tuple[bool, str]:
-    """Whether code for simulation is what sets something now, and the file and line of the program that does."""
+    """Return whether simulation code is the caller, and the program's file and line."""
     frame: types.FrameType | None = sys._getframe(1)
     place, is_of_simulation = "", False
     while frame is not None:
@@ -217,13 +217,13 @@ def _caller() -> tuple[bool, str]:
 
 
 def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
-    """Leave out sets of a pose or heading that come in every loop while the robot is enabled; see `_EveryLoop`.
+    """Drop pose or heading sets that come in every loop while the robot is enabled; see `_EveryLoop`.
 
     Args:
         cls: Class that has the method.
         method: Its name.
-        what: Is set, for the warning.
-        dropped: Answer to a call that is left out.
+        what: Value that is set, for the warning.
+        dropped: Result of a dropped call.
     """
     call = getattr(cls, method)
     if hasattr(call, "_leaves_out"):
@@ -244,7 +244,7 @@ def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None
 
 
 def _position(*args: Any) -> tuple[float, float] | None:
-    """Of the pose among the arguments of a reset."""
+    """Return the position of the pose among the arguments of a reset."""
     for value in args:
         value = value.to_pose2d() if hasattr(value, "to_pose2d") else value
         if hasattr(value, "x") and hasattr(value, "y") and not callable(value.x):
@@ -252,10 +252,10 @@ def _position(*args: Any) -> tuple[float, float] | None:
     return None
 
 
-for _cls in odometry_classes():  # from the import of this module on, before the robot is built
+for _cls in odometry_classes():  # watched from the import of this module on, before the robot is built
     record_class(_cls, _note_built)
     for _name in ("update", season.own_name(_cls, "update_with_time")):
-        if hasattr(_cls, _name):  # an estimator's
+        if hasattr(_cls, _name):  # an estimator's method
             after_call(_cls, _name, _note_update)
     if "Swerve" not in _cls.__name__:
         after_call(_cls, "update", lambda made, _, args, settings: _note_distances(made, (*args, *settings.values())))

@@ -1,4 +1,4 @@
-"""What PathPlanner's and Choreo's settings in a project's deploy folder say of its robot.
+"""Measures of the robot in PathPlanner's and Choreo's settings in a project's deploy folder.
 
 Source: PathPlanner 2026 `deploy/pathplanner/settings.json`, Choreo 2026 `deploy/choreo/*.chor`, whose values in SI
 stand under `val`.
@@ -52,10 +52,10 @@ _CORNERS = ("fl", "fr", "bl", "br")
 
 
 def project_measures(folder: Path) -> list[dict[str, Measure]]:
-    """Measures by name, PathPlanner's first; `places` are those of its modules.
+    """Return measures by name, PathPlanner's first; `places` are positions of the modules.
 
     Args:
-        folder: Where robot.py is.
+        folder: Folder of robot.py.
     """
     found = []
     path = folder / "deploy" / "pathplanner" / "settings.json"

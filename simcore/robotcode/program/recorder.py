@@ -1,6 +1,6 @@
-"""What a program builds and calls: devices of any maker, and WPILib's kinematics, odometry and drive classes.
+"""Objects that a program builds and calls: devices of any maker, and WPILib's kinematics, odometry and drive classes.
 
-Classes are watched from before the program is imported, because libraries keep bound methods from the time when an
+Watching starts before the program is imported, because libraries keep bound methods from the time when an
 object is built.
 """
 
@@ -24,7 +24,7 @@ __all__ = [
 
 Arguments: TypeAlias = tuple[Any, ...]
 Settings: TypeAlias = dict[str, Any]
-"""Arguments by keyword."""
+"""Keyword arguments."""
 T = TypeVar("T")
 
 
@@ -33,16 +33,16 @@ class Built:
     """One object that the program has built."""
 
     kind: str
-    """`kinematics`, `odometry`, `drive` or `group`."""
+    """Kind: `kinematics`, `odometry`, `drive` or `group`."""
     name: str
-    """Of its class in WPILib: `SwerveDrive4Kinematics`."""
+    """Name of its class in WPILib: `SwerveDrive4Kinematics`."""
     made: Any
     args: tuple[Any, ...]
     settings: dict[str, Any]
-    """Arguments by keyword."""
+    """Keyword arguments."""
 
     def argument(self, place: int, name: str) -> Any:
-        """Return one argument, whichever way it was given; None: it was not."""
+        """Return one argument, positional or by keyword; None: it was not given."""
         return self.settings.get(name, self.args[place] if len(self.args) > place else None)
 
 
@@ -50,11 +50,11 @@ _built: list[Built] = []
 
 
 def built(kind: str, name: str = "") -> list[Built]:
-    """List what the program has built of a kind, first to last.
+    """List objects of a kind that the program has built, first to last.
 
     Args:
-        kind: See `Built.kind`.
-        name: With which the name of its class begins.
+        kind: Kind as in `Built.kind`.
+        name: Beginning of the class name.
     """
     return [b for b in _built if b.kind == kind and b.name.startswith(name)]
 
@@ -63,12 +63,12 @@ _noted: set[tuple[Any, str, str, str]] = set()
 
 
 def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Settings], object]) -> None:
-    """Call `note` after each call of a method from now on; again is harmless.
+    """Call `note` after each call of a method from now on; may be called again.
 
     Args:
         owner: Class that has the method.
         method: Its name.
-        note: Gets the object, the answer, the arguments and those by keyword.
+        note: Takes the object, the result, the arguments and the keyword arguments.
     """
     mark = owner, method, note.__module__, note.__qualname__
     if mark in _noted:
@@ -81,7 +81,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         note(made, answer, args, settings)
         return answer
 
-    # pybind11 asks the frame by its name whether an overriding method calls its base, which else calls it again
+    # pybind11 looks at the frame's name to see whether an overriding method calls its base; else it would recurse
     noted.__code__ = noted.__code__.replace(co_name=method)
     setattr(owner, method, functools.wraps(call)(noted))
 
@@ -98,12 +98,12 @@ def guard(
     """Ask before each call of a method by which a team's own simulation writes; see `Maker.watch_simulations`.
 
     Args:
-        owner: Class that has the method; a guard of before is replaced.
+        owner: Class that has the method; an earlier guard is replaced.
         method: Its name.
-        key_of: Model and address of the device, from the object; None: not known, so nobody asks.
-        may_write: Gets these.
-        drops: Whether a call that may not be is left out; else it is only noted, as one that gives something to write.
-        dropped: Answer to a call that is left out.
+        key_of: Returns model and address of the device behind the object; None: unknown, so the call passes.
+        may_write: Takes model and address, returns whether the call may pass.
+        drops: Whether to drop a refused call; else it is only recorded, as one that returns an object to write to.
+        dropped: Result of a dropped call.
     """
     call = inspect.unwrap(getattr(owner, method))
 
@@ -118,7 +118,7 @@ def guard(
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
-    """Call `note` with each object of a class, its arguments and keywords once it is built; again is harmless."""
+    """Call `note` with each new object of a class, its arguments and keywords; may be called again."""
 
     def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
         note(made, args, settings)
@@ -128,9 +128,9 @@ def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -
 
 
 class Answers(Generic[T]):
-    """Methods of a maker's classes that simcore answers: its own simulation does not, or lives on the wall clock.
+    """Replies of simcore for methods of a maker's classes whose own simulation is missing or runs on the wall clock.
 
-    A method is wrapped once; for an object of robot code that is attached the reply comes from here, for any other from
+    A method is wrapped once; for an attached object of robot code the reply comes from here, for any other from
     the maker's library as before.
 
     >>> class Gyro:
@@ -152,16 +152,16 @@ class Answers(Generic[T]):
         self._by_object[made] = answering
 
     def of(self, made: Any) -> T | None:
-        """Return what replies for an object; None: nothing does."""
+        """Return the source of replies for an object; None: it is not attached."""
         return self._by_object.get(made)
 
     def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
-        """Wrap methods of a class; again is harmless.
+        """Wrap methods of a class; may be called again.
 
         Args:
-            cls: Of the maker's library.
-            replies: By the name of the method; each gets what was attached, and the arguments.
-            also_original: Whether the maker's own method is called as well, before the reply; its answer is dropped.
+            cls: Class of the maker's library.
+            replies: Replies by method name; each takes the attached object and the arguments.
+            also_original: Whether to call the maker's own method first; its result is dropped.
         """
         for name, reply in replies.items():
             original = getattr(cls, name, None)
@@ -183,7 +183,7 @@ class Answers(Generic[T]):
 
 
 class BuiltDevices:
-    """Devices that the program has built, of one maker; what the program drops is no longer there.
+    """Devices of one maker that the program has built and still keeps.
 
     >>> class Motor:
     ...     def __init__(self, number):
@@ -200,17 +200,17 @@ class BuiltDevices:
         self._keys: dict[int, tuple[weakref.ref[Any], DeviceKey]] = {}
 
     def record(self, cls: Any, model: str, address_of: Callable[[Any, Arguments, Settings], DeviceAddress]) -> None:
-        """Note each object of a class from now on.
+        """Record each object of a class from now on.
 
         Args:
-            cls: Of the maker's library.
-            model: As its maker writes it.
-            address_of: Of an object, from itself or from what it was built with; with a number below zero it is none.
+            cls: Class of the maker's library.
+            model: Model as its maker writes it.
+            address_of: Returns the address of an object, from it or its arguments; a number below zero means none.
         """
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
     def add(self, model: str, address: DeviceAddress, made: Any) -> None:
-        """Note one object; once is enough."""
+        """Record one object; once is enough."""
         known = self._keys.get(id(made))
         if address.number >= 0 and (known is None or known[0]() is not made):
             reference = weakref.ref(made)
@@ -219,19 +219,19 @@ class BuiltDevices:
 
     @property
     def objects(self) -> list[BuiltDevice]:
-        """One per object, in the order they were built."""
+        """Devices, one per object, in building order."""
         found = [BuiltDevice(model, address, reference()) for model, address, reference in self._built]
         return [device for device in found if device.hardware is not None]
 
     def devices(self) -> list[BuiltDevice]:
-        """List one per model and address; the first object where a program has built two."""
+        """List one device per model and address; the first object where a program has built two."""
         found: dict[DeviceKey, BuiltDevice] = {}
         for device in self.objects:
             found.setdefault(device.key, device)
         return list(found.values())
 
     def find(self, made: Any) -> BuiltDevice | None:
-        """Return the device that an object is, of whatever class a program derived; None: it has not been seen."""
+        """Return the device behind an object or a derived one; None: unknown."""
         reference, key = self._keys.get(id(made), (None, None))
         if reference is None or reference() is not made:
             return None
@@ -239,7 +239,7 @@ class BuiltDevices:
 
 
 def odometry_classes() -> list[Any]:
-    """WPILib's odometry and pose estimators, of the plane and of space."""
+    """Return WPILib's odometry and pose estimators, 2D and 3D."""
     return [
         getattr(season.wpimath, f"{drive}{kind}{space}")
         for kind in ("Odometry", "PoseEstimator")
@@ -249,7 +249,7 @@ def odometry_classes() -> list[Any]:
 
 
 def watch_program() -> None:
-    """Note kinematics, odometry and drive classes that are built from now on."""
+    """Record kinematics, odometry and drive classes that are built from now on."""
     for drive in season.DRIVES:
         _watch("kinematics", getattr(season.wpimath, f"{drive}Kinematics"))
     for cls in odometry_classes():

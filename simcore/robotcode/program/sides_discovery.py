@@ -1,4 +1,4 @@
-"""Tank and mecanum drives: which motors WPILib's drive classes, or the names of attributes, give to which side."""
+"""Tank and mecanum drives: sides of motors, from WPILib's drive classes or the names of attributes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _PLAIN = re.compile(
     rf"(({SIDES['left']}|{SIDES['right']}|front|back|rear|lead(er)?|follow(er)?|motor|talon|victor|spark|wheel|\d+)"
     "s? ?)+"
 )
-_PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port has them
+_PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port counts
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Two sides, from a `DifferentialDrive`, else from `left` and `right`, or their letters, in names of motors.
+    """Find two sides, from a `DifferentialDrive`, else from `left` and `right`, or their letters, in names of motors.
 
-    Without kinematics or odometry beside them the names have to say that they drive, too.
+    Without kinematics or odometry the names have to say that they drive, too.
 
     Raises:
         DrivetrainNotFoundError: There is such an object, but its motors are not known.
@@ -40,7 +40,7 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
     names = _named_motors(graph)
     if not (drives or kinematics or odometry):
         if any(graph.built(kind, "") for kind in ("drive", "kinematics")):
-            return None  # of another kind
+            return None  # a drivetrain of another kind
         names = {name: motor for name, motor in names.items() if _drives(name)}
     sides = _given(drives[-1], ("leftMotor", "rightMotor")) if drives else None
     if sides is None:
@@ -70,7 +70,7 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
 
 
 def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Four wheels, from a `MecanumDrive`, else from names of motors beside kinematics.
+    """Find four wheels, from a `MecanumDrive`, else from kinematics and names of motors.
 
     Raises:
         DrivetrainNotFoundError: There is such an object, but its motors are not known.
@@ -111,7 +111,7 @@ def _wheels(
     places: Sequence[tuple[float, float]],
     leaders: Sequence[Sequence[BuiltDevice]],
 ) -> tuple[FoundWheel, ...]:
-    """Sides or corners with the motors that they were given, who follows these, and encoders."""
+    """Return sides or corners with their motors, the followers of these, and encoders."""
     encoders = _encoders(graph, names, leaders)
     return tuple(
         FoundWheel(
@@ -130,13 +130,13 @@ def _wheels(
 
 
 def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Motors that were handed to a drive class: objects, groups, or bound methods of them; None: not all are known."""
+    """Return motors passed to a drive class as objects, groups or bound methods; None: some are unknown."""
     found = [_motors_of(record.argument(k, name)) for k, name in enumerate(names)]
     return found if all(found) else None
 
 
 def _motors_of(given: Any, deep: int = 4) -> list[BuiltDevice]:
-    """Motors that an object is, has, or whose setters a function calls, `deep` steps away at most."""
+    """Return motors that an object is, has, or whose setters a function calls, at most `deep` steps away."""
     device = device_of(given)
     if device is not None:
         return [device] if device.model in maker_of(device).motors else []
@@ -146,7 +146,7 @@ def _motors_of(given: Any, deep: int = 4) -> list[BuiltDevice]:
 
 
 def _parts_of(given: Any) -> list[Any]:
-    """What an object is made of; of a function or method, what its body names."""
+    """Return parts of an object; of a function or method, the names in its body."""
     function, owner = getattr(given, "__func__", given), getattr(given, "__self__", None)
     if isinstance(given, functools.partial):
         return [given.func, *given.args]
@@ -167,18 +167,18 @@ def _parts_of(given: Any) -> list[Any]:
 
 
 def _members_of(given: Any) -> Sequence[Any]:
-    """Members of a `MotorControllerGroup`."""
+    """Return members of a `MotorControllerGroup`."""
     return next((r.args for r in built("group") if r.made is given), ())
 
 
 def _drive_sign(motor: BuiltDevice) -> float:
-    """-1 where negative values drive a motor forward: in groups that the program has inverted."""
+    """Return -1 where negative values drive a motor forward: in groups that the program has inverted."""
     groups = [r.made for r in built("group") if motor.key in {m.key for m in _motors_of(r.made)}]
     return -1.0 if sum(bool(group.get_inverted()) for group in groups) % 2 else 1.0
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
-    """These, and who follows the first."""
+    """Return these leaders and the followers of the first."""
     devices = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     found = list(leaders)
     for leader in leaders:
@@ -190,13 +190,13 @@ def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
 
 
 def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
-    """Motors by the attributes that lead to them."""
+    """Return motors by the attributes that lead to them."""
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     return {graph.name_of(d): d for d in motors}
 
 
 def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Leaders by what their attributes are called; None: one of them has none."""
+    """Return leaders by the names of their attributes; None: one place has none."""
     found = []
     for place in places:
         own = [d for name, d in names.items() if says_place(name, place)]
@@ -209,7 +209,7 @@ def _by_name(names: Mapping[str, BuiltDevice], places: Sequence[str]) -> list[li
 
 
 def _drives(name: str) -> bool:
-    """Whether attributes that lead to a motor say that it drives; of the robot itself plain ones do.
+    """Return whether attributes that lead to a motor say that it drives; plain ones of the robot itself do.
 
     >>> _drives("container.drive_train.left_leader"), _drives("leftMotor"), _drives("lift.left_motor")
     (True, True, False)
@@ -217,13 +217,13 @@ def _drives(name: str) -> bool:
     return bool(_DRIVE.search(name)) or ("." not in name and _PLAIN.fullmatch(words_of(name)) is not None)
 
 
-# --- encoders and ways ------------------------------------------------------------------------------------------------
+# --- encoders and distances -------------------------------------------------------------------------------------------
 
 
 def _encoders(
     graph: ObjectGraph, names: Sequence[str], motors: Sequence[Sequence[BuiltDevice]]
 ) -> list[BuiltDevice | None]:
-    """Encoders on the roboRIO's ports by side or corner, else those that are wired to the leaders."""
+    """Return encoders on the roboRIO's ports by side or corner, else those wired to the leaders."""
     all_of_them = [d for maker in makers() for d in maker.built() if d.model == "Encoder"]
     found = [next((d for d in all_of_them if says_place(graph.name_of(d), place)), None) for place in names]
     if not any(found) and len(all_of_them) == len(names):
@@ -232,12 +232,12 @@ def _encoders(
 
 
 def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
-    """The motor controller itself, where an encoder that turns with the wheel is wired to it."""
+    """Return the motor controller itself, where an encoder that turns with the wheel is wired to it."""
     return leader if maker_of(leader).has_wheel_encoder(leader) else None
 
 
 def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
-    """By the distance per pulse, or the conversion factor, that the program has set [m]; None: it counts itself."""
+    """Return the distance per turn that the program has set on an encoder [m]; None: the program converts it itself."""
     if encoder is None:
         return None
     if encoder.model != "Encoder":  # wired to a motor controller
@@ -248,7 +248,7 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Way of one turn of the rotor [m], by the controller's conversion factor."""
+    """Return the distance per turn of the rotor [m], from the controller's conversion factor."""
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):

@@ -1,7 +1,7 @@
-"""What of a program asks whether it runs in simulation, and what it is told.
+"""Calls by which a program asks whether it runs in simulation, and the answers.
 
-Code that asks may do something in simulation alone; and with `real = true` under `[robot]` of simcore.toml the program
-is told that it runs on the robot, so that it builds the devices of the robot. Libraries are told the truth.
+Code that asks may behave differently in simulation. With `real = true` under `[robot]` of simcore.toml the program
+gets the answer that it runs on the robot, so that it builds the robot's devices. Libraries get the true answer.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ _HERE = str(Path(__file__).resolve().parents[2])
 _HOOKS = ("simulationperiodic", "simulation_periodic", "update_sim", "updatesim")
 _asked: dict[types.CodeType, str] = {}
 _serial_numbers: set[str] = set()
-"""Places that ask for it."""
+"""Code locations that ask for it."""
 
 
 def is_of_program(code: types.CodeType) -> bool:
-    """Whether code is of the robot program, and of no library."""
+    """Return whether code belongs to the robot program and not to a library."""
     file = code.co_filename
     return not (file.startswith(("<", _HERE)) or "site-packages" in file)
 
 
 def simulation_code(code: types.CodeType) -> bool:
-    """Whether code of the program is for simulation, as far as its name or its questions say."""
+    """Return whether code of the program is for simulation, judged by its name or its questions."""
     return code in _asked or code.co_name.lower().strip("_") in _HOOKS
 
 
 def place_of_question() -> str:
-    """File and line of the program's first question; empty: it has asked none."""
+    """Return file and line of the program's first question; empty: it has asked none."""
     return next(iter(_asked.values()), "")
 
 
 def answering_keys() -> list[str]:
-    """Keys of `[robot]` that answer what the program has asked."""
+    """Return keys of `[robot]` that answer the program's questions."""
     return ["real"] * bool(_asked) + ["serial_number"] * bool(_serial_numbers)
 
 
@@ -58,12 +58,12 @@ def _settings(folder: Path) -> RobotSettings:
             try:
                 return read_settings(place / FILE_NAME)
             except ConfigError:
-                break  # whoever reads the file for the field says so
+                break  # the reader of the field's tables reports a bad file
     return RobotSettings()
 
 
 def watch_questions() -> None:
-    """Note questions from now on, and answer them; again is harmless."""
+    """Record questions from now on, and answer them; may be called again."""
     cls = season.wpilib.RobotBase
     for name, is_real in (("is_simulation", False), ("is_real", True)):
         own = season.own_name(cls, name)

@@ -1,4 +1,4 @@
-"""A swerve drivetrain of the program's own classes: modules, their places, and what they take their sensors for."""
+"""A swerve drivetrain of the program's own classes: modules, their positions, and its reading of their sensors."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ _DEAF = (
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
-"""Of attributes that a program takes from its encoders' readings; a magnet's offset is the encoder's own."""
-_HALF = 0.28  # [m] from the center to wheels that nothing places
+"""Attributes that a program subtracts from its encoders' readings; a magnet's offset is the encoder's own."""
+_HALF = 0.28  # [m] from the center to wheels without a known position
 _UNPLACED = "no kinematics or settings say where modules stand"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find modules of two motors each: as many as the program's kinematics has places, or four that steer without any.
+    """Find modules of two motors each: one per position of the program's kinematics, or four that steer without any.
 
     Returns:
-        The drivetrain; None: there is none.
+        Drivetrain; None: there is none.
 
     Raises:
-        DrivetrainNotFoundError: There are kinematics but no modules that fit.
+        DrivetrainNotFoundError: There are kinematics but no matching modules.
     """
-    kinematics = graph.built("kinematics", "SwerveDrive")  # those that it keeps first: PathPlanner builds its own, too
+    kinematics = graph.built("kinematics", "SwerveDrive")  # kept ones first: PathPlanner builds its own, too
     groups = _module_groups(graph)
     for record in kinematics:
         places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
@@ -56,7 +56,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
             "motors each, nor do names of members tell corner and purpose (front_left_drive, front_left_steer)"
         )
     if any(graph.built(kind, "") for kind in ("drive", "kinematics")):
-        return None  # of another kind
+        return None  # a drivetrain of another kind
     modules = next((group for group in groups if len(group) == 4 and all(map(_is_steered, group))), None)
     return None if modules is None else _drivetrain(modules, [(x, y) for x in (_HALF, -_HALF) for y in (_HALF, -_HALF)])
 
@@ -64,14 +64,14 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
 def _drivetrain(
     modules: Sequence[Holder], places: Sequence[tuple[float, float]], kinematics: str = ""
 ) -> FoundDrivetrain:
-    """Put modules at their places: by their names where these say corners, else in their order."""
-    ordered, is_told = _in_order(modules, places)
+    """Assign positions to modules: by names that give corners, else in order."""
+    ordered, is_named = _in_order(modules, places)
     wheels = tuple(_wheel(holder, place) for holder, place in zip(ordered, places, strict=True))
     measures: dict[str, Measure] = {}
     order = f"{' '.join(w.name.split('.')[-1] for w in wheels)}, in the order of the kinematics"
     if not kinematics:
-        measures["x and y"] = Measure("0.56 x 0.56 m" + (", by corner" if is_told else ""), _UNPLACED, is_guess=True)
-    elif not is_told and not all(holder.name.split(".")[-1].isdigit() for holder in modules):
+        measures["x and y"] = Measure("0.56 x 0.56 m" + (", by corner" if is_named else ""), _UNPLACED, is_guess=True)
+    elif not is_named and not all(holder.name.split(".")[-1].isdigit() for holder in modules):
         measures["x and y"] = Measure(order, "no name says a corner", is_guess=True)
     about = f"{len(wheels)} modules ({type(modules[0].made).__name__})"
     return FoundDrivetrain(
@@ -98,8 +98,8 @@ def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
             if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # of two, the one nearer to the robot
                 group.append(holder)
     groups = [(is_base, group) for (is_base, _), group in by_class.items()]
-    # A container that holds each module alone has the same motors, but the module itself knows its position; and a
-    # program's simulation of a module may have motors of its own, but it has no encoders.
+    # A container that holds each module alone has the same motors, but the module itself knows its position; a
+    # program's simulation of a module may have its own motors, but it has no encoders.
     groups.sort(key=lambda g: (type(g[1][0].made) in (dict, list, tuple), g[0], -sum(len(h.devices) for h in g[1])))
     return [group for _, group in groups] + [flat for h in reversed(holders) if (flat := _flat_modules(h))]
 
@@ -141,11 +141,11 @@ def _steers(name: str) -> int:
 
 
 def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
-    """Return modules by their names, and True, where these say corners; else as they were found."""
+    """Return modules ordered by names, and True, where these give corners; else in the order found."""
     named = {corner_of(holder.name): holder for holder in holders}
     corners = [(_sign(x), _sign(y)) for x, y in places]
-    is_told = len({*corners}) == len(holders) and {*corners} == {*named}
-    return ([named[corner] for corner in corners] if is_told else list(holders)), is_told
+    is_named = len({*corners}) == len(holders) and {*corners} == {*named}
+    return ([named[corner] for corner in corners] if is_named else list(holders)), is_named
 
 
 def _sign(value: float) -> int:
@@ -176,7 +176,7 @@ def _wheel(holder: Holder, place: tuple[float, float]) -> FoundWheel:
 
 
 def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDevice, BuiltDevice]:
-    """By names of their attributes, else by who closes a loop on an absolute encoder, else as they were built."""
+    """Return drive and steer motor by attribute names, else by a loop on an absolute encoder, else as built."""
     (name_a, a), (name_b, b) = motors
 
     lean = _steers(name_a) - _steers(name_b)
@@ -188,11 +188,11 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
     return (b, a) if lean > 0 else (a, b)
 
 
-# --- what the program takes its sensors for ---------------------------------------------------------------------------
+# --- the program's reading of its sensors -----------------------------------------------------------------------------
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """Return the drivetrain with signs, zeros and measures as the program has them, by moving its sensors.
+    """Return the drivetrain with the program's signs, zeros and measures, found by moving its sensors.
 
     Raises:
         ConfigError: A device does not answer.
@@ -251,7 +251,7 @@ def _ports(wheel: FoundWheel) -> ModulePorts:
 
 
 def _zeros_of_odometry(count: int) -> list[float | None]:
-    """Angles of the modules with which the program has built its odometry, when its sensors read zero [rad]."""
+    """Return module angles with which the program has built its odometry while its sensors read zero [rad]."""
     for record in reversed(built("odometry", "SwerveDrive")):
         for value in (*record.args, *record.settings.values()):
             if isinstance(value, (list, tuple)) and len(value) == count and hasattr(value[0], "angle"):
@@ -286,7 +286,7 @@ def _believed(wheel: FoundWheel, belief: Belief, zero: float | None) -> FoundWhe
     by_encoder, by_rotor = belief.angle_per_encoder_turn, belief.angle_per_rotor_turn
     assert wheel.steer is not None
     is_own_sensor = maker_of(wheel.steer).facts(wheel.steer).sensor is not None
-    # where the controller closes its loop on the encoder, its output turns that encoder up
+    # where the controller closes its loop on the encoder, positive output turns that encoder up
     steers = by_rotor if by_rotor else by_encoder if is_own_sensor else 0.0
     return replace(
         wheel,
@@ -309,7 +309,7 @@ def _way_of(change: float) -> float:
 
 
 def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
-    """What a controller is configured with, by the names of a drivetrain's measures.
+    """Return the configuration of a controller, by names of a drivetrain's measures.
 
     Args:
         role: `drive` or `steer`.
@@ -325,14 +325,14 @@ def motor_measures(role: str, device: BuiltDevice) -> Mapping[str, Measure]:
 
 
 def free_speed_volts(wheel: FoundWheel) -> tuple[Measure, ...]:
-    """See `FoundDrivetrain.free_speed_volts`; of one wheel's drive and steer motor."""
+    """Return the measures of `FoundDrivetrain.free_speed_volts` for one wheel's drive and steer motor."""
     devices = (wheel.motors[0], *(() if wheel.steer is None else (wheel.steer,)))
     said = [(maker_of(device).facts(device).free_speed_volts, str(device)) for device in devices]
     return tuple(Measure(volts, source) for volts, source in said if volts is not None)
 
 
 def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Way of one turn of the drive motor's rotor [m], as the program takes it."""
+    """Return the distance per turn of the drive motor's rotor that the program assumes [m]."""
     if belief.meters_per_rotor_turn:
         return {"meters_per_rotor_turn": Measure(abs(belief.meters_per_rotor_turn), "the program's own positions")}
     if wheel.wheel_encoder is None and facts.units_per_rotor_turn not in (0.0, 1.0):
@@ -343,7 +343,7 @@ def _way(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, M
 
 
 def _turn(wheel: FoundWheel, facts: MotorFacts, belief: Belief) -> Mapping[str, Measure]:
-    """Gearing of the azimuth."""
+    """Return the gearing of the azimuth."""
     device = wheel.steer
     if belief.angle_per_rotor_turn:
         return {"steer_gearing": Measure(math.tau / abs(belief.angle_per_rotor_turn), "the program's own angles")}

@@ -1,4 +1,4 @@
-"""Devices of the program that nothing simulates, so that a start can name them."""
+"""Devices of the program that simcore does not simulate, so that a start can name them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["unknown_sim_devices", "unserved_devices"]
 
 
 def unserved_devices(graph: ObjectGraph) -> list[str]:
-    """Objects of vendors' libraries that no maker knows, by class and the attributes that lead to them.
+    """List objects of vendors' libraries that no maker knows, by class and the attributes that lead to them.
 
-    A vendor's library is a package in C++ that is made for WPILib; what a program writes in Python needs no simulation.
+    A vendor's library is a C++ package made for WPILib; Python code of a program needs no simulation.
 
     Args:
-        graph: Of the robot object.
+        graph: Graph of the robot object.
     """
     unserved = {name for maker in makers() for name in maker.unserved}
     packages = {package for package, _ in MAKER_MODULES}
@@ -36,13 +36,13 @@ def unserved_devices(graph: ObjectGraph) -> list[str]:
 
 
 def unknown_sim_devices(names: Sequence[str]) -> list[str]:
-    """WPILib's SimDevices, by name, of makers that simcore does not know."""
+    """Return WPILib's SimDevices, by name, of makers that simcore does not know."""
     known = [part for maker in makers() for part in maker.sim_devices]
     return sorted({name.split("/")[0] for name in names if not any(part in name for part in known)})
 
 
 def _number(made: Any) -> str:
-    """Return its CAN id, where it says one, and a space."""
+    """Return its CAN id, where it has one, and a space."""
     for method in ("getDeviceId", "getDeviceID", "getDeviceNumber"):
         if hasattr(made, method):
             return f"{int(getattr(made, method)())} "
@@ -58,7 +58,7 @@ _OWN = (
 
 @cache
 def _is_of_a_vendor(package: str) -> bool:
-    """Return whether a package needs WPILib, and is none of WPILib's own."""
+    """Return whether a package needs WPILib without being one of WPILib's own."""
     others = (name for name in packages_distributions().get(package, ()) if not name.lower().startswith(_OWN))
     wanted = [text.lower() for name in others for text in requires(name) or ()]
     return any(text.startswith(("wpilib", "robotpy-hal", "robotpy-wpi")) for text in wanted)

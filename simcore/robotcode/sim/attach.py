@@ -2,15 +2,15 @@
 
 Three steps, each before the program's next one:
 
-1. `watch_program`, before robot.py is imported: what the program builds is noted. Programs keep devices at the top of
+1. `watch_program`, before robot.py is imported, records what the program builds. Programs keep devices at the top of
    robot.py, in class bodies and in other modules.
-2. `attach`, before the robot is built: its class gets a `PhysicsHook`.
+2. `attach`, before the robot is built, gives its class a `PhysicsHook`.
 3. The hook builds physics in the robot's simulationInit and calls it in each simulationPeriodic. WPILib's order of a
    loop is: robotPeriodic, the callbacks before, simulationPeriodic, the callbacks after. TimedRobot, MagicBot and
-   PyKit's LoggedRobot call these hooks; a loop that does not is refused.
+   PyKit's LoggedRobot call these hooks; `attach` refuses a loop that does not.
 
-RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and leaves out an extension that does
-not import: nothing but the standard library is imported before the flag is seen.
+RobotPy loads this module for every `robotpy` command, as its extension `simcore`, and skips an extension that does
+not import. So it imports only the standard library before it sees the flag.
 """
 
 from __future__ import annotations
@@ -45,30 +45,30 @@ _log = logging.getLogger(__name__)
 
 _PROGRAM = "robotpy sim"
 _COMMANDS = ("PyFrcSim", "RobotSim")
-"""Classes of `robotpy sim`: of pyfrc, and since 2027 of WPILib."""
+"""Classes of `robotpy sim`: pyfrc's, and since 2027 WPILib's."""
 _FLAGS = {
     "--game": "the game to play, where several are installed",
     "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
     "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
 }
-"""Flags next to `--simcore`, each with a value, and what it chooses."""
+"""Flags next to `--simcore`, each with a value, and their meanings."""
 _chosen: dict[str, str] = {}
 """Values of these flags."""
-_SHORTEST = 0.010  # [s]; an engine is never asked sooner than that after the last time, as pyfrc has it
+_SHORTEST = 0.010  # [s]; minimum time between two calls of an engine, as in pyfrc
 _NETWORKTABLES = 5810  # port of the NT4 server
 
 
-# --- 1: what the program builds -----------------------------------------------------------------------------------
+# --- 1: watch the program -----------------------------------------------------------------------------------------
 
 _ownership: Ownership | None = None
-_robots = 0  # that tests have built in this process
+_robots = 0  # built by tests in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Note from now on what a program builds, and which devices its own simulation writes.
+    """Record from now on what a program builds, and which devices its own simulation writes.
 
     Args:
-        simulated: Whether Phoenix 6 shall run in simulated time from here on.
+        simulated: Whether Phoenix 6 runs in simulated time from now on.
     """
     global _ownership
     if _ownership is None:
@@ -98,9 +98,9 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
 
 def begin_robot() -> None:
-    """Prepare for a robot that a test is about to build: each but the first of a process finds no devices.
+    """Prepare for the next robot that a test builds: each but the first of a process starts without devices.
 
-    The first one finds those that its modules have built.
+    The first one keeps the devices that its modules have built.
     """
     global _robots
     _robots += 1
@@ -112,16 +112,16 @@ def begin_robot() -> None:
 
 
 def load_watched_class(module: str, name: str, simulated: bool) -> Any:
-    """Import a program in a new process and return its robot class; what it builds on the way is noted.
+    """Import a program in a new process, recording what it builds, and return its robot class.
 
     Args:
-        module: Of the class.
-        name: Of the class in it, with dots.
-        simulated: As `watch_program` takes it.
+        module: Module of the class.
+        name: Dotted name of the class in it.
+        simulated: See `watch_program`.
     """
     from simcore.robotcode.sim.repeatable_runs import seed_generators
 
-    seed_generators()  # a program may draw while it is imported
+    seed_generators()  # a program may use random numbers while it is imported
     watch_program(simulated=simulated)
     return functools.reduce(getattr, name.split("."), importlib.import_module(module))
 
@@ -138,18 +138,18 @@ def attach(
     needs_field: bool = False,
     guard: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> tuple[PhysicsHook, Any]:
-    """Put physics under a robot program, before its robot is built.
+    """Attach physics to a robot program before its robot is built.
 
     Args:
-        robot_class: Of the program.
-        folder: Where robot.py is.
-        physics: The project's own physics.py; None: there is none.
-        joins: Whether simcore comes next to a physics.py that knows nothing of it.
-        needs_field: Whether a program whose drivetrain is not found is an error; else it runs without a field.
-        guard: Surrounds the building of physics, to say what goes wrong there.
+        robot_class: Robot class of the program.
+        folder: Folder of robot.py.
+        physics: Project's own physics.py; None: there is none.
+        joins: Whether simcore joins a physics.py that does not use it.
+        needs_field: Whether a missing drivetrain is an error; else the program runs without a field.
+        guard: Context around the building of physics, which reports errors there.
 
     Returns:
-        The hook, and the robot class to go on with.
+        Hook, and robot class to use from now on.
 
     Raises:
         ConfigError: The program has a loop without simulation hooks.
@@ -225,7 +225,7 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
         getattr(super(physics_robot, self), periodic)()
         hook.run()
 
-    # pybind11 sees by the name of the calling code that an override calls what it overrides, else it calls itself
+    # pybind11 tells by the name of the calling code that an override calls its base method; else it would recurse
     for name, function in ((init, begin), (periodic, every_loop)):
         function.__code__ = function.__code__.replace(co_name=name)
     names = {name: getattr(robot_class, name) for name in ("__module__", "__qualname__")}
@@ -233,22 +233,22 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
     return physics_robot
 
 
-# --- 3: once a robot loop -----------------------------------------------------------------------------------------
+# --- 3: every robot loop ------------------------------------------------------------------------------------------
 
 
 class PhysicsHook:
-    """Builds the engines of a program when it starts, and calls their `update_sim` in each robot loop.
+    """Engines of a program, built at its start; their `update_sim` runs in each robot loop.
 
     Args:
-        builders: `PhysicsEngine` classes, as in a physics.py; a function may return None for no engine.
-        guard: Surrounds the building.
+        builders: `PhysicsEngine` classes, as in a physics.py, or functions, which may return None for no engine.
+        guard: Context around the building.
     """
 
     def __init__(self, builders: list[Callable[..., Any]], guard: Callable[[], AbstractContextManager[None]]) -> None:
         self.engine: list[Any] | None = None
         """Engines of the running program; None: not built yet."""
         self.last_loop: float | None = None
-        """FPGA time of the robot's latest loop [s]; None: there was none."""
+        """FPGA time of the robot's latest loop [s]; None: no loop yet."""
         self._builders = builders
         self._guard = guard
         self._last: float | None = None
@@ -263,19 +263,19 @@ class PhysicsHook:
         self._last = self.last_loop = None
         with self._guard():
             self.engine = [engine for build in self._builders if (engine := self._built(build, robot)) is not None]
-        # pyfrc waits for robotInit, which a program without wpilib's loop may not have
+        # pyfrc waits for robotInit, which a program without wpilib's loop may lack
         getattr(robot, "_TestRobot__robotInitialized", lambda: None)()
 
     def _built(self, build: Callable[..., Any], robot: Any) -> Any:
         controller: Any = types.SimpleNamespace()
-        if find_spec("pyfrc") is not None:  # whose drive() and get_pose() a physics.py may call
+        if find_spec("pyfrc") is not None:  # a physics.py may call its drive() and get_pose()
             controller = importlib.import_module("pyfrc.physics.core").PhysicsInterface(None)
         controller.field = self._field
         takes_robot = len(inspect.signature(build).parameters) == 2
         return build(controller, robot) if takes_robot else build(controller)
 
     def run(self) -> None:
-        """Let the engines go on; the robot calls it in each loop."""
+        """Advance the engines; the robot calls it in each loop."""
         from simcore import season
 
         now = self.last_loop = float(season.wpilib.Timer.get_monotonic_timestamp())
@@ -292,17 +292,17 @@ class PhysicsHook:
 
 
 def loadExtension() -> None:
-    """Do nothing: RobotPy calls it where the flag is given, and the command's `run` has attached the robot by then."""
+    """Do nothing: RobotPy calls it where the flag is given, and the command's `run` has already attached the robot."""
 
 
 load_extension = loadExtension
-"""Name of it since 2027."""
+"""Its name since 2027."""
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether another program holds a port of this machine: dashboards would go on to show that one.
+    """Return whether another program holds a port of this machine, so that dashboards would still show that one.
 
-    Asked before the robot program starts its own server, which would fail with one line among many.
+    Call it before the robot program starts its own server, whose failure is one log line among many.
     """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
@@ -312,7 +312,7 @@ def is_port_taken(port: int = _NETWORKTABLES) -> bool:
 
 
 class _Choose(argparse.Action):
-    """Keeps a value for when physics is built: RobotPy hands extensions no options."""
+    """Action of argparse that keeps a value until physics is built: RobotPy hands extensions no options."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         _chosen[self.dest] = values
@@ -321,8 +321,8 @@ class _Choose(argparse.Action):
 def _add_flags() -> None:
     """Add `--game NAME`, `--engine NAME` and `--match NAME` next to `--simcore`, and attach before the command runs.
 
-    RobotPy makes a flag without a value of each extension, and nothing more, while it loads them. So the parser is
-    taken from the caller that imports this module for that purpose.
+    RobotPy makes only a flag without a value of each extension while it loads them. So this function takes the parser
+    from the caller that imports this module for that purpose.
     """
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
@@ -337,7 +337,7 @@ def _add_flags() -> None:
 
 
 def _watch_command_line() -> None:
-    """Watch the program before robot.py is imported, where a field is to come under it or tests may run here."""
+    """Watch the program before robot.py is imported, where a field is wanted or tests may run here."""
     has_flag = any(len(word) > 2 and "--simcore".startswith(word) for word in sys.argv)
     if "sim" in sys.argv and (has_flag or _mentions_simcore(Path())):
         with _leaving(Path()):
@@ -347,7 +347,7 @@ def _watch_command_line() -> None:
 
 
 def _mentions_simcore(project: Path) -> bool:
-    """Return whether a project's own physics.py puts its robot on a field of simcore, without the flag."""
+    """Return whether a project's own physics.py uses simcore, without the flag."""
     try:
         return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -356,20 +356,20 @@ def _mentions_simcore(project: Path) -> bool:
 
 @contextmanager
 def _leaving(folder: Path) -> Iterator[None]:
-    """End the program with one sentence where what is inside fails.
+    """End the program with one sentence if the body of the context fails.
 
-    The process ends at once: vendors' threads may crash while Python ends.
+    The process exits at once: vendors' threads may crash during Python's shutdown.
     """
     try:
         yield
     except Exception as error:
         sys.stderr = os.fdopen(os.dup(2), "w")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # threads of vendors' libraries go on to print there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # threads of vendors' libraries would still print there
         leave(error, program=_PROGRAM, folder=folder)
 
 
 def _run_attached(command: Any) -> None:
-    """Let `robotpy sim` attach the robot before it runs, and end with status 1 where the program failed."""
+    """Make `robotpy sim` attach the robot before it runs, and exit with status 1 where the program failed."""
     run = command.run
 
     @functools.wraps(run)  # RobotPy asks for the names of its arguments
@@ -393,7 +393,7 @@ def _run_attached(command: Any) -> None:
 
 
 def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
-    """Return a robot class on its field, as the command line says; pyfrc attaches nothing of its own."""
+    """Return a robot class on its field, by the command line's flags; pyfrc attaches nothing of its own."""
     if joins:
         from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
 
@@ -407,7 +407,7 @@ def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
 
 
 def _silence_joysticks() -> None:
-    """Switch off WPILib's warning of missing joysticks, lines each second: a window or another program brings them."""
+    """Switch off WPILib's repeated warning of missing joysticks; a window or another program provides them."""
     from simcore import season
 
     season.silence_joystick_warnings()
@@ -415,7 +415,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Leave out where in physics Ctrl-C came, with all local variables; that it came is said after it."""
+    """Drop pyfrc's traceback of Ctrl-C in physics with all local variables; a later line reports the interrupt."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

@@ -1,4 +1,4 @@
-"""The match around a robot program that knows nothing of it: its drivetrain's constants, and `simcore.toml`."""
+"""Match for a robot program that does not use simcore, from its drivetrain's constants and `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -45,35 +45,35 @@ __all__ = ["AttachedPhysics", "choose", "choose_game", "physics_or_none"]
 
 _log = logging.getLogger(__name__)
 
-_MOST_OF_A_BENCH = 3  # motors of a program that describes none of them
-_LOOPS = 3  # robot loops in which a project's own physics shows what it moves
+_MOST_OF_A_BENCH = 3  # motors of a program without a description
+_LOOPS = 3  # robot loops in which a project's own physics shows which devices it writes
 
 
 class AttachedPhysics(RobotPhysics):
-    """Puts the robot on the field: drivetrain by its constants, mechanisms by the file, the rest by guess.
+    """Physics of the robot on its field: drivetrain by its constants, mechanisms by the file, the rest by guess.
 
     Args:
-        physics_controller: Has the `field` of the simulation's window.
-        robot: The robot object.
+        physics_controller: Holds the `field` of the simulation's window.
+        robot: Robot object.
 
     Raises:
-        ConfigError: There is not one drivetrain, its constants make no sense, or the file does not fit the program.
+        ConfigError: No drivetrain is found, its constants make no sense, or the file does not match the program.
     """
 
     folder: ClassVar[Path] = Path()
-    """Where robot.py is."""
+    """Folder of robot.py."""
     file_name: ClassVar[str] = FILE_NAME
-    """In the folder, of the file that describes the robot."""
+    """Name of the file in it that describes the robot."""
     game_name: ClassVar[str | None] = None
-    """As the flag `--game` says; None: it was not given."""
+    """Value of the flag `--game`; None: it was not given."""
     engine_name: ClassVar[str | None] = None
-    """As the flag `--engine` says; None: it was not given."""
+    """Value of the flag `--engine`; None: it was not given."""
     match_name: ClassVar[str | None] = None
-    """As the flag `--match` says; None: it was not given."""
+    """Value of the flag `--match`; None: it was not given."""
     is_on_network: ClassVar[bool | None] = None
-    """Whether `robotpy sim` has the ports to itself; None: it is not `robotpy sim`."""
+    """Whether `robotpy sim` has the ports to itself; None: not `robotpy sim`."""
     ownership: ClassVar[Ownership]
-    """Made before the robot is built."""
+    """Owners of devices, made before the robot is built."""
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         require_distinct_devices()
@@ -85,7 +85,7 @@ class AttachedPhysics(RobotPhysics):
         except DrivetrainNotFoundError as error:
             drivetrain = _stand(settings, error)
         self.found = drivetrain.found
-        """What was found of the drivetrain."""
+        """Drivetrain as found."""
         config = drivetrain.config
         settings.require_effect(config)
         settings = settings.with_bumper_around(config.wheel_positions)
@@ -128,7 +128,7 @@ class AttachedPhysics(RobotPhysics):
             match=match,
             drivetrain=devices,
             motors=[*motors, *self.ports.devices],
-            # Alone a mechanism is light: its controller's loop of 1 kHz swings where volts stand for 5 ms.
+            # Alone a mechanism is light: its controller's 1 kHz loop oscillates where volts hold for 5 ms.
             parts=20 if isinstance(drivetrain, _Stand) else None,
             auto_starts=settings.auto_starts,
         )
@@ -144,7 +144,7 @@ class AttachedPhysics(RobotPhysics):
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Go on once a robot loop, after the project's own physics."""
+        """Advance once a robot loop, after the project's own physics."""
         super().update_sim(now, tm_diff)
         self._loops += 1
 
@@ -155,7 +155,7 @@ class AttachedPhysics(RobotPhysics):
         self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
-        """One screen for whoever starts the program."""
+        """Print one screen for the person who starts the program."""
         assignment = self.assignment
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
@@ -182,7 +182,7 @@ class AttachedPhysics(RobotPhysics):
 
 
 class _Stand:
-    """In place of a drivetrain: what a bench of one mechanism or a few stands on; a `MakersDrivetrain`."""
+    """Stand-in for a drivetrain under a bench of one or more mechanisms; a `MakersDrivetrain`."""
 
     def __init__(self, settings: RobotSettings) -> None:
         self.found = FoundDrivetrain(kind="none", wheels=(), about="a bench")
@@ -193,7 +193,7 @@ class _Stand:
 
 
 def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
-    """Let a program that drives nothing stand on the field; pass on the error of one that may drive."""
+    """Return a stand for a program without a drivetrain; raise the error again where it may have one."""
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
     if may_drive or not (settings.mechanisms or 0 < len(motors) <= _MOST_OF_A_BENCH):
@@ -207,7 +207,7 @@ def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
 
 
 def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:
-    """Build physics; None where no drivetrain is found: the program then runs as if simcore were not there."""
+    """Build physics; return None where no drivetrain is found: the program then runs without simcore."""
     try:
         return AttachedPhysics(physics_controller, robot)
     except DrivetrainNotFoundError as error:
@@ -216,19 +216,19 @@ def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | No
 
 
 def choose(folder: Path, *, game: str | None = None, engine: str | None = None, match: str | None = None) -> None:
-    """Set what is played on which engine, and refuse what cannot start before anything has started.
+    """Set game, engine and match, and refuse impossible ones before anything starts.
 
     Args:
         folder: Where robot.py is.
-        game: As the flag `--game` says.
-        engine: As the flag `--engine` says.
-        match: As the flag `--match` says.
+        game: Value of the flag `--game`.
+        engine: Value of the flag `--engine`.
+        match: Value of the flag `--match`.
 
     Raises:
-        SimcoreError: simcore.toml makes no sense, or a game or an engine is not there.
+        SimcoreError: simcore.toml is invalid, or a game or an engine is missing.
     """
     settings = read_settings(folder / FILE_NAME)
-    found = find_game(game or settings.game, say=str)  # said when it is played
+    found = find_game(game or settings.game, say=str)  # reported when it is played
     if match is not None:
         players_beside(found, match)
     if name := engine or settings.engine:
@@ -237,7 +237,7 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:
-    """The game to play: the flag's, else the file's, else that of the newest year.
+    """Return the game to play: the flag's, else the file's, else that of the newest year.
 
     Args:
         flag: Name that `--game` gives.
@@ -247,7 +247,7 @@ def choose_game(flag: str | None, in_file: str | None) -> Game:
         UnknownNameError: No game of that name is installed; the text lists those that are.
         ConfigError: No game is installed.
     """
-    game = find_game(flag or in_file)  # which says so itself if it was its choice
+    game = find_game(flag or in_file)  # reported by the game itself if it was its choice
     others = [name for name in game_names() if name != game.name]
     if others and (flag or in_file):
         why = "--game" if flag else FILE_NAME

@@ -1,8 +1,8 @@
-"""Where the robot truly stands as autonomous begins: where the test or the file says, else where the auto says.
+"""True pose of the robot as autonomous begins: that of the test or the file, else that of the auto.
 
-A drive team carries the robot to where its auto begins. Robot code itself says where that is: before the robot is
-enabled, or with the auto's first loop, it sets the drivetrain's pose anew. That moves belief, never a robot; here the
-robot is put there too, while it stands.
+A drive team carries the robot to the start of its auto. Robot code itself gives that start: before the robot is
+enabled, or with the auto's first loop, it resets the drivetrain's pose. On a real robot that moves the estimate alone;
+this module also places the robot there while it is at rest.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _log = logging.getLogger(__name__)
 
 Pose = tuple[float, float, float]
 Reset = tuple[tuple[float, float] | None, float | None]
-"""Position [m] and heading [rad] that robot code has set; None is what stays."""
+"""Position [m] and heading [rad] that robot code has set; None is a part left unchanged."""
 
-_WINDOW = 0.5  # [s] of autonomous in which a reset says where it begins; its commands are scheduled in its first loop
+_WINDOW = 0.5  # [s] of autonomous in which a reset gives the start; commands are scheduled in its first loop
 _AT_REST = 0.05  # [m/s]
-_MOVED = 0.05  # [m]; so far from where autonomous has found it the robot is on its way
-_SAME = 0.02, math.radians(1.0)  # a robot that stands so near stands there
-_SEEN = 0.3, math.radians(15.0)  # the same where cameras tell it: such a reset is a correction
-_CHOOSER = 25  # ticks between two looks at the dashboard's choosers
+_MOVED = 0.05  # [m]; farther than this from its pose at the start of autonomous the robot is under way
+_SAME = 0.02, math.radians(1.0)  # [m, rad] within which a robot already stands at a pose
+_SEEN = 0.3, math.radians(15.0)  # the same with cameras: such a reset is a correction
+_CHOOSER = 25  # ticks between two checks of the dashboard's choosers
 
 
 class AutoStart:
-    """Puts one robot where its autonomous begins, each time that it is enabled.
+    """Start of one robot's autonomous, applied each time that it is enabled.
 
     Args:
-        match: With the robot on its field.
-        number: Of the robot.
-        starts: Of autos by name, as a blue robot [m, m, rad].
-        believed: Where robot code believes to be now, field frame [m, m, rad]; None: nobody knows.
+        match: Match with the robot on its field.
+        number: Index of the robot.
+        starts: Starts of autos by name, as a blue robot [m, m, rad].
+        believed: Returns robot code's estimated pose, field frame [m, m, rad]; None: unknown.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class AutoStart:
         self._number = number
         self._robot = match.robots[number]
         self.starts = starts
-        """Of autos by name; see the arguments."""
+        """Starts of autos by name; see the arguments."""
         self._believed = believed
         self._given: Pose | None = None
         self._chosen: str | None = None
@@ -65,7 +65,7 @@ class AutoStart:
         self._ticks = 0
 
     def place(self, pose: Pose) -> None:
-        """Put the robot there, and leave it there whatever resets say [m, m, rad].
+        """Place the robot there and ignore later resets [m, m, rad].
 
         Raises:
             StartError: It is not on the field, or not free.
@@ -74,18 +74,18 @@ class AutoStart:
         self.note_place(pose)
 
     def note_place(self, pose: Pose | None) -> None:
-        """Somebody has put the robot there [m, m, rad], where it stays; None: at its start, as if nobody had."""
+        """Record that the robot was placed there for good [m, m, rad]; None: at its start, as if never placed."""
         self._given = pose
         self._is_open = False
 
     def keep_place(self) -> None:
-        """The alliance has changed, and with it the start: a place that was given stays."""
+        """Keep a given pose after a change of alliance, which moves the start."""
         if self._given is not None:
             self._match.carry_to(self._number, self._given)
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Robot code has set its drivetrain's pose anew; see `simcore.robotcode.program.program_odometry.PoseReset`."""
+        """Record a reset of the drivetrain's pose; see `simcore.robotcode.program.program_odometry.PoseReset`."""
         self._note_mode()
         if RobotState.is_disabled():
             before, turned = self._seeded or (None, None)
@@ -96,7 +96,7 @@ class AutoStart:
                 self._wanted = (position, turned if heading is None else heading)
 
     def before_tick(self) -> None:
-        """Put the robot where a reset of the last robot loop, or the file's start of the chosen auto, says."""
+        """Place the robot at the last robot loop's reset, or at the file's start of the chosen auto."""
         self._note_mode()
         self._follow_chooser()
         position, heading = self._wanted or (None, None)
@@ -125,10 +125,10 @@ class AutoStart:
         self._found = self._robot.chassis.pose
         _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internals ----------------------------------------------------------------------------------------------------
 
     def _note_mode(self) -> None:
-        """Open the window with autonomous, and close it when it is over or the robot moves."""
+        """Open the window with autonomous, and close it with its end or the robot's motion."""
         is_auto = RobotState.is_autonomous_enabled()
         if not is_auto:
             self._since = None
@@ -144,7 +144,7 @@ class AutoStart:
             self._is_open = False
 
     def _kept_seed(self) -> Reset:
-        """What was set while disabled, as autonomous begins, unless cameras have led belief away from it since."""
+        """Return the reset made while disabled, as autonomous begins, unless cameras have since moved the estimate."""
         position, heading = self._seeded or (None, None)
         if position is None or not self._is_open or RobotState.is_fms_attached():
             return None, None
@@ -157,7 +157,7 @@ class AutoStart:
         return chassis.speed < _AT_REST and math.dist(chassis.pose[:2], self._found[:2]) < _MOVED
 
     def _follow_chooser(self) -> None:
-        """Before the first enable: the drive team carries the robot to the start of the auto that it chooses."""
+        """Place the robot at the start of the chosen auto until the first enable, as the drive team does."""
         self._ticks += 1
         if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return
@@ -165,7 +165,7 @@ class AutoStart:
             self._place_chosen(again=False)
 
     def _place_chosen(self, *, again: bool = True) -> bool:
-        """Put the robot where the file lets the chosen auto start; returns whether it says so."""
+        """Place the robot at the file's start of the chosen auto; return whether the file has one."""
         if self._since is not None:
             self._was_enabled = True
         name = next((auto for auto in chosen_autos() if auto in self.starts), None) if self.starts else None

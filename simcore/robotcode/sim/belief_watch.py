@@ -1,9 +1,9 @@
-"""Whether a program's odometry holds while it drives: one warning, with the likely cause, where it does not.
+"""Check of a program's odometry while it drives: one warning with the likely cause of an error.
 
-Three ways are compared since the last time the pose was set anew: where the program believes to have gone, where its
-wheels and gyro say it has gone (slip and all), and where it has gone. Slip parts the last two; only an error of the
-program, or of what it is described as, parts the first from both. A robot that is carried and a gyro that is zeroed
-begin the comparison anew, too; where cameras look on, only an error that grows counts.
+It compares three paths since the last pose reset: the program's estimate, the path by its
+wheels and gyro (with slip), and the true path. Slip separates the last two; only an error of the
+program, or of its description, separates the first from both. A robot that is carried and a gyro that is zeroed
+also restart the comparison; with cameras, only a growing error counts.
 """
 
 from __future__ import annotations
@@ -22,63 +22,63 @@ __all__ = ["BeliefError", "BeliefWatch"]
 _log = logging.getLogger(__name__)
 
 _APART = 0.4  # [m]
-_SHARE = 0.15  # of the way since the last reset; less is a calibration that a real robot may have as well
+_SHARE = 0.15  # of the distance since the last reset; a real robot's calibration may be as far off
 _TURNED = 0.5 * math.pi  # [rad]
-_TURNED_WRONG = 0.5  # [rad], where its turning is another than the robot's throughout
-_SETTLES = 5  # ticks until a pose that was set anew is the one that is believed
+_TURNED_WRONG = 0.5  # [rad] of a rotation that differs from the robot's throughout
+_SETTLES = 5  # ticks until the estimate shows a reset
 _CARRIED = 0.25, 0.3  # [m, rad] in a tick: no robot moves so fast
-_RESTS = 0.002  # [rad] in a tick: a heading that jumps while the robot turns less has been set
-_LEAST_TURN = 0.2  # [rad] to and fro, from which its sense can be told
-_TRIVIAL = 0.1  # [m]; while a robot moves less in sum, nothing is told of its directions
+_RESTS = 0.002  # [rad] in a tick: a heading that jumps while the robot turns less was reset
+_LEAST_TURN = 0.2  # [rad] to and fro, enough to judge the sign
+_TRIVIAL = 0.1  # [m]; with less travel in sum, directions are unknown
 
 
 @dataclass(frozen=True, slots=True)
 class BeliefError:
-    """How far a program is from knowing where its robot is."""
+    """Error of a program's estimate of its robot's pose."""
 
     position: float
-    """[m]"""
+    """Distance [m]."""
     heading: float
-    """Of what it believes beyond what is true, within half a turn [rad]."""
+    """Estimated minus true heading, within half a turn [rad]."""
 
 
 class BeliefWatch:
-    """Watches one robot from tick to tick.
+    """Observer of one robot from tick to tick.
 
     Args:
-        robot: Whose `estimated_pose` the program keeps.
-        sees: Whether cameras may tell the program where the robot is.
-        why_still: Why the program's pose does not move, as a sentence; empty if that is not known.
+        robot: Robot whose `estimated_pose` the program keeps.
+        sees: Whether cameras may give the program the robot's pose.
+        why_still: Returns why the program's pose does not move, as a sentence; empty if unknown.
     """
 
     def __init__(
         self, robot: Robot, *, sees: Callable[[], bool] = lambda: False, why_still: Callable[[], str] = lambda: ""
     ) -> None:
         self._robot = robot
-        self._sees = sees
+        self._has_cameras = sees
         self._why_still = why_still
-        self._is_told = False
+        self._is_reported = False
         self._settles = _SETTLES
-        self._last: tuple[Pose, Pose, Pose] | None = None  # believed, reckoned, true
+        self._last: tuple[Pose, Pose, Pose] | None = None  # estimated, by sensors, true
 
     @property
     def error(self) -> BeliefError:
-        """Between what the program believes, or its odometry would, and the truth."""
+        """Error between the program's estimate, or its odometry's, and the truth."""
         believed, true = self._robot.believed_pose, self._robot.chassis.pose
         return BeliefError(math.dist(believed[:2], true[:2]), math.remainder(believed[2] - true[2], math.tau))
 
     def note_reset(self) -> None:
-        """The program has set its pose anew."""
+        """Record a pose reset of the program."""
         self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
-        """Look at the end of a tick.
+        """Compare the paths at the end of a tick.
 
         Args:
-            is_driving: Whether the robot is enabled; what happens while it is not is nobody's fault.
+            is_driving: Whether the robot is enabled; errors while disabled do not count.
         """
         believed = self._robot.estimated_pose
-        if self._is_told or believed is None:
+        if self._is_reported or believed is None:
             return
         poses = believed, self._robot.odometry.pose, self._robot.chassis.pose
         last = self._last
@@ -94,7 +94,7 @@ class BeliefWatch:
         self._start = self._last = poses
         self._least = self.error
         self._way = 0.0
-        # Sums over ticks: of turning, and of steps in the axes of the robot as the program and as its wheels have them.
+        # Sums over ticks of turning, and of steps in the robot's axes as the program and as its wheels have them.
         self._turned = self._turned_alike = self._turning = 0.0
         self._squares = self._program_squares = 0.0
         self._alike = self._mirrored = 0j
@@ -107,7 +107,7 @@ class BeliefWatch:
         step, wheels = (_step(last[k], now[k]) for k in (0, 1))
         self._way += abs(wheels)
         if abs(step) > _CARRIED[0]:
-            return  # what a camera has seen
+            return  # a camera's correction
         self._squares += abs(wheels) ** 2
         self._program_squares += abs(step) ** 2
         self._alike += step * wheels.conjugate()
@@ -119,14 +119,14 @@ class BeliefWatch:
         error, least = self.error, self._least
         self._least = BeliefError(min(error.position, least.position), min(abs(error.heading), abs(least.heading)))
         grown = error.position, abs(error.heading)
-        if self._sees():
+        if self._has_cameras():
             grown = grown[0] - least.position, grown[1] - abs(least.heading)
         apart = min(abs(gone - by_wheels), abs(gone - truly), grown[0])
         turned = min(*(abs(math.remainder(turns[0] - turn, math.tau)) for turn in turns[1:]), grown[1])
         most = _TURNED if 0.8 < self._share_of_turning() < 1.25 else _TURNED_WRONG
         if turned < most and apart < max(_APART, _SHARE * self._way):
             return
-        self._is_told = True
+        self._is_reported = True
         _log.warning(
             "the program's odometry does not hold: robot %d believes to have gone %.2f m and turned %.0f deg, but went "
             "%.2f m and turned %.0f deg; slip explains %.2f m of it. %s (docs/troubleshooting.md)",
@@ -135,11 +135,11 @@ class BeliefWatch:
         )
 
     def _share_of_turning(self) -> float:
-        """How far it turns for a radian of the robot [-]; 1 while that hardly turns."""
+        """Return the estimated rotation per radian of the robot's [-]; 1 while the robot hardly turns."""
         return self._turned_alike / self._turned if self._turning > _LEAST_TURN else 1.0
 
     def _cause(self) -> str:
-        """What explains it best, as a sentence."""
+        """Return the likeliest cause as a sentence."""
         if self._turning > _LEAST_TURN:
             share = self._share_of_turning()
             if share < -0.5:
@@ -185,12 +185,12 @@ class BeliefWatch:
 
 
 def _was_set(last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> bool:
-    """Return whether the robot was carried within a tick, or the heading of the program set while the robot stood."""
+    """Return whether the robot was carried within a tick, or its estimated heading set while it stood."""
     turned, true_turned = (abs(math.remainder(now[k][2] - last[k][2], math.tau)) for k in (0, 2))
     was_carried = math.dist(last[2][:2], now[2][:2]) > _CARRIED[0] or true_turned > _CARRIED[1]
     return was_carried or (turned > _CARRIED[1] and true_turned < _RESTS)
 
 
 def _step(last: Pose, now: Pose) -> complex:
-    """From one pose to another, in the axes of the first: forward and, as the imaginary part, left [m]."""
+    """Return the step between poses in the axes of the first: forward and, as imaginary part, left [m]."""
     return complex(now[0] - last[0], now[1] - last[1]) * cmath.exp(-1j * last[2])

@@ -1,7 +1,7 @@
-"""Ports of the roboRIO and solenoids that the robot program uses, and by which WPILib class.
+"""Ports of the roboRIO and solenoids that the robot program uses, each with its WPILib class.
 
-The HAL's simulation data knows a port, not what is on it, so the classes are watched while they are built. What was
-built unseen, such as by a library in C++, is there without a class.
+The HAL's simulation data knows a port, not its device, so this module watches the classes' constructors. An object
+built unseen, such as by a C++ library, has no class here.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MODELS: dict[str, tuple[int, Callable[[int], bool]]] = {
     "Analog": (8, lambda channel: bool(AnalogInputSim(channel).get_initialized())),
     "Relay": (4, _is_relay_built),
 }
-"""Kinds of ports of a roboRIO with its MXP port: how many, and which are in use."""
+"""Kinds of ports of a roboRIO with its MXP port: their number and a test of use."""
 _CLASSES = (
     *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
     *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
@@ -58,13 +58,13 @@ class BuiltPort:
     """`PWM`, `DIO`, `Analog`, `Relay`, or a module's solenoids: `REVPH 1 Solenoid`."""
     channels: tuple[int, ...]
     made_by: str = ""
-    """Its WPILib class; empty if nobody has seen it built."""
+    """WPILib class; empty: it was built unseen."""
     device: Any = None
-    """The robot code's object; None if it is gone, or nobody has seen it."""
+    """Object of robot code; None: it is gone, or was built unseen."""
     args: tuple[Any, ...] = field(default=(), compare=False)
-    """With which it was built."""
+    """Arguments of its constructor."""
     settings: dict[str, Any] = field(default_factory=dict, compare=False)
-    """The same, by keyword."""
+    """Keyword arguments of its constructor."""
 
     @property
     def keys(self) -> list[DeviceKey]:
@@ -77,21 +77,21 @@ class BuiltPort:
 
 
 _records: list[BuiltPort] = []
-"""As they were built; `device` is a weak reference."""
+"""Objects in building order; `device` is a weak reference."""
 
 
 def built_ports() -> list[BuiltPort]:
-    """List what is on the ports now, in the order in which it was built; last those of which no class is known."""
+    """List objects on ports now, in building order; those of unknown class last."""
     used = _used()
     found: list[BuiltPort] = []
     for record in _records:
         device = record.device()
         if record.model in used and not used[record.model].issuperset(record.channels):
-            continue  # freed since
+            continue  # freed in the meantime
         if record.model not in used and device is None:
             continue
         found.append(replace(record, device=device))
-    # an object that is gone has made room for what was built later on its ports
+    # an object without references has freed its ports for later ones
     found = [
         port
         for number, port in enumerate(found)
@@ -112,7 +112,7 @@ def pneumatics_module(name: str) -> Any:
 
 
 def encoder_range(model: str, channel: int) -> float:
-    """Return a turn in the unit of robot code: 1, unless its encoder on this port was built with something else."""
+    """Return one turn in the unit of robot code: 1, unless its encoder on this port was built with another."""
     for port in built_ports():
         if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
@@ -120,7 +120,7 @@ def encoder_range(model: str, channel: int) -> float:
 
 
 def ports_text(model: str) -> str:
-    """Say what there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    """Return the ports of a model in use, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
@@ -128,11 +128,11 @@ def _used() -> dict[str, set[int]]:
     return {model: {n for n in range(count) if is_built(n)} for model, (count, is_built) in _MODELS.items()}
 
 
-# --- watching them being built ------------------------------------------------------------------------------------
+# --- watching constructors ----------------------------------------------------------------------------------------
 
 
 def _record_ports() -> None:
-    """Record every object that is built from now on. Runs once, when this module is imported."""
+    """Record every object built from now on. Runs once, when this module is imported."""
     for name in _CLASSES:
         cls = getattr(wpilib, name, None)
         if cls is not None and not getattr(cls.__init__, "_records_ports", False):
@@ -154,7 +154,7 @@ def _recording(build: Any, name: str) -> Any:
         for model, known in before.items():
             new = sorted(after[model] - known)
             if not new and sources and model == "DIO":
-                new = [int(source.get_channel()) for source in sources]  # made of DigitalInputs that were there
+                new = [int(source.get_channel()) for source in sources]  # built from existing DigitalInputs
             if new:
                 _records.append(BuiltPort(model, tuple(new), name, weakref.ref(self), args, settings))
 
@@ -163,7 +163,7 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Return type and CAN id of the module; without an id it is that of the type's default."""
+    """Return type and CAN id of the module; without an id the type's default."""
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

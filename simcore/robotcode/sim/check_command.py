@@ -1,6 +1,6 @@
-"""`simcore check`: run each mechanism of the described robot for a second, and say what cannot be right.
+"""`simcore check`: run each mechanism of the described robot for a second, and report implausible results.
 
-The console has it as lines; a page has the same with the robot drawn and the wheel speeds of its shots.
+The console shows them as lines; a page adds a drawing of the robot and the wheel speeds of its shots.
 """
 
 from __future__ import annotations
@@ -64,19 +64,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Subject:
-    """What is checked."""
+    """Robot to check."""
 
     name: str
     config: RobotConfig
     game: Game | None
     about: str
-    """Where it comes from."""
+    """Its source."""
     settings: RobotSettings | None = None
-    """None: a game's own robot."""
+    """Settings of its file; None: a game's own robot."""
     codes: Mapping[str, CodeView] = field(default_factory=dict)
-    """How the program has configured controllers, by mechanism."""
+    """Program's configuration of controllers, by mechanism."""
     problems: Sequence[RobotFinding] = ()
-    """Of the program."""
+    """Findings about the program."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         1 if something is wrong, else 0.
 
     Raises:
-        ConfigError: There is no robot, or its file makes no sense.
+        ConfigError: There is no robot, or its file is invalid.
         OutputError: The page cannot be written.
     """
     folder: Path = args.project
@@ -130,7 +130,7 @@ def _page(
     rows: Sequence[Sequence[str]],
     shots: Sequence[str],
 ) -> str:
-    """Return the page: the verdict and what it rests on, the robot, its mechanisms, and the speeds that shots need."""
+    """Return the page: verdict and its basis, the robot, its mechanisms, and the speeds that shots need."""
     from simcore.show.solids import described_solids  # takes half a second
 
     blocks = [headline(verdict.capitalize(), subject.about)]
@@ -151,12 +151,12 @@ def _page(
 
 
 def _needs(shooter: ShooterConfig, subject: _Subject) -> list[NeededSpeed]:
-    """Return the speeds that shots of a shooter into its goal need; empty where there is none."""
+    """Return the speeds that shots into a shooter's goal need; empty without a goal."""
     game = subject.game
     return [] if game is None or goal_of(shooter, game) is None else needed_speeds(shooter, subject.config, game)
 
 
-# --- what is checked --------------------------------------------------------------------------------------------------
+# --- robot to check -----------------------------------------------------------------------------------------------
 
 
 def _own_robot(game: Game) -> _Subject:
@@ -165,7 +165,7 @@ def _own_robot(game: Game) -> _Subject:
 
 
 def _described(folder: Path, game_name: str | None) -> _Subject:
-    """The robot of a project: its file, and its program where it can be built."""
+    """Return the robot of a project: its file, and its program where it can be built."""
     settings = read_settings(folder / FILE_NAME)
     named = game_name or settings.game
     game = find_game(named) if named or game_names() else None
@@ -176,7 +176,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         why_not = answer.get("error", answer.get("not_modelled", ""))
     if why_not:
         answer = {}
-    about = "as the program builds it and " if answer else f"robot program not looked at ({why_not}); as "
+    about = "as the program builds it and " if answer else f"robot program not read ({why_not}); as "
     about += f"{FILE_NAME} says" if (folder / FILE_NAME).is_file() else f"without a {FILE_NAME}"
     problems: list[RobotFinding] = []
     drivetrain: SwerveConfig | TankConfig | MecanumConfig = _assumed_drivetrain(settings)
@@ -189,7 +189,7 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
         why = f" ({found['problem'] if found else why_not})" if is_wrong else ""
         problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=is_wrong))
     if (folder / "physics.py").is_file():
-        problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
+        problems.append(RobotFinding("physics.py is not read: its models may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer:
         motors = [_with_addresses(m) for m in answer["motors"]]
@@ -221,7 +221,7 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
 
 
 def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """What the survey took apart."""
+    """Return the drivetrain that the survey has found."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
@@ -237,7 +237,7 @@ def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumCo
 
 
 def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
-    """A row of the survey whose ids are addresses."""
+    """Return a row of the survey with ids as addresses."""
     rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
     return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
 
@@ -245,18 +245,19 @@ def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
 def _with_program(
     settings: RobotSettings, motors: Sequence[dict[str, Any]], built: Sequence[tuple[str, int | str]]
 ) -> RobotSettings:
-    """The same with buses, and gearings and inertias that the program's configuration tells, where the file says none.
+    """Return settings with buses, gearings and inertias of the program's configuration where the file gives none.
 
     Args:
-        settings: The file's.
+        settings: Settings of the file.
         motors: Rows of the survey.
-        built: Model and address of all devices.
+        built: Models and addresses of all devices.
     """
-    told = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
+    configured = {(m["controller"], m["leader"]): (m["gearing"], m["inertia"]) for m in motors if "inertia" in m}
     addresses = [(model, DeviceAddress.parse(address)) for model, address in built]
     found = [m.among([at for model, at in addresses if at and model == m.controller]) for m in settings.mechanisms]
     mechanisms = [
-        m.with_program(*told[m.controller, m.leader]) if (m.controller, m.leader) in told else m for m in found
+        m.with_program(*configured[m.controller, m.leader]) if (m.controller, m.leader) in configured else m
+        for m in found
     ]
     return replace(settings, mechanisms=tuple(mechanisms))
 
@@ -271,7 +272,7 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
-    """Yield where the file names a motor that the program does not build, or that opposes its leader there alone."""
+    """Yield motors of the file that the program does not build, or that oppose their leader in the file alone."""
     opposed = {
         (m["controller"], number): number in m["opposed"] for m in motors for number in (m["leader"], *m["followers"])
     }
@@ -280,14 +281,14 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
             key = (m.controller, number)
             if key not in opposed:
                 there = ", ".join(str(at) for model, at in sorted(opposed) if model == m.controller)
-                none = f"beside its drivetrain the program builds no {m.controller} {number}"
+                none = f"besides its drivetrain the program builds no {m.controller} {number}"
                 yield RobotFinding(f"{m.name}: {none}; it builds [{there}]")
             elif number != m.leader and opposed[key] != (number in m.opposed):
                 said = f"{'opposes' if opposed[key] else 'is aligned with'} its leader in the program"
                 yield RobotFinding(f"{m.name}: {m.controller} {number} {said}, but not in the file: look at opposed")
 
 
-# --- what is printed --------------------------------------------------------------------------------------------------
+# --- output -------------------------------------------------------------------------------------------------------
 
 
 def _figures(subject: _Subject) -> str:
@@ -310,7 +311,7 @@ def _figures(subject: _Subject) -> str:
 
 
 def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
-    """A second with + output, and one with - output where + has nowhere to go."""
+    """Run a mechanism for a second with + output, and one with - output where + is blocked."""
     settings = subject.settings
     is_reversed = settings is not None and settings.mechanism(name).reversed
     config, code = subject.config.mechanisms[name], subject.codes.get(name)
@@ -323,7 +324,7 @@ def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | Non
 def _run_rows(
     runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject
 ) -> list[tuple[str, str, str]]:
-    """Return a table of what mechanisms did, with its head; empty without any."""
+    """Return a table of the mechanisms' runs, with its head; empty without any."""
     rows = []
     for run, back in runs:
         text = _motion(run, subject)
@@ -344,7 +345,7 @@ def _motion(run: MechanismRun, subject: _Subject) -> str:
             f"{word}: at its stop, {place_text(mechanism, run.position)}" if run.stop is not None else "does not move"
         )
     if run.sign * run.travel < 0.0:
-        return f"asked {word}, and falls: too weak for its weight"
+        return f"told to move {word}, but falls: too weak for its weight"
     text = f"{word}, {speed_text(mechanism, run.speed)}"
     if isinstance(mechanism, FlywheelSim | RollerSim):
         when = " and rising" if run.is_rising else f" after {run.spin_up:.2f} s"
@@ -357,7 +358,7 @@ def _motion(run: MechanismRun, subject: _Subject) -> str:
 
 
 def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
-    """How positive and negative motion of a kind is called."""
+    """Return words for positive and negative motion of a kind."""
     if isinstance(run.mechanism, FlywheelSim | RollerSim):
         return "forward", "backward"
     if isinstance(run.mechanism, RackSim):
@@ -367,7 +368,7 @@ def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
 
 
 def _purpose(run: MechanismRun, subject: _Subject) -> str:
-    """What a turning part does with pieces."""
+    """Return what a turning part does with pieces."""
     forward, config = run.sign > 0.0, subject.config
     said = []
     for number, intake in enumerate(config.intakes, 1):
@@ -397,7 +398,7 @@ def _reading(run: MechanismRun) -> str:
 
 
 def _shots(subject: _Subject) -> Iterator[str]:
-    """Return a line for what each shooter can do, and indented ones for what its goal needs."""
+    """Yield a line for each shooter's performance, and indented ones for its goal's needs."""
     for number, shooter in enumerate(subject.config.shooters, 1):
         speed = top_exit_speed(shooter, subject.config)
         low, high = (math.degrees(angle) for angle in elevations(shooter, subject.config))
@@ -419,7 +420,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _fit(subject: _Subject, shot: KnownShot) -> Iterator[str]:
-    """Return the exit efficiency that a known shot means, and the key to write.
+    """Yield the exit efficiency that a known shot implies, and the key to write.
 
     Raises:
         ConfigError: There is no such shooter, or the game has no goal for it.
@@ -446,7 +447,7 @@ def _fit(subject: _Subject, shot: KnownShot) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Where it tips, beside what its drivetrain can do."""
+    """Return its tipping limit next to what its drivetrain can do."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

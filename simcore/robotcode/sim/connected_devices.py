@@ -1,8 +1,8 @@
-"""Robot code's devices on one robot of a match: volts in, sensor readings out, every 5 ms or more often.
+"""Robot code's devices on one robot of a match: volts in, sensor readings out, every 5 ms or less.
 
-They are asked before each part of the robot's step, of 5 ms or less: volts that stand for 20 ms make a steer loop
+Controllers are read before each part of the robot's step, of 5 ms or less: volts held for 20 ms make a steer loop
 overshoot. In simulated time the clock of the devices follows, so that a tick may be one part; engine, pieces and gyro
-keep their own pace. On the wall clock a tick is cut into parts of 5 ms, and the devices have time of their own between.
+keep their own steps. On the wall clock a tick consists of parts of 5 ms, and the devices run between them.
 """
 
 from __future__ import annotations
@@ -22,36 +22,36 @@ __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
 
 class DrivetrainDevices(Protocol):
-    """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
+    """Devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `ShaftPorts`."""
 
     def read(self, battery_voltage: float) -> None:
-        """Take the supply, and set the model's volts [V]."""
+        """Write the supply to devices, and read the model's volts [V]."""
         ...
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Show the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
+        """Write the model's motion and the gyro's reading to the sensors [rad, rad/s]."""
         ...
 
 
 class DeviceClock(Protocol):
-    """The clock of devices in simulated time: `PhoenixTime`."""
+    """Clock of devices in simulated time: `PhoenixTime`."""
 
     def step(self, dt: float) -> None:
-        """Let the devices run for dt [s]."""
+        """Advance the devices by dt [s]."""
         ...
 
 
 class ConnectedDevices:
-    """All devices of one robot, as `Robot.connect` wants them.
+    """All devices of one robot, in the form that `Robot.connect` takes.
 
     Args:
-        robot: In the match.
+        robot: Robot in the match.
         drivetrain: Devices of its drivetrain; None: it has none.
         motors: Devices of its mechanisms.
-        clock: Of the devices, in simulated time; None on the wall clock.
+        clock: Clock of the devices in simulated time; None: wall clock.
 
     Raises:
-        ConfigError: Something among the devices cannot be read and written.
+        ConfigError: One of the devices cannot be read and written.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class ConnectedDevices:
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
             if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
-        self._owed = 0.0  # for how long mechanisms and drivetrain have moved since the controllers ran [s]
+        self._pending_time = 0.0  # time that mechanisms and drivetrain have moved since the controllers ran [s]
         self._motors = list(motors)
         self._robot = robot
         self._drivetrain = drivetrain
@@ -73,7 +73,7 @@ class ConnectedDevices:
         self._note_gyro()
 
     def add(self, motor: MotorDevices) -> None:
-        """Connect one more motor."""
+        """Connect a further motor."""
         self._motors.append(motor)
 
     def remove(self, motor: MotorDevices) -> None:
@@ -81,35 +81,35 @@ class ConnectedDevices:
         self._motors.remove(motor)
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Before mechanisms and drivetrain move for h [s]: sensors show the present, controllers answer.
+        """Update sensors and read controllers before mechanisms and drivetrain move for h [s].
 
         Args:
-            h: Length of the step [s].
-            yaw_rate: Of the robot as its tires leave it [rad/s].
+            h: Step [s].
+            yaw_rate: Yaw rate of the robot from its tires [rad/s].
         """
-        if self._owed:  # the drivetrain has moved since the last `write`
+        if self._pending_time:  # the drivetrain has moved since the last `write`
             self._show(self._yaw + self._turned, self._pitch, self._roll, (self._rate_x, self._rate_y, yaw_rate))
             self._run_controllers()
         else:
             self._note_gyro()
         self._read_volts()
         self._turned += yaw_rate * h
-        self._owed = h
+        self._pending_time = h
 
     def setpoints(self) -> dict[str, float]:
-        """Return what closed loops of controllers are to reach, as `Robot.setpoints`."""
+        """Return goals of controllers' closed loops, as `Robot.setpoints`."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """Return what the program wants of the modules of a swerve drive, as `Robot.module_setpoints`."""
+        """Return the program's setpoints of swerve modules, as `Robot.module_setpoints`."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
     def write(self) -> None:
-        """After a part of a tick: what the sensors show."""
+        """Write the sensors after a part of a tick."""
         gyro = self._robot.gyro
         self._show(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
         self._run_controllers()
@@ -121,8 +121,8 @@ class ConnectedDevices:
             motor.write()
 
     def _run_controllers(self) -> None:
-        """In simulated time the devices' clock goes on by what has moved since; loops of our own always do."""
-        h, self._owed = self._owed, 0.0
+        """Advance the devices' clock in simulated time by the motion since the last call; always run own loops."""
+        h, self._pending_time = self._pending_time, 0.0
         if self._clock is not None:
             self._clock.step(h)
         for device in (self._drivetrain, *self._motors):
@@ -139,7 +139,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """Note the gyro as it has just been read; until the next time its yaw is carried on from here."""
+        """Record the gyro's reading, from which its yaw is extrapolated until the next one."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

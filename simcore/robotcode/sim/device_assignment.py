@@ -1,4 +1,4 @@
-"""What moves which device under `--simcore`: the drivetrain, the file, the team's own physics.py, or a guess."""
+"""Assignment of devices under `--simcore`: to the drivetrain, the file, the team's own physics.py, or a guess."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configu
 
 _log = logging.getLogger(__name__)
 
-_OBSERVE = 5  # ticks in which a team's own physics.py shows what it drives
-_LONGEST = 50  # ticks after which it is not waited for
+_OBSERVE = 5  # ticks in which a team's own physics.py shows which devices it writes
+_LONGEST = 50  # ticks after which simcore no longer waits for it
 
 
 @dataclass(frozen=True, slots=True)
 class _Guessed:
-    """A group of devices and what it probably turns."""
+    """A group of devices and its likely mechanism."""
 
     maker: Maker
     group: FollowerGroup
@@ -36,21 +36,21 @@ class _Guessed:
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Of the motor controllers."""
+        """Keys of the motor controllers."""
         return [device.key for device in self.group.devices]
 
 
 class DeviceAssignment:
-    """Gives every motor that nothing drives a guessed mechanism, once it is clear what drives which.
+    """Owner of the guesses: gives every motor without a model a guessed mechanism.
 
     Args:
-        physics: Runs the motors.
-        robot: Steps the mechanisms.
-        ownership: Who has written which device.
-        settings: The file's.
-        drivetrain: Its devices.
-        ports: What is no motor on CAN; None: nobody has looked.
-        on_assigned: Called once, when it is clear what moves what.
+        physics: Physics that runs the motors.
+        robot: Robot that steps the mechanisms.
+        ownership: Owners of devices.
+        settings: Settings of the file.
+        drivetrain: Devices of the drivetrain.
+        ports: Connections other than motors on CAN; None: not searched.
+        on_assigned: Called once, when every device is assigned.
     """
 
     def __init__(
@@ -79,11 +79,11 @@ class DeviceAssignment:
         self._guesses = self._guess()
 
     def after_tick(self, *, has_seen_loops: bool = True) -> None:
-        """Observe; then connect what is left; later, disconnect what something else turns out to write.
+        """Observe; then connect the remaining motors; later, disconnect those that another model turns out to write.
 
         Args:
-            has_seen_loops: Whether the project's own physics has had its turn some times: on a busy computer several
-                ticks come in one burst, before it had any.
+            has_seen_loops: Whether the project's own physics has run a few times: on a busy computer several
+                ticks come in one burst before its first run.
         """
         self._ticks += 1
         if not self._has_decided:
@@ -96,7 +96,7 @@ class DeviceAssignment:
 
     @property
     def drivetrain(self) -> str:
-        """Its devices, as text."""
+        """Devices of the drivetrain, as text."""
         return short_names(self._drivetrain)
 
     @property
@@ -111,7 +111,7 @@ class DeviceAssignment:
 
     @property
     def guessed(self) -> list[tuple[str, str]]:
-        """Groups of devices, and what they probably turn, as text."""
+        """Groups of devices, and their likely mechanisms, as text."""
         return [
             (str(g.group) + "".join(f", {model} {address}" for model, address in g.guess.sensors), str(g.guess))
             for g, _ in self._guessed
@@ -124,7 +124,7 @@ class DeviceAssignment:
 
     @property
     def idle(self) -> list[DeviceKey]:
-        """Devices that nobody moves."""
+        """Devices without a model."""
         return [key for key in self._others() if key not in self._ownership.foreign]
 
     def _others(self) -> Iterator[DeviceKey]:
@@ -134,7 +134,7 @@ class DeviceAssignment:
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
-        """Guess what the motors that nothing has claimed turn; asked now, because each answer takes 50 ms."""
+        """Guess the mechanisms of motors that nothing has claimed; called late, because each answer takes 50 ms."""
         taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
@@ -162,16 +162,16 @@ class DeviceAssignment:
         self._guessed.remove((guessed, motor))
         self._physics.remove_motor(motor)
         self._robot.remove_estimated_mechanism(guessed.guess.mechanism)
-        _log.info("%s is written by the project's own physics: simcore lets go of it", guessed.group)
+        _log.info("%s is written by the project's own physics: simcore stops writing it", guessed.group)
 
 
 def _all_devices() -> list[BuiltDevice]:
-    """List those on CAN, and gyros."""
+    """List devices on CAN, and gyros."""
     return [d for maker in makers() for d in maker.built() if not maker.on_ports or d.model in maker.gyros]
 
 
 def short_names(keys: Sequence[DeviceKey]) -> str:
-    """Devices in few words.
+    """Return devices in few words.
 
     >>> from simcore.quantities import DeviceAddress
     >>> short_names([("TalonFX", DeviceAddress(number)) for number in (1, 2, 3)])
@@ -197,7 +197,7 @@ def short_names(keys: Sequence[DeviceKey]) -> str:
 
 
 def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism of the file with that mechanism.
+    """Connect the devices of a mechanism of the file.
 
     Raises:
         ConfigError: The program has built no such device.
@@ -206,7 +206,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
     devices = [find_device(where, m.controller, address) for address in m.devices]
     apart = next((d for d in devices if d.address.bus != devices[0].address.bus), None)
     if apart is not None:
-        raise ConfigError(f"{where}: {apart} cannot follow {devices[0]}: it hears nothing of another CAN bus")
+        raise ConfigError(f"{where}: {apart} cannot follow {devices[0]}: it is on another CAN bus")
     group = FollowerGroup(
         devices[0], tuple(devices[1:]), tuple(k for k, address in enumerate(m.followers) if address in m.opposed)
     )
@@ -223,7 +223,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
 
 
 def with_configuration(settings: RobotSettings) -> RobotSettings:
-    """Return settings with what the program has configured where the file says nothing: gearing, inertia, friction.
+    """Return settings with gearing, inertia and friction from the program's configuration where the file gives none.
 
     Raises:
         ConfigError: The program has built no such device.
@@ -233,7 +233,7 @@ def with_configuration(settings: RobotSettings) -> RobotSettings:
     volts: dict[str, float] = {}
     for m in settings.mechanisms:
         if m.friction_is_given or m.controller in PORT_CONTROLLERS:
-            continue  # a port has no configuration to ask
+            continue  # a port has no configuration
         assert not isinstance(m.config, (PistonConfig, ServoConfig)), "they have no motor on CAN"
         leader = find_device(_where(m), m.controller, m.leader)
         try:

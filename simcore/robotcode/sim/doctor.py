@@ -1,4 +1,4 @@
-"""`simcore doctor`: versions, imports and a second of physics; each finding is a sentence and what to do about it."""
+"""`simcore doctor`: versions, imports and a second of physics; each finding is a sentence with advice."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _SHOWN = ("simcore", "numpy", "numba", "pybullet-arm64", "pybullet", "mujoco-cor
 _EXTRAS = {"phoenix6": "phoenix6", "rev": "rev", "navx": "navx", "photonlibpy": "photonvision"} | dict.fromkeys(
     ("wpilib", "wpimath", "wpiutil", "hal", "ntcore", "commands2"), "robotpy"
 )
-"""Extras of simcore that bring modules that robot code imports."""
+"""Extras of simcore that install modules that robot code imports."""
 _TICKS, _WARM_UP = 50, 10  # a simulated second; the first ticks pay for caches
-_SLOW = 8.0  # [ms]; robot code, Phoenix 6 and the window want the rest of the 20
+_SLOW = 8.0  # [ms]; robot code, Phoenix 6 and the window need the rest of the 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +43,13 @@ class Finding:
     """One line of the report."""
 
     check: str
-    """The thing looked at, in a word or two."""
+    """Subject in a word or two."""
     text: str
-    """What is there."""
+    """Finding."""
     advice: str = ""
-    """What to do about it; empty where all is well."""
+    """Advice; empty where all is well."""
     level: str = "ok"
-    """`ok`; `warn`: it works, but somebody will wonder; `fail`: it cannot work."""
+    """Level: `ok`; `warn`: it works with surprises; `fail`: it cannot work."""
 
 
 _warn, _fail = partial(Finding, level="warn"), partial(Finding, level="fail")
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look at everything and print it; 0 if nothing failed, 1 otherwise."""
+    """Check everything and print it; return 0 if nothing failed, else 1."""
     found = [(one.metadata["Name"] or "", one.version) for one in metadata.distributions()]
     installed = {name.lower().replace("_", "-"): version for name, version in found}
     findings = [check_python(sys.version_info[:3]), check_versions(installed), *check_imports(args.folder)]
@@ -87,7 +87,7 @@ def check_python(version: tuple[int, int, int]) -> Finding:
 
 
 def check_versions(installed: Mapping[str, str]) -> Finding:
-    """Return which versions are installed, and whether WPILib and vendors are of one season."""
+    """Return the installed versions, and whether WPILib and vendors are of one season."""
     seasons = installed_seasons(installed.items())
     shown = [f"{name} {installed[name]}" for name in _SHOWN if name in installed]
     shown += [text for found in seasons.values() for text in found if "-native-" not in text]
@@ -105,7 +105,7 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Look whether the libraries that a robot program imports are installed, and load in a process of their own."""
+    """Check that the libraries a robot program imports are installed, and load in their own process."""
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return
@@ -125,13 +125,13 @@ def check_imports(folder: Path) -> Iterator[Finding]:
 
 
 def _imported(folder: Path) -> dict[str, str]:
-    """Return the libraries that the files of a project, without its tests, import at their top; and where."""
+    """Return the libraries that a project's files, without its tests, import at their top, and the files."""
     found: dict[str, str] = {}
     for file in (*sorted(folder.glob("*.py")), *sorted(folder.glob("[!.t]*/*.py"))):
         try:
             body = ast.parse(file.read_text(encoding="utf-8", errors="replace")).body
         except SyntaxError:
-            continue  # the program says so itself, and where
+            continue  # the program itself reports this, with its place
         for node in body:
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and not node.level:
@@ -163,7 +163,7 @@ def check_run() -> Iterator[Finding]:
     except StopIteration:
         yield _fail("run", "no game is installed", install_command())
         return
-    except Exception as error:  # a library that simcore needs may be what is missing
+    except Exception as error:  # a library that simcore needs may be missing
         yield _fail("run", f"the match does not run: {type(error).__name__}: {error}", install_command(upgrade=True))
         return
     median = statistics.median(took[_WARM_UP:])

@@ -1,4 +1,4 @@
-"""What a drive team has in its hands in a test: joysticks, and the choosers on the dashboard."""
+"""Controls of a drive team in a test: joysticks, and the choosers on the dashboard."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _STICK = Quantity("", -1.0, 1.0)
 
 
 class Joystick:
-    """One joystick; what is set stays until it is set again, and reaches robot code with its next loop.
+    """A joystick whose values stay until set again, and reach robot code with its next loop.
 
     Args:
-        port: 0..5.
+        port: Port, 0..5.
 
     Raises:
-        ConfigError: No such port.
+        ConfigError: The port is out of range.
     """
 
     def __init__(self, port: int) -> None:
@@ -48,17 +48,17 @@ class Joystick:
         self._button(button, True)
 
     def release(self, button: int) -> None:
-        """Let go of a button."""
+        """Release a button."""
         self._button(button, False)
 
     def pov(self, angle: int | None) -> None:
-        """Press the hat, clockwise from forward [deg]; None lets go."""
+        """Press the hat, clockwise from forward [deg]; None releases it."""
         if angle is not None and angle not in range(0, 360, 45):
             raise ConfigError(f"joystick {self.port}: pov must be None or a multiple of 45 below 360, got {angle!r}")
         season.set_pov(self.port, angle)
 
     def center(self) -> None:
-        """Let go of everything."""
+        """Release everything."""
         for number in range(_AXES):
             DriverStationSim.set_joystick_axis(self.port, number, 0.0)
         for number in range(1, _BUTTONS + 1):
@@ -72,7 +72,7 @@ class Joystick:
 
 
 class XboxPad(Joystick):
-    """An Xbox controller, its parts by name.
+    """An Xbox controller with parts by name.
 
     Example:
         pad.left_y = -0.5  # forward
@@ -101,7 +101,7 @@ class XboxPad(Joystick):
 
 
 def auto_choices() -> dict[str, list[str]]:
-    """Options of every chooser of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
+    """Return the options of every chooser of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
     instance = ntcore.NetworkTableInstance.get_default()
     found = {}
     for topic in instance.get_topics():
@@ -114,12 +114,12 @@ def auto_choices() -> dict[str, list[str]]:
 
 
 def chosen_autos() -> list[str]:
-    """What is chosen in each of these choosers, by the driver or else by default."""
+    """Return the choice in each of these choosers, the driver's or else the default."""
     return _first_texts((*season.chooser_keys(), "default"))
 
 
 def active_choices() -> list[str]:
-    """What each chooser on the dashboard has active now."""
+    """Return the active option of each chooser on the dashboard."""
     return _first_texts((season.chooser_keys()[1],))
 
 
@@ -130,10 +130,10 @@ def _first_texts(names: tuple[str, ...]) -> list[str]:
 
 
 def choose_auto(name: str) -> str:
-    """Choose an option in the chooser that has it; returns the chooser's key.
+    """Choose an option in the chooser that has it; return the chooser's key.
 
     Raises:
-        UnknownNameError: No chooser has it; the text lists what there is.
+        UnknownNameError: No chooser has it; the text lists the options.
         ConfigError: There is no chooser.
     """
     choices = auto_choices()

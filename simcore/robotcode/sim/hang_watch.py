@@ -1,10 +1,10 @@
-"""Ends a robot test whose program keeps the clock from going on: one sentence, with the program's line.
+"""Watchdog for robot tests whose program stops the clock: one sentence, with the program's line.
 
-Whoever steps WPILib's clock waits, in native code, until every notifier is waited for again. A program that waits in a
-loop of its own, or a notifier that nobody ever waits on, keeps it there for ever.
+Stepping WPILib's clock blocks, in native code, until every notifier is waited for again. A program that waits in its
+own loop, or a notifier that no thread waits on, blocks it for ever.
 
-The patience is counted in CPU time of this process while it works, and in wall time while it waits for something, so a
-slow or busy computer ends nothing.
+The time limit counts CPU time of this process while it works, and wall time while it waits, so a
+slow or busy computer ends no test.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from simcore.robotcode.program.simulation_questions import is_of_program
 __all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
 
 NO_LINE = "no line of its own"
-"""Place of a program of which `program_line` finds none."""
+"""Place of a program for which `program_line` finds no line."""
 
 _STANDARD = sysconfig.get_path("stdlib")
-_LOOK = 0.25  # [s] between two looks
-_WORKS = 0.1  # share of a processor from which on the process works, and does not wait
-_UNSEEN = 10.0  # times the patience for what is at no line of the program, as a field that a slow computer builds
+_LOOK = 0.25  # [s] between two checks
+_WORKS = 0.1  # share of a processor above which the process counts as working instead of waiting
+_UNSEEN = 10.0  # times the patience while no line of the program runs, as when a slow computer builds a field
 
 _unwaited: dict[int, str] = {}
-"""By notifier that nobody has waited on so far: the program's line that has made it."""
+"""Line of the program that made each notifier on which no thread has waited so far."""
 
 
 @functools.cache
 def watch_notifiers() -> None:
-    """Note from now on who makes a notifier of the HAL, until somebody waits on it; again is harmless."""
+    """Record the maker of each notifier of the HAL until a thread waits on it; may be called again."""
     hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
     make, *ends = (season.own_name(hal, name) for name in names)
     initialize = getattr(hal, make)
@@ -68,12 +68,12 @@ def program_line(frames: Iterable[Any]) -> str:
 
 
 class HangWatch:
-    """Ends the process where what it is armed for takes too long.
+    """Watchdog that exits the process if the awaited event takes too long.
 
     Args:
-        patience: How long that may take, in CPU time while the process works and in wall time while it waits [s].
-        where: Says which line of the program is at work; empty: none.
-        complaints: Where the sentence goes.
+        patience: Time limit, in CPU time while the process works and in wall time while it waits [s].
+        where: Returns the line of the program that runs; empty: none.
+        complaints: Stream for the sentence.
     """
 
     def __init__(self, patience: float, where: Callable[[], str], complaints: TextIO) -> None:
@@ -85,21 +85,21 @@ class HangWatch:
         threading.Thread(target=self._watch, daemon=True, name="simcore's watch").start()
 
     def arm(self, awaited: str) -> None:
-        """Begin to wait for what comes now, of which the sentence says that it has not come."""
+        """Start the watch for an event, which the sentence names as missing."""
         self._taken = 0.0
         self._awaited = awaited
 
     def disarm(self) -> None:
-        """It has come."""
+        """Stop the watch: the event has come."""
         self._awaited = ""
 
     def sentence(self) -> str:
-        """Say what the clock waits for."""
+        """Return the sentence that names the awaited event."""
         if _unwaited:
             place = next(iter(_unwaited.values())) or "a library"
             return (
-                f"the clock stands still, because of a notifier that nobody waits on: initializeNotifier at {place}; "
-                "wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
+                f"the clock stands still, because of a notifier on which no thread waits: initializeNotifier at {place}"
+                "; wait on it (hal.waitForNotifierAlarm) in a thread, or use wpilib.Notifier"
             )
         return (
             f"{self._awaited} in {self._taken:.0f} s: the program is at {self._where() or NO_LINE}. Until "
@@ -119,9 +119,9 @@ class HangWatch:
         os._exit(1)
 
     def _count(self, wall: float, work: float) -> None:
-        """Add what passed between two looks [s]; a watch that comes late was waiting for a processor itself."""
+        """Add the times between two checks [s]; if the check is late, the process was waiting for a processor."""
         self._taken += min(work, wall) if work > _WORKS * wall else min(wall, _LOOK)
 
     def _is_over(self) -> bool:
-        is_told = bool(_unwaited) or (self._taken >= self._patience and bool(self._where()))
-        return self._taken >= self._patience * (1.0 if is_told else _UNSEEN)
+        has_cause = bool(_unwaited) or (self._taken >= self._patience and bool(self._where()))
+        return self._taken >= self._patience * (1.0 if has_cause else _UNSEEN)

@@ -1,6 +1,6 @@
-"""PathPlanner's pathfinder in simulated time: a request is planned to its end before the program goes on.
+"""PathPlanner's pathfinder in simulated time: a plan is complete before the program continues.
 
-It plans on a thread of its own, which takes as long as the computer pleases: a robot would set out in another loop in
+It plans on its own thread, whose duration depends on the computer: a robot would depart in another loop in
 each run.
 """
 
@@ -18,11 +18,11 @@ from simcore import season
 __all__ = ["wait_for_plans"]
 
 _PATIENCE = 5.0  # [s] of wall time for one plan
-_REST = 2e-4  # [s] between two looks of the planner for requests
+_REST = 2e-4  # [s] between two polls of the planner for requests
 
 
 class _PlannerTime(types.ModuleType):
-    """The module `time`, as the planner's thread sleeps by it: it sleeps where it has nothing to do."""
+    """Module `time` for the planner's thread, which sleeps when it has no request."""
 
     def __init__(self) -> None:
         super().__init__("time")
@@ -33,21 +33,21 @@ class _PlannerTime(types.ModuleType):
         return getattr(time, name)
 
     def sleep(self, seconds: float) -> None:
-        """Note that nothing is requested, and let others go on."""
+        """Record that there is no request, and yield to other threads."""
         with self._changed:
             self._rests += 1
             self._changed.notify_all()
         time.sleep(_REST if season.hal_simulation.is_timing_paused() else seconds)
 
     def wait(self) -> None:
-        """Wait until the planner has looked twice and found no request: one look may have begun before the last one."""
+        """Wait until the planner has polled twice without a request: the first poll may have begun before it."""
         with self._changed:
             first = self._rests
             self._changed.wait_for(lambda: self._rests >= first + 2, _PATIENCE)
 
 
 def wait_for_plans(pathfinders: Any) -> None:
-    """Let the requests of the module `pathplannerlib.pathfinders` wait for their plans, while time is stepped."""
+    """Make requests of the module `pathplannerlib.pathfinders` wait for their plans while time is stepped."""
     pathfinders.time = clock = _PlannerTime()
     planner = pathfinders.LocalADStar
     for name in ("setStartPosition", "setGoalPosition", "setDynamicObstacles"):
@@ -59,7 +59,7 @@ def _waiting(request: Callable[..., Any], clock: _PlannerTime) -> Callable[..., 
     def request_and_wait(*args: Any, **settings: Any) -> Any:
         is_stepped = season.hal_simulation.is_timing_paused()
         if is_stepped:
-            clock.wait()  # an earlier one, such as that with which it begins
+            clock.wait()  # an earlier one, such as its initial request
         answer = request(*args, **settings)
         if is_stepped:
             clock.wait()

@@ -1,7 +1,7 @@
-"""Sensors that see pieces in the robot: beam breaks and CANranges.
+"""Sensors of pieces in the robot: beam breaks and CANranges.
 
-Pieces in a robot are not simulated one by one: a robot's storage knows which it holds and in which order they came. A
-sensor asks it how many there are, or whether one has just come or gone.
+Pieces in a robot are not simulated one by one: a robot's storage knows its pieces and their order. A
+sensor reads their number, or whether one has just entered or left.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ __all__ = ["PieceSensor"]
 
 
 class PieceSensor:
-    """A light barrier whose beam pieces break, or a CANrange that looks where they come by.
+    """A light barrier that pieces break, or a CANrange on their path.
 
     Args:
-        view: Which pieces it sees, and where.
-        robot: In the match.
-        kind_of: Name of the kind of a piece, by its slot.
+        view: Pieces that it sees, and their place.
+        robot: Robot in the match.
+        kind_of: Returns the name of a piece's kind from its slot.
     """
 
     def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
@@ -34,7 +34,7 @@ class PieceSensor:
         self._seen_until = 0.0
 
     def look(self) -> bool:
-        """Return whether it sees a piece now; asked once a tick."""
+        """Return whether it sees a piece now; call it once a tick."""
         self._time += TICK
         view = self._view
         if view.place == "storage":
@@ -56,7 +56,7 @@ class PieceSensor:
         return len([slot for slot in here if self._came[slot] <= latest])
 
     def _stored(self) -> list[int]:
-        """Slots of all pieces in the robot but those in claws."""
+        """Return slots of all pieces in the robot except in claws."""
         in_claws = {placer.piece for placer in self._robot.placers}
         return [slot for slot in self._robot.held if slot not in in_claws]
 

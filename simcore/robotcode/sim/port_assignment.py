@@ -1,8 +1,8 @@
-"""Connects under `--simcore` what is no motor on CAN: ports of the roboRIO, pneumatics, sensors and lights.
+"""Connections under `--simcore` other than motors on CAN: ports of the roboRIO, pneumatics, sensors and lights.
 
-Mechanisms and sensors of `simcore.toml` find their ports, a row of a table for each way to be wired (`_OUTPUTS`,
-`_INPUTS`); the lights of any program are shown; and what is left has its name in the list of who moves what. Ports are
-found by channel in the HAL's simulation data, so it makes no difference where robot code keeps its objects.
+Mechanisms and sensors of `simcore.toml` find their ports by a table with a row for each kind of wiring (`_OUTPUTS`,
+`_INPUTS`). Lights of any program are in telemetry, and the remaining ports are listed as unconnected. Ports are
+found by channel in the HAL's simulation data, wherever robot code keeps its objects.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
 
 __all__ = ["PortAssignment"]
 
-_STRIP_EVERY = 5  # ticks between two looks at an LED strip
+_STRIP_EVERY = 5  # ticks between two readings of an LED strip
 
 Ask: TypeAlias = Callable[[float, bool], None]
-"""Takes the supply [V] and whether outputs are on, and sets the mechanism."""
+"""Sets the mechanism from the supply [V] and whether outputs are enabled."""
 Show: TypeAlias = Callable[[float, float], object]
 """Takes position and velocity of a mechanism [rad, rad/s], of a piston [m, m/s]."""
 Switch: TypeAlias = Callable[[bool], object]
-"""Takes whether something presses the switch, or breaks the beam."""
+"""Takes whether the switch is pressed or the beam broken."""
 
 
 class _PortDevices:
-    """Devices on ports of one mechanism, as `MotorDevices`: what they ask of it, and what shows how it moves."""
+    """Devices on ports of one mechanism, as `MotorDevices`: their outputs and their sensors."""
 
     def __init__(self, mechanism: Any, ask: Ask | None = None, show: Show | None = None) -> None:
         self._mechanism = mechanism
@@ -69,11 +69,11 @@ class _PortDevices:
             self._show(self._mechanism.position, self._mechanism.velocity)
 
 
-# --- what moves mechanisms ----------------------------------------------------------------------------------------
+# --- outputs ------------------------------------------------------------------------------------------------------
 
 
 def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
-    """Turn a servo between the ends of its signal; without a pulse, disabled or browned out, it holds still."""
+    """Turn a servo between its signal's ends; without a pulse, disabled or browned out, it holds still."""
     pwm = PWMSim(m.leader.number)
     low, high = servo.stops[::-1] if m.reversed else servo.stops
 
@@ -87,7 +87,7 @@ def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
 
 
 def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
-    """Switch a cylinder's valve by its coil, or forward and reverse coils; the module is off while disabled."""
+    """Switch a cylinder's valve by one coil, or forward and reverse coils; the module is off while disabled."""
     module, channels, out = pneumatics_module(m.module), m.channels, -12.0 if m.reversed else 12.0
 
     def ask(supply: float, powered: bool) -> None:
@@ -100,13 +100,13 @@ def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
 
 def _pwm_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
     found = [port.device for port in built_ports() if port.model == "PWM" and m.leader.number in port.channels]
-    # nobody may have seen it built, and a bare `PWM` has no inversion
+    # it may have been built unseen, and a bare `PWM` has no inversion
     leader = next((device for device in found if hasattr(device, "setInverted")), None)
     return _motors(m, mechanism, [PWMMotorPort(number, leader=leader, coasts=m.coasts) for number in m.channels])
 
 
 def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
-    """Turn motors by Spikes: the whole battery one way or the other, or nothing."""
+    """Drive motors by Spike relays: full battery voltage one way or the other, or none."""
 
     def share_of(relay: Any) -> Callable[[], float]:
         return lambda: float(relay.getForward()) - float(relay.getReverse())
@@ -115,9 +115,9 @@ def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _motors(m: MechanismSettings, mechanism: ShaftSim, ports: Sequence[MotorPort]) -> Ask:
-    """Turn a mechanism by controllers that each drive one motor of its gearbox.
+    """Drive a mechanism by controllers of one motor each of its gearbox.
 
-    Motors on one shaft share its speed, so their currents together are those of as many motors at the mean voltage.
+    Motors on one shaft share its speed, so their total current is that of as many motors at the mean voltage.
     """
     signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
 
@@ -139,11 +139,11 @@ _OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
     "Servo": _servo,
     "Solenoid": _valve,
 }
-"""By controller of a mechanism, in `PORT_CONTROLLERS`."""
+"""Outputs by controller of a mechanism, as in `PORT_CONTROLLERS`."""
 
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism of the file that is on ports with that mechanism.
+    """Connect the devices of a mechanism of the file that uses ports.
 
     Raises:
         ConfigError: The program has built no such device.
@@ -170,11 +170,11 @@ def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
         )
 
 
-# --- what mechanisms show -----------------------------------------------------------------------------------------
+# --- inputs -------------------------------------------------------------------------------------------------------
 
 
 def _potentiometer(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Show volts, linear between the stops."""
+    """Return a writer of a potentiometer's volts, linear between the stops."""
     _require_ports(where, sensor.keys)
     sim, (low, high), (first, last) = AnalogInputSim(_channel(sensor)), mechanism.stops, sensor.volts
     return lambda position, velocity: sim.set_voltage(first + (position - low) * ((last - first) / (high - low)))
@@ -196,7 +196,7 @@ def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
 
 
 def _slide_range(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Show the distance to a mechanism that slides away from a CANrange."""
+    """Return a writer of the distance to a mechanism that slides away from a CANrange."""
     device, m = _canrange(where, sensor), mechanism
 
     def show(position: float, velocity: float) -> None:
@@ -213,7 +213,7 @@ _INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
     "potentiometer": _potentiometer,
     "canrange": _slide_range,
 }
-"""By kind of sensor; limit switches and what sees pieces have a state besides, see `PortAssignment`."""
+"""Inputs by kind of sensor; `PortAssignment` also serves limit switches and sensors of pieces."""
 
 
 def _channel(sensor: SensorSettings) -> int:
@@ -240,7 +240,7 @@ def _switch(where: str, sensor: SensorSettings) -> Switch:
 
 
 def _range(where: str, sensor: SensorSettings) -> Switch:
-    """Show the distance to a piece before a CANrange, or to nothing."""
+    """Return a writer of the distance from a CANrange to a piece, or to nothing."""
     canrange = _canrange(where, sensor)
     return lambda is_seen: canrange.write(sensor.distance if is_seen else sensor.empty)
 
@@ -249,10 +249,10 @@ class PortAssignment:
     """Mechanisms and sensors of `simcore.toml` that are on ports, and the lights of the program, on one robot.
 
     Args:
-        match: With the robot.
-        robot: In the match.
-        settings: The file's.
-        ownership: Who has written which device.
+        match: Match with the robot.
+        robot: Robot in the match.
+        settings: Settings of the file.
+        ownership: Owners of devices.
 
     Raises:
         ConfigError: The program has built no such device, or the robot has no such part.
@@ -263,35 +263,35 @@ class PortAssignment:
         self._robot = robot
         self._settings = settings
         self.of_drivetrain: Sequence[Any] = ()
-        """Objects of robot code on ports that its drivetrain has."""
+        """Objects of robot code on ports that its drivetrain uses."""
         self._ticks = 0
         self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
-        self._looks: dict[str, Callable[[], bool]] = {}
-        """By sensor, what tells after a tick whether it is pressed or sees a piece."""
+        self._readers: dict[str, Callable[[], bool]] = {}
+        """Functions by sensor that return after a tick whether it is pressed or sees a piece."""
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
         self.devices: list[MotorDevices] = [_connect_mechanism(m, robot, ownership) for m in on_ports]
-        """What moves mechanisms, and then what shows how they have moved."""
+        """Outputs of mechanisms, then sensors of their motion."""
         for sensor in settings.sensors:
             self._connect(f"simcore.toml [[sensor]] {sensor.name!r}", sensor)
         self._look_at_sensors()
 
     @property
     def keys(self) -> set[DeviceKey]:
-        """CAN devices that are simulated here."""
+        """CAN devices that this object simulates."""
         sensors = [s.keys[0] for s in self._settings.sensors if s.keys[0][0] in ("CANdi", "CANrange")]
         return {device.key for device in (*(find_device("", *key) for key in sensors), *_candles())}
 
     def after_tick(self) -> None:
-        """Let sensors see the pieces of this tick; telemetry gets them and the lights."""
+        """Update sensors of pieces from this tick; write them and the lights to telemetry."""
         self._look_at_sensors()
         self._look_at_lights()
         self._ticks += 1
 
     @property
     def sensors(self) -> list[tuple[str, str]]:
-        """Ports of the file's sensors, and what they are, as text."""
+        """Ports of the file's sensors, and their kinds, as text."""
         return [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
 
     @property
@@ -301,7 +301,7 @@ class PortAssignment:
 
     @property
     def idle(self) -> list[str]:
-        """Ports that nobody simulates, as text: outputs move nothing, inputs read as if nothing were there."""
+        """Unconnected ports, as text: outputs move nothing, inputs read their idle value."""
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
@@ -331,17 +331,17 @@ class PortAssignment:
             show(is_seen)
             return is_seen
 
-        self._looks[sensor.name] = look
+        self._readers[sensor.name] = look
 
     def _limit(self, where: str, sensor: SensorSettings) -> Show:
-        """Press a switch in a part of a mechanism's way."""
+        """Return a writer of a switch that part of a mechanism's travel presses."""
         switch, (low, high), is_pressed = _switch(where, sensor), sensor.pressed, [False]
 
         def show(position: float, velocity: float) -> None:
             is_pressed[0] = low <= position <= high
             switch(is_pressed[0])
 
-        self._looks[sensor.name] = lambda: is_pressed[0]
+        self._readers[sensor.name] = lambda: is_pressed[0]
         return show
 
     def _kind_of(self, slot: int) -> str:
@@ -351,7 +351,7 @@ class PortAssignment:
     # --- each tick ------------------------------------------------------------------------------------------------
 
     def _look_at_sensors(self) -> None:
-        for name, look in self._looks.items():
+        for name, look in self._readers.items():
             self._robot.sensor_states[name] = look()
 
     def _look_at_lights(self) -> None:
@@ -378,7 +378,7 @@ def _strip_colors(strip: Any) -> IntArray:
     return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
 
 
-# --- words --------------------------------------------------------------------------------------------------------
+# --- text ---------------------------------------------------------------------------------------------------------
 
 
 def _port_text(sensor: SensorSettings) -> str:

@@ -1,6 +1,6 @@
 """One run of a robot project for a sweep, in this process.
 
-The robot is built, put on its field and driven as in a robot test (`pytest_plugin`), of which this is one.
+It is a robot test (`pytest_plugin`) that builds the robot, places it on its field and drives it.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ __all__ = ["ProjectRun", "play_auto", "play_project", "test_auto"]
 
 
 class ProjectRun:
-    """A plugin of pytest for one run.
+    """Plugin of pytest for one run.
 
     Args:
-        task: As `simcore.sweep.one_run` describes it.
+        task: Task as `simcore.sweep.one_run` describes it.
     """
 
     def __init__(self, task: dict[str, Any]) -> None:
@@ -40,11 +40,11 @@ class ProjectRun:
 
     @pytest.fixture
     def project_run(self) -> ProjectRun:
-        """For the test."""
+        """Return this plugin to the test."""
         return self
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note why the robot could not be built."""
+        """Record why the robot could not be built."""
         if report.failed and report.when == "setup":
             lines = [line for line in report.longreprtext.splitlines() if line.strip()]
             self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
@@ -53,7 +53,7 @@ class ProjectRun:
         """Play the auto with the robot of a test."""
         try:
             self.answer = play_auto(sim, self._task)
-        except (Exception, pytest.fail.Exception) as error:  # the latter for what a project must mend
+        except (Exception, pytest.fail.Exception) as error:  # the latter are errors that a project must fix
             self.answer = {"error": _sentence(error, self._folder)}
 
 
@@ -71,18 +71,18 @@ def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
-    """The robot test that is the run: pytest finds it in this file. Play the auto, and measure what came of it."""
+    """Play the auto and measure its result; pytest finds this test, which is the run, in this file."""
     project_run.play(sim)
 
 
 def play_project(task: dict[str, Any]) -> dict[str, Any]:
-    """Play a run in this process, in which none can follow, and return its metrics and digest.
+    """Play a run in this process, its last one, and return its metrics and digest.
 
     Args:
-        task: As `ProjectRun` takes it.
+        task: See `ProjectRun`.
 
     Raises:
-        SimcoreError: The robot's code has failed; the text says how.
+        SimcoreError: The robot's code has failed; the text gives the error.
     """
     run = ProjectRun(task)
     folder = Path(task["project"])
@@ -111,12 +111,12 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
     set_factors(task["values"])
-    seed_generators()  # a program may draw while it is imported
+    seed_generators()  # a program may use random numbers while it is imported
     watch_program(simulated=True)
     robot_file = folder / "robot.py"
     robot = season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
     spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
-    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
+    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not of the project's tests
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
     varied = [f"--sim-seed={task['seed']}", *spreads]
     pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])

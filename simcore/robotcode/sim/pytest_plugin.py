@@ -1,6 +1,6 @@
-"""The pytest plugin: robot tests in simulated time, under `robotpy test`, which gives each one a process of its own.
+"""Plugin of pytest for robot tests in simulated time, under `robotpy test`, which runs each one in its own process.
 
-Loads with pytest itself, in projects that have no robot too: whatever is heavy is imported when a robot test runs.
+It loads with pytest, in projects without a robot too, so it imports heavy modules only when a robot test runs.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
 __all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 120.0
-"""In which a robot program must come through robotInit [s]."""
+"""Time in which a robot program must finish robotInit [s]."""
 _PLAIN = (
     "a robot test needs a process of its own, with the robot in it, which `python -m robotpy test` gives it: run that "
     "in the folder of robot.py; options of pytest follow behind --, as in `python -m robotpy test -- -k %s`"
 )
-_LONGEST_FAILURE = 2000  # letters of an assertion on a page
-_LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
+_LONGEST_FAILURE = 2000  # characters of an assertion on a page
+_LATE_MS = 5.0  # [ms]; a steer loop overshoots with rotor readings older than this
 _PLUGINS = ("PyFrcPlugin", "RobotTestingPlugin", "IsolatedTestsPlugin")
 _MODES = ("simulated", "real")
 _complaints: TextIO | None = None
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Options and settings."""
+    """Add options and settings."""
     group = parser.getgroup("simcore", "robot tests")
     group.addoption(
         "--phoenix",
@@ -76,11 +76,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for what is said of a program that hangs; refuse options that cannot be."""
+    """Keep the terminal's own stderr, for the report of a hanging program; refuse impossible options."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
-    # Robot tests run in further processes; sets of strings shall have one order in all of them.
+    # Robot tests run in further processes; all of them need one iteration order of sets of strings.
     os.environ.setdefault("PYTHONHASHSEED", "0")
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
@@ -100,10 +100,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _fit_into_pyfrc(config: pytest.Config) -> None:
-    """Let `robotpy test` import a program in each process as we do, and run one test there.
+    """Make `robotpy test` import a program in each process as simcore does, and run one test there.
 
-    pyfrc hands the process of a test the robot class, which is imported on the way, and all arguments of its own
-    session after the test: a path among them would make the process run every test of that file.
+    pyfrc passes the process of a test the robot class, importing it on the way, and all arguments of its own
+    session after the test: a path among them would make the process run every test in that file.
     """
     for plugin in config.pluginmanager.get_plugins():
         if type(plugin).__name__ == "IsolatedTestsPlugin":
@@ -113,7 +113,7 @@ def _fit_into_pyfrc(config: pytest.Config) -> None:
 
 
 class _RobotClass:
-    """A robot class that another process imports when it is told what to note."""
+    """A robot class that another process imports while recording what it builds."""
 
     def __init__(self, robot_class: Any, simulated: bool) -> None:
         self._names = robot_class.__module__, robot_class.__qualname__
@@ -126,7 +126,7 @@ class _RobotClass:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Note why a robot could not start."""
+    """Record why a robot could not start."""
     _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
 
 
@@ -135,7 +135,7 @@ _start_sentences: dict[str, None] = {}
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Say last why robots could not start, and let go of what `pytest_configure` opened."""
+    """Print last why robots could not start, and close what `pytest_configure` opened."""
     global _complaints
     reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
     for sentence in _start_sentences if reporter is not None else ():
@@ -150,7 +150,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Note how the session ends."""
+    """Record how the session ends."""
     global _status
     _status = int(exitstatus)
 
@@ -159,20 +159,20 @@ _status = 0
 
 
 def _end_at_once() -> None:
-    """End a process in which robots were: Python would wait for their threads, or hang as it takes devices apart."""
+    """Exit a process that had robots: Python would wait for their threads, or hang in the devices' destructors."""
     atexit._run_exitfuncs()
     _end_process(_status)
 
 
 def _end_process(code: int) -> NoReturn:
-    """End a process in which a robot has run, at once: the interpreter's own end can hang on HAL threads."""
+    """Exit a process that had a robot, at once: the interpreter's shutdown can hang on HAL threads."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Let tests import the modules of their project, as `robotpy test` does."""
+    """Make the modules of a project importable by its tests, as `robotpy test` does."""
     for folder in (file_path.parent, file_path.parent.parent):
         if file_path.suffix == ".py" and (folder / "robot.py").is_file() and str(folder) not in sys.path:
             sys.path.insert(0, str(folder))
@@ -183,7 +183,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Say under plain pytest which command runs a robot test."""
+    """Name the command that runs a robot test, under plain pytest."""
     info = getattr(item, "_fixtureinfo", None)
     ours = () if info is None else info.name2fixturedefs.get("sim", ())
     if ours and getattr(ours[-1].func, "__module__", "") == __name__ and _pyfrc(item.config) is None:
@@ -191,7 +191,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def _pyfrc(config: pytest.Config) -> Any:
-    """Return RobotPy's plugin, if it runs this session: of `robotpy test`, or of one run of a sweep."""
+    """Return RobotPy's plugin, if it runs this session: `robotpy test`'s, or that of one run of a sweep."""
     plugins = config.pluginmanager.get_plugins()
     return next((p for p in plugins if type(p).__name__ in _PLUGINS), None)
 
@@ -205,7 +205,7 @@ def _mode(config: pytest.Config) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
-    """Before pyfrc builds the robot: Phoenix 6 into simulated time, and the robot onto the field."""
+    """Switch Phoenix 6 to simulated time and place the robot on the field before pyfrc builds it."""
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
@@ -223,7 +223,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
 
 @contextlib.contextmanager
 def _start_errors(folder: Path) -> Generator[None, None, None]:
-    """Make one sentence of what simcore has to say of a project, without the way there through simcore's own code."""
+    """Raise simcore's errors about a project as one sentence, without simcore's own frames."""
     from simcore.errors import SimcoreError, start_sentence
 
     global _start_failure
@@ -235,7 +235,7 @@ def _start_errors(folder: Path) -> Generator[None, None, None]:
 
 
 _start_failure: BaseException | None = None
-"""As it was raised in this process."""
+"""Latest start failure in this process."""
 
 
 def _make_repeatable(folder: Path) -> None:
@@ -247,7 +247,7 @@ def _make_repeatable(folder: Path) -> None:
 
 
 def _vary(config: pytest.Config) -> None:
-    """Say to whoever builds the match which of many runs this is."""
+    """Set seed and scatter of this run for the match to be built."""
     from simcore.match.scatter import Scatter
     from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 
@@ -259,14 +259,14 @@ def _vary(config: pytest.Config) -> None:
 def _attach(plugin: Any, *, wants_field: bool) -> None:
     """Attach as `robotpy sim --simcore` does, for a test that wants the field or a project that describes its robot.
 
-    A physics.py of the team's alone is left alone where nobody asks for the field.
+    A team's own physics.py stays unchanged where no test wants the field.
 
     Args:
-        plugin: RobotPy's.
+        plugin: Plugin of RobotPy.
         wants_field: Whether the test uses `sim`.
 
     Raises:
-        ConfigError: It wants the field, and nothing could put the robot there.
+        ConfigError: The test wants the field, and the robot cannot be placed on one.
     """
     from simcore.robot_file.template import FILE_NAME
     from simcore.robotcode.sim.attach import PhysicsHook, attach, is_ours, load_physics
@@ -280,7 +280,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
         for cls in plugin._robot_class.__mro__ if before is not None else ():
             for name in ("_simulationInit", "_simulationPeriodic"):
                 if getattr(vars(cls).get(name), "__module__", "") == type(before).__module__:
-                    delattr(cls, name)  # pyfrc's own hooks, which call its physics.py
+                    delattr(cls, name)  # pyfrc's own hooks, which call the project's physics.py
         plugin._physics, plugin._robot_class = attach(
             *(plugin._robot_class, folder),
             physics=physics,
@@ -292,9 +292,9 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
 
 
 def _wait_longer(plugin: Any) -> None:
-    """Let a plugin of RobotPy's wait `INIT_TIMEOUT` for the start of a program: building a field takes 1 s of it.
+    """Make a plugin of RobotPy's wait `INIT_TIMEOUT` for the start of a program: building a field takes 1 s of it.
 
-    pyfrc's waits 2 s; that of wpilib.testing asks a thousand times, 1 ms apart.
+    pyfrc's waits 2 s; wpilib.testing's polls a thousand times, 1 ms apart.
     """
     if hasattr(plugin, "_init_timeout"):
         plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
@@ -316,7 +316,7 @@ def _wait_longer(plugin: Any) -> None:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
-    """The robot of this project on its simulated field; see docs/testing.md."""
+    """Yield the robot of this project on its simulated field; see docs/testing.md."""
     from simcore.robotcode.sim.robot_test import RobotTest
     from simcore.telemetry.recording import Recording
 
@@ -326,7 +326,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder
     hook = _pyfrc(request.config)._physics
     with RobotTest(control, robot, hook, hang=hang, complaints=_complaints) as test:
-        # as often as NetworkTables wants a snapshot here
+        # as often as NetworkTables takes a snapshot here
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
         yield test
@@ -334,7 +334,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
-    """Let no test pass that ends in a mode of which it has played nothing."""
+    """Fail a test that ends in a mode without having played it."""
     result = yield
     test = getattr(pyfuncitem, "funcargs", {}).get("sim")
     if test is not None and _RECORDING in pyfuncitem.stash:
@@ -352,22 +352,22 @@ _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
 def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
-    """Where log and page of this test go if it fails."""
+    """Return the folder for log and page of this test if it fails."""
     named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
     return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
 
 
 def _remove(folder: Path) -> None:
-    """Take away what an earlier run of the test left."""
+    """Remove the output of an earlier run of the test."""
     shutil.rmtree(folder, ignore_errors=True)
-    with contextlib.suppress(OSError):  # not there, or another test's output is in it
+    with contextlib.suppress(OSError):  # not there, or it holds another test's output
         folder.parent.rmdir()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
-    """Leave log and page of a failed test; tell when the machine was too slow for the real Phoenix 6."""
+    """Write log and page of a failed test; warn when the machine was too slow for the real Phoenix 6."""
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
     _end_at_callers_line(item.config, call.excinfo)
@@ -388,7 +388,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         test.record.failure = call.excinfo.exconly()[:_LONGEST_FAILURE]
         if test.was_enabled and isinstance(call.excinfo.value, AssertionError):
             test.record.conclude()
-        recording.write(test.match.snapshot())  # the end itself, whenever a snapshot would have been due
+        recording.write(test.match.snapshot())  # the last state, whenever a snapshot would have been due
         scene, note = scene_of(test.match), f"failed at {test.summary()}"
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         lines = [f"- {warning}" for warning in (*test.warnings, *_missing_parts(test))]
@@ -398,7 +398,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
 
 def _missing_parts(test: RobotTest) -> list[str]:
-    """Say of a robot that nobody has described with a shooter or claw what it cannot do."""
+    """Return what a robot without a described shooter or claw cannot do."""
     robot = test.robot_sim
     if robot.config.shooters or robot.config.placers or not test.match.game.pieces:
         return []
@@ -409,9 +409,9 @@ def _missing_parts(test: RobotTest) -> list[str]:
 
 
 def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
-    """Show an error by the lines of test, game and robot alone; `--full-trace` shows the way between them.
+    """Show an error by the lines of test, game and robot alone; `--full-trace` shows all frames.
 
-    What simcore refuses ends at the line that asked; any other error keeps its way from the last of those lines on.
+    An error of simcore ends at the line that called it; any other keeps its frames from the last of those lines on.
     """
     from simcore.errors import SimcoreError
 
@@ -449,5 +449,5 @@ def _judge_lateness(item: pytest.Item, report: Any) -> None:
 
 
 def call_outcome(report: Any) -> str:
-    """What a report says of its test, as a verb."""
+    """Return the outcome of a test as a verb."""
     return "failed" if report.longrepr else "passed"

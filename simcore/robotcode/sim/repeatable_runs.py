@@ -1,8 +1,8 @@
-"""What makes two runs of a robot test equal besides its physics: seeds, one clock, and an order of notifiers.
+"""Repeatability of robot tests besides physics: seeds, one clock, and an order of notifiers.
 
-Each `wpilib.Notifier` is a thread. Where alarms of several fall on one instant, or on that of the robot's loop, the
-operating system chooses who runs first. So the n-th that is started comes n microseconds late: whoever steps time lets
-one alarm run to its end before the next, and the order is that of their starts, after the robot's loop.
+Each `wpilib.Notifier` is a thread. Where alarms of several, or one and the robot's loop, fall on one instant, the
+operating system chooses the first. So the n-th notifier runs n microseconds late: time stepping lets
+one alarm finish before the next, and the order is that of their starts, after the robot's loop.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ Timer = season.wpilib.Timer
 
 __all__ = ["fastest_period", "note_threads", "order_notifiers", "seed_generators", "started_threads", "use_robot_clock"]
 
-_EPOCH = 1_700_000_000.0  # [s]; what `time.time()` reads as a test begins: some day
+_EPOCH = 1_700_000_000.0  # [s]; value of `time.time()` as a test begins: an arbitrary day
 _SEED = 1
 
 
 def seed_generators() -> None:
-    """Seed `random` and `numpy.random`; generators that a program makes without a seed of its own stay as they are."""
+    """Seed `random` and `numpy.random`; generators that a program makes without a seed stay unseeded."""
     random.seed(_SEED)
     np.random.seed(_SEED)  # noqa: NPY002  (robot code may use it)
 
@@ -59,7 +59,7 @@ _REAL = {getattr(time, name): clock for name, clock in _CLOCKS.items()}
 
 
 class _RobotTime(types.ModuleType):
-    """The module `time`, with the clocks of the robot."""
+    """Module `time` with the robot's clocks."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(time, name)
@@ -71,12 +71,12 @@ for _name, _clock in _CLOCKS.items():
 
 
 def use_robot_clock(folder: Path) -> None:
-    """Let the modules of a project that are loaded by now read the FPGA's clock where they read `time`.
+    """Replace `time` by the FPGA's clock in the loaded modules of a project.
 
-    On a robot both run alike; in a test only the FPGA's is stepped. Other modules keep the computer's clock.
+    On a robot both clocks agree; a test steps only the FPGA's. Other modules keep the computer's clock.
 
     Args:
-        folder: Of the project.
+        folder: Folder of the project.
     """
     for module in list(sys.modules.values()):
         file = getattr(module, "__file__", None)
@@ -105,10 +105,10 @@ _start_thread = threading.Thread.start
 
 
 def note_threads() -> None:
-    """Note from now on which threads the program starts, and those of its own that run by now.
+    """Record the threads that the program starts from now on, and its own running ones.
 
-    Nobody steps them in simulated time. Threads of the libraries, such as those of notifiers, are not among them, nor
-    is PathPlanner's, which is waited for.
+    Simulated time does not step them. Threads of libraries, such as those of notifiers, do not count, nor
+    does PathPlanner's, for which simcore waits.
     """
     known = {threading.main_thread(), threading.current_thread()}
     _started[:] = []
@@ -119,13 +119,13 @@ def note_threads() -> None:
 
 
 def started_threads() -> list[str]:
-    """Return the names of these, those that have ended too; the next call begins anew."""
+    """Return the names of these threads, ended ones too; the next call starts with an empty list."""
     names, _started[:] = sorted(set(_started)), []
     return names
 
 
 def _start_noted(thread: threading.Thread) -> None:
-    _note_thread(thread)  # which forgets its work as it ends
+    _note_thread(thread)  # a thread forgets its target as it ends
     _start_thread(thread)
 
 
@@ -143,9 +143,9 @@ def _is_of_library(thread: threading.Thread) -> bool:
 
 # --- the order of notifiers -------------------------------------------------------------------------------------------
 
-_APART = 1e-6  # [s]; the resolution of the FPGA's clock
-_MOST = 900  # notifiers; then their alarms would reach the next millisecond
-_ROUND = 0.4e-6  # [s]; the alarm is cut to whole microseconds
+_APART = 1e-6  # [s]; resolution of the FPGA's clock
+_MOST = 900  # notifiers; more would shift alarms into the next millisecond
+_ROUND = 0.4e-6  # [s]; added because the HAL truncates the alarm to whole microseconds
 
 _build, _start_single, _stop, _set_callback = (
     Notifier.__init__,
@@ -156,17 +156,17 @@ _build, _start_single, _stop, _set_callback = (
 
 
 class _Schedule:
-    """When a notifier comes next."""
+    """Schedule of a notifier's alarms."""
 
     def __init__(self, notifier: Any, callback: Callable[[], object]) -> None:
         self.callback = callback
         self.period: float | None = None
-        self._notifier = ref(notifier)  # whoever lets go of a notifier ends it
+        self._notifier = ref(notifier)  # weak: a notifier without an owner ends
         self._late: float | None = None
         self._next = 0.0
 
     def start(self, delay: float, period: float | None) -> None:
-        """Set the first alarm, `delay` from now [s], and the time between further ones [s]."""
+        """Set the first alarm, `delay` from now [s], and the period of further ones [s]."""
         if self._late is None:
             self._late = (next(_numbers) % _MOST) * _APART
         self.period = period
@@ -174,7 +174,7 @@ class _Schedule:
         self._arm()
 
     def run(self) -> None:
-        """The alarm: the next one is set before the callback runs, which may stop it."""
+        """Run the callback after setting the next alarm, which the callback may stop."""
         if self.period is not None:
             self._next += self.period
             self._arm()
@@ -188,7 +188,7 @@ class _Schedule:
 
 _schedules: WeakKeyDictionary[Any, _Schedule] = WeakKeyDictionary()
 _periodic: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-"""Shortest period of what a robot calls between its loops [s]."""
+"""Shortest period of each robot's `addPeriodic` calls [s]."""
 
 
 def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -198,7 +198,7 @@ def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[
 
 
 def fastest_period() -> float:
-    """Return the shortest period of the notifiers and `addPeriodic` calls that run [s]; infinite if there are none."""
+    """Return the shortest period of running notifiers and `addPeriodic` calls [s]; infinite without any."""
     notifiers = [schedule.period for schedule in list(_schedules.values()) if schedule.period is not None]
     return min([*notifiers, *_periodic.values()], default=math.inf)
 
@@ -207,7 +207,7 @@ _numbers = itertools.count(1)
 
 
 def order_notifiers() -> None:
-    """Let notifiers that are built from now on run in the order in which they are started."""
+    """Make notifiers built from now on run in the order in which they are started."""
     global _numbers
     _numbers = itertools.count(1)
     if Notifier.__init__ is not _build:

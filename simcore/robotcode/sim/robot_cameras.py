@@ -1,4 +1,4 @@
-"""The cameras that a robot program asks for, fed from the true pose of its robot; and what to write for the others."""
+"""Cameras that a robot program uses, fed from the robot's true pose, and tables to write for unknown ones."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ __all__ = ["RobotCameras", "surveyed_cameras"]
 _log = logging.getLogger(__name__)
 
 _LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
-"""Names that Limelights can have; robot code's own tables may begin alike."""
+"""Names of Limelights; other tables of robot code may begin alike."""
 
 
 class RobotCameras:
-    """Feeds the cameras of one robot program.
+    """Cameras of one robot program.
 
-    Limelights and PhotonVision cameras of `simcore.toml` are in the match already. What the program builds beside them
-    is added here: each `PhotonCamera` that says where it sits, and a QuestNav headset.
+    The match already has the Limelights and PhotonVision cameras of `simcore.toml`. This class adds
+    others that the program builds: each `PhotonCamera` with a known mounting, and a QuestNav headset.
 
     Args:
-        match: With the robot.
-        number: Of the robot.
-        cameras: Those of the file.
-        headset: That of the file; None: it has none.
-        clock: From simulated time to NetworkTables' time.
-        folder: Where robot.py is.
+        match: Match with the robot.
+        number: Index of the robot.
+        cameras: Cameras of the file.
+        headset: Headset of the file; None: it has none.
+        clock: Clock from simulated time to NetworkTables' time.
+        folder: Folder of robot.py.
         file: Name of the file, for messages.
     """
 
@@ -79,10 +79,10 @@ class RobotCameras:
         self._watch = table_watch()
         self._watch.search(folder)
         self._photon: dict[str, LimelightSim] = {}
-        self._told: dict[str, CameraMount | None] = {}
+        self._reported_mounts: dict[str, CameraMount | None] = {}
         self._reported: set[str] = set()
         self._unplaced: set[str] = set()  # Limelights
-        self._headset_told = False
+        self._headset_reported = False
         chassis = match.robots[number].chassis
 
         def true_pose() -> Any:
@@ -122,11 +122,11 @@ class RobotCameras:
 
     @property
     def blind(self) -> list[str]:
-        """Names of those that the program has built or asked for, and nobody has placed."""
+        """Names of cameras that the program uses and that have no known mounting."""
         return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
-        """Follow what the program has built or asked for since, and cameras that it moves."""
+        """Add cameras that the program has built or used since, and move those that it moves."""
         transforms = [seen.robot_to_camera for seen in self._program.estimators]
         if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
             self._seen, self._transforms = self._program.version, transforms
@@ -156,7 +156,7 @@ class RobotCameras:
             if camera is None:
                 camera = self._photon[name] = self._add_photon(name, found.get(name))
             mount = found.get(name)
-            if mount is not None and self._told.get(name) != mount.mount:
+            if mount is not None and self._reported_mounts.get(name) != mount.mount:
                 self._mount(name, camera, mount)
 
     def _require_photon(self, name: str) -> None:
@@ -177,14 +177,14 @@ class RobotCameras:
             pipelines=(pipeline_of(self._program, name),),
         )
         camera = self._match.cameras.mount_camera(config, robot=self._number)
-        camera.is_off = True  # until somebody says where it sits
-        if found is None and name not in self._program.simulated:  # else its own simulation goes on to feed it
+        camera.is_off = True  # until its mounting is known
+        if found is None and name not in self._program.simulated:  # else its own simulation continues to feed it
             self._feed(camera)
         return camera
 
     def _mount(self, name: str, camera: LimelightSim, found: FoundMount) -> None:
-        is_first = name not in self._told
-        self._told[name] = found.mount
+        is_first = name not in self._reported_mounts
+        self._reported_mounts[name] = found.mount
         camera.move_to(found.mount)
         camera.is_off = False
         if not camera.ports:
@@ -219,7 +219,7 @@ class RobotCameras:
             self._unplaced.update(new)
             near = [n for n, c in self._described.items() if c.maker == "limelight"]
             _log.warning(
-                "robot code asks for %s %s, which nobody publishes%s; write into %s%s:\n%s",
+                "robot code asks for %s %s, which nothing publishes%s; write into %s%s:\n%s",
                 *("Limelights" if len(new) > 1 else "a Limelight", ", ".join(map(repr, new))),
                 *(f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
                 *(", once for each" if len(new) > 1 else "", _what_to_write("limelight", new[0])),
@@ -235,30 +235,30 @@ class RobotCameras:
             _log.info("QuestNav: %s, as %s says", _place(config.mount), self._file)
 
     def _follow_headset(self) -> None:
-        if self._headset_told or not self._match.cameras.headsets:
+        if self._headset_reported or not self._match.cameras.headsets:
             return
         headset = self._match.cameras.headsets[0]
         if headset.config.mount is not None:
-            self._headset_told = True
+            self._headset_reported = True
         elif headset.mount is not None:
-            self._headset_told = True
+            self._headset_reported = True
             _log.info("QuestNav: %s, as robot code's first pose reset implies", _place(headset.mount))
         elif headset.resets:
-            self._headset_told = True
+            self._headset_reported = True
             _log.warning(
                 "QuestNav: robot code's pose reset is more than a meter off, so it does not tell where the headset "
-                "sits; until one does it is taken for at the robot's center, turned as told; or write into %s:\n%s",
+                "sits; until one does, it is assumed at the robot's center; or write into %s:\n%s",
                 *(self._file, _what_to_write("questnav", "")),
             )
 
 
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
-    """Maker, name, place and source of each; `watch_program` must have been called before the program was loaded.
+    """Return maker, name, mounting and source of each; call `watch_program` before loading the program.
 
-    A Limelight is known by the name of its table. What a program asks for in its loops only is not seen.
+    A Limelight is known by the name of its table. Tables that a program uses in its loops only are missing.
 
     Args:
-        folder: Of the project, whose modules are searched for tables.
+        folder: Folder of the project, whose modules are searched for tables.
     """
     program, watch = photon_program(), table_watch()
     watch.search(folder)
@@ -287,7 +287,7 @@ def _place(mount: CameraMount) -> str:
 
 
 def _what_to_write(maker: str, name: str) -> str:
-    """A table of the file, to be copied."""
+    """Return a table of the file to copy."""
     lines = ["[[camera]]"]
     if maker != "limelight":
         lines.append(f'maker = "{maker}"')

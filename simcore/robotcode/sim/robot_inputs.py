@@ -1,4 +1,4 @@
-"""What a field gives a robot program besides its devices: modes, match time, game data, a map."""
+"""Inputs of a robot program from the field besides its devices: modes, match time, game data, a map."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _log = logging.getLogger(__name__)
 
 
 class DriverStationLink:
-    """Ties a match to the driver station, as the field's management system does on a real field.
+    """Link between a match and the driver station, in the role of the field management system.
 
-    The match hears which mode is enabled, and of the alliance; robot code gets match time and game data. With an FMS
-    attached, somebody else gives robot code its match time and game data.
+    The match gets the enabled mode and the alliance; robot code gets match time and game data. With an FMS
+    attached, the FMS sends match time and game data.
 
-    An autonomous after the robot has been enabled is a new match: the field is reset for it, if nobody has done so
-    since and no FMS is attached.
+    An autonomous after the robot has been enabled is a new match: the link resets the field for it, unless that has
+    already happened or an FMS is attached.
 
     Args:
-        match: Its clock follows the driver station from now on.
-        number: Of the robot that the driver station belongs to.
-        placed: Called after a change of the alliance, which puts the robot at that alliance's start.
+        match: Match whose clock follows the driver station from now on.
+        number: Index of the driver station's robot.
+        placed: Called after a change of the alliance, which moves the robot to that alliance's start.
     """
 
     def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
@@ -48,11 +48,11 @@ class DriverStationLink:
         self._message = ""
         self._color: Any = None
         self._was_enabled = False
-        self._played_after = -1  # so many resets of the field
+        self._played_after = -1  # field resets when the robot was last enabled
         match.timer.follow_driver_station()
 
     def update(self) -> None:
-        """Once a tick, at its end."""
+        """Update the link at the end of a tick."""
         self._follow_alliance()
         is_enabled = RobotState.is_enabled()
         self._match.timer.set_enabled(is_enabled)
@@ -72,16 +72,16 @@ class DriverStationLink:
             self._send(self._match.rules.game_data())
 
     def _begin_match(self) -> None:
-        """Put the field back if it is not as people have left it: the robot has been enabled since the last reset."""
+        """Reset the field if the robot has been enabled since the last reset."""
         if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
             _log.info("autonomous begins again: pieces and preloads are back where a match begins")
 
     def _follow_alliance(self) -> None:
-        """Until the first enable the drive team carries the robot to where the chosen alliance starts."""
+        """Place the robot at the chosen alliance's start until the first enable."""
         if self._was_enabled:
             return
-        self._was_enabled = RobotState.is_enabled()  # the alliance may become known in the very packet that enables
+        self._was_enabled = RobotState.is_enabled()  # the packet that enables may be the first with the alliance
         color = MatchState.get_alliance()
         if color is not None and color != self._color:
             self._color = color
@@ -89,7 +89,7 @@ class DriverStationLink:
             self._placed()
 
     def _show_time(self) -> None:
-        """Time left in the present mode, in whole seconds as on a field; -1 while disabled."""
+        """Write the time left in the present mode, in whole seconds as on a field; -1 while disabled."""
         left = -1.0
         if self._mode != "disabled":
             timer = self._match.timer
@@ -99,10 +99,10 @@ class DriverStationLink:
         if left != self._shown:
             self._shown = left
             DriverStationSim.set_match_time(left)
-            DriverStationSim.notify_new_data()  # without it robot code goes on to read the old one
+            DriverStationSim.notify_new_data()  # else robot code continues to read the old one
 
     def _send(self, message: str) -> None:
-        """Give robot code the field's game data; what somebody has typed into the driver station stays."""
+        """Send the field's game data to robot code; text typed into the driver station stays."""
         if message == self._message:
             return
         if MatchState.get_game_data() == self._message:
@@ -112,12 +112,12 @@ class DriverStationLink:
 
 
 class FieldView:
-    """The map of the simulation GUI: the robot where it truly is, and the pieces of every kind.
+    """Map of the simulation GUI: the robot's true pose, and the pieces of every kind.
 
-    Pieces are drawn five times a second: a dashboard does not need more.
+    Pieces are drawn five times a second, enough for a dashboard.
 
     Args:
-        field: Where to draw.
+        field: `Field2d` to draw on.
         every: Ticks between two drawings of the pieces.
     """
 
@@ -128,7 +128,7 @@ class FieldView:
         self._level = Rotation2d()
 
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
-        """After a tick: the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind."""
+        """Draw the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind, after a tick."""
         x, y, yaw = pose
         self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:

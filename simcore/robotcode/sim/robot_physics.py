@@ -1,4 +1,4 @@
-"""The hook between `robotpy sim` (or `robotpy test`) and a match."""
+"""Link between `robotpy sim` (or `robotpy test`) and a match."""
 
 from __future__ import annotations
 
@@ -46,21 +46,21 @@ __all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "l
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 0.1  # [s]; what is more is skipped, not caught up with
+_MOST_OWED = 0.1  # [s]; a longer delay is skipped, not made up
 # Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
-# have answered to the last one; volts from before the stall would throw steer motors to and fro.
+# have answered the last one; volts from before the stall would make steer motors oscillate.
 _ANSWER = 0.0015  # [s]
 _FINEST = 1, 2, 4, 5, 10, 20  # parts of a tick, each of whole milliseconds
 _HISTORY = 6000  # ticks; two minutes
-_ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
+_ANY_LOOP = 0.005  # [s]; assumed period of a loop of the program's own
 _LATE_EVERY = 10.0  # [s]
-_MOST_MS = 15.0  # [ms]; robot code needs some of a tick's 20 ms, too
-_AT_START = 2.0  # [s]; while a program starts every computer is late, and nothing moves yet
+_MOST_MS = 15.0  # [ms]; robot code needs part of a tick's 20 ms, too
+_AT_START = 2.0  # [s]; every computer is late while a program starts, and nothing moves yet
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhysicsTimes:
-    """What the physics cost, and whether it kept up."""
+    """Cost of the physics and its lag."""
 
     ticks: int
     median_ms: float
@@ -68,40 +68,40 @@ class PhysicsTimes:
     p99_ms: float
     max_ms: float
     late_parts: int
-    """Parts of a tick that came late enough to be made up for in one go."""
+    """Number of parts of a tick late enough to be made up in one go."""
     skipped: float
-    """Time that was given up because the robot program stood still for too long [s]."""
+    """Time skipped because the robot program stalled too long [s]."""
     late_loops: int
-    """Robot loops that came half a period late, whoever's fault it was."""
+    """Number of robot loops half a period late, whatever the cause."""
     lateness_ms: float
-    """How late parts came where a test keeps to the wall clock, 99th percentile [ms]: how old rotors were."""
+    """Lateness of parts in a test on the wall clock, 99th percentile [ms]: the age of rotor readings."""
 
 
 class RobotPhysics:
-    """Runs a match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
+    """A match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
-    Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
-    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a robot whose loop is its own,
-    such as a MagicRobot, once a loop in `_simulationPeriodic`, all that are due.
+    All work runs on the robot's thread, in parts of 5 ms: read volts from the devices, advance the match,
+    write sensors. A TimedRobot of any period runs the parts through `addPeriodic`; a robot with its own loop,
+    such as a MagicRobot, runs all due parts once a loop in `_simulationPeriodic`.
 
     Args:
-        physics_controller: Has the `field` of the simulation's window.
-        robot: The robot object.
-        match: With the robot on its field; it is closed when the program ends.
-        number: Which robot of the match this program drives.
+        physics_controller: Holds the `field` of the simulation's window.
+        robot: Robot object.
+        match: Match with the robot on its field, closed when the program ends.
+        number: Index of the robot that this program drives.
         drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
-        parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
-            20 ms, whose controllers are then asked in the middle of it. There parts become as short as the fastest
-            Notifier, `addPeriodic` or loop of the program wants them, down to 1 ms.
-        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
-            wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
+        parts: Number of parts of a tick; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
+            20 ms, whose controllers are then read in the middle of it. There parts become as short as the fastest
+            Notifier, `addPeriodic` or loop of the program, down to 1 ms.
+        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 runs on the
+            wall clock: keep to it, so that its loops behave as on the robot. False runs as fast as possible.
             In simulated time, which is the default in tests, nothing waits for a clock.
-        auto_starts: Where autos start, by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
-            auto that is not among them starts where it resets the drivetrain's pose to in its first loops.
+        auto_starts: Starts of autos by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
+            auto that is not among them starts at the pose that it sets in its first loops.
 
     Raises:
-        ConfigError: Two devices are one in the simulation, one is none, `parts` is not a whole number from 1 to 20, or
+        ConfigError: Two devices share one simulation, one is no device, `parts` is not a whole number from 1 to 20, or
             the match has no such robot.
     """
 
@@ -124,10 +124,10 @@ class RobotPhysics:
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
         require_distinct_devices()
         self.robot = robot
-        """The robot object of the program."""
+        """Robot object of the program."""
         self.match = match
         self.robot_sim = match.robots[number]
-        """The robot of the match that it drives."""
+        """Robot of the match that it drives."""
         self._phoenix = _phoenix_time()
         self._period = _period_of(robot)
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
@@ -135,29 +135,29 @@ class RobotPhysics:
         self.robot_sim.connect(self._devices)
         self._start: float | None = None
         self._done = 0
-        self._h = TICK  # until it is cut
+        self._h = TICK  # until `_set_parts`
         self._part = 0
         self._has_periodic = _has_wpilib_loop(type(robot))
         self._may_follow = parts is None and is_timing_paused() and self._has_periodic
         self._set_parts(parts or (1 if can_wait else 4))
-        # Devices that live on the wall clock: CTRE's own simulation.
+        # Devices on the wall clock: CTRE's own simulation.
         self._has_real_devices = self._phoenix is None and "phoenix6" in sys.modules
         self._pace_tests = pace_tests and self._has_real_devices
         self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
-        # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
+        # In simulated time nobody watches, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
-        """Where the robot stands as autonomous begins."""
+        """Start of the robot as autonomous begins."""
         program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
         self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
-        """Whether the program's odometry holds."""
+        """Check of the program's odometry."""
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
         network = ntcore.NetworkTableInstance.get_default()
         self._clock = match.network.clock if isinstance(match.network, CameraTables) else NetworkClock()
-        # In tests, where the instance is local, nobody's clicks may change what a run does.
+        # In tests, where the instance is local, a dashboard must not change a run.
         if not season.is_local(network):
             ControlTopics(match, network, robot=number)
         self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
@@ -176,7 +176,7 @@ class RobotPhysics:
 
     @property
     def control(self) -> FieldControl:
-        """Resets the field, puts pieces down, places robots: from the next tick on."""
+        """Control of the field: resets it, adds pieces, places robots, from the next tick on."""
         return self.match.control
 
     @property
@@ -185,10 +185,10 @@ class RobotPhysics:
         return self._h
 
     def after_tick(self) -> None:
-        """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""
+        """Run after each tick of 20 ms; subclasses override it, e.g. to log or to feed cameras."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Go on once a robot loop, but never within 10 ms: the parts of a robot without `addPeriodic` come here."""
+        """Advance once a robot loop, but never within 10 ms; a robot without `addPeriodic` runs its parts here."""
         if not hasattr(self, "_has_periodic"):
             raise ConfigError(
                 f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
@@ -199,16 +199,16 @@ class RobotPhysics:
             self.do_due()
 
     def add_motor(self, motor: MotorDevices) -> None:
-        """Connect one more motor, from the next part on."""
+        """Connect a further motor, from the next part on."""
         self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
-        """Disconnect a motor; its device keeps what was written last."""
+        """Disconnect a motor; its device keeps its last values."""
         self._devices.remove(motor)
 
     @property
     def times(self) -> PhysicsTimes:
-        """What the last two minutes cost."""
+        """Times of the last two minutes."""
         work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
         return PhysicsTimes(
             ticks=self._ticks,
@@ -222,12 +222,12 @@ class RobotPhysics:
         )
 
     def do_due(self) -> None:
-        """Do all parts that are due by now."""
+        """Run all parts that are due by now."""
         now = Timer.get_monotonic_timestamp()
         if self._start is None:
             self._start = now - self._h
             gc.collect()
-            gc.freeze()  # field, pieces and robot stay: the collector need not see them in every run (5 % of a tick)
+            gc.freeze()  # field, pieces and robot live on: exclude them from garbage collection (5 % of a tick)
             if self._phoenix is not None:
                 # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
                 # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.
@@ -255,7 +255,7 @@ class RobotPhysics:
                 self._end_tick()
 
     def _set_parts(self, parts: int) -> None:
-        """Cut ticks anew, at the end of one."""
+        """Divide ticks into another number of parts, at the end of one."""
         if self._start is not None:
             self._start += self._done * self._h
         self._done = 0
@@ -263,7 +263,7 @@ class RobotPhysics:
         self._most_owed = round(_MOST_OWED / self._h)
 
     def _follow_loops(self) -> bool:
-        """Cut ticks as finely as the program's fastest loop sees them; return whether that is finer than before."""
+        """Divide ticks as finely as the program's fastest loop; return whether that is finer than before."""
         fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
         if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
             return False
@@ -296,7 +296,7 @@ class RobotPhysics:
         begin = time.perf_counter()
         self._part = 0
         assert self._start is not None
-        # when it was due, not when the thread came to it
+        # when it was due, not when the thread ran
         self._clock.offset = self._start + self._done * self._h - (self.match.ticks + 1) * TICK
         self.robot_sim.estimated_pose = self._estimated_pose()
         self.robot_sim.setpoints = self._devices.setpoints()
@@ -323,27 +323,27 @@ class RobotPhysics:
 
 
 class LatenessReport:
-    """Adds up the time that physics gives up, and says so at most every ten seconds of wall time.
+    """Report of skipped time, at most every ten seconds of wall time.
 
     Args:
-        every: Wall time between two sentences [s].
-        start: Wall time in which nothing is said [s].
+        every: Wall time between two reports [s].
+        start: Wall time before the first report [s].
     """
 
     def __init__(self, *, every: float = _LATE_EVERY, start: float = _AT_START) -> None:
         self._every = every
         self._start = start
         self.given_up = 0.0
-        """Since the last sentence [s]."""
+        """Skipped time since the last report [s]."""
         self._since = time.monotonic()
         self._is_first = True
 
     def note(self, seconds: float, *, tick_ms: float) -> None:
-        """Physics has just skipped a time.
+        """Add time that physics has skipped.
 
         Args:
-            seconds: How much [s].
-            tick_ms: What a tick of physics alone takes, of the 20 ms that it has [ms].
+            seconds: Skipped time [s].
+            tick_ms: Time that a tick of physics alone takes, of its 20 ms [ms].
         """
         now = time.monotonic()
         if self._is_first and now - self._since < self._start:
@@ -368,12 +368,12 @@ _latest: weakref.ref[RobotPhysics] | None = None
 
 
 def latest_physics() -> RobotPhysics | None:
-    """The physics that was built last in this process, if it still lives; for test fixtures."""
+    """Return the latest physics in this process, if it still exists; for test fixtures."""
     return None if _latest is None else _latest()
 
 
 def field_control() -> FieldControl | None:
-    """What acts on the field of the running simulation; None: there is none, or its physics is not built yet.
+    """Return the control of the running simulation's field; None: there is none, or its physics is not built yet.
 
     For robot code; it is built after `robotInit`.
     """
@@ -382,22 +382,22 @@ def field_control() -> FieldControl | None:
 
 
 def _period_of(robot: Any) -> float:
-    """How often the robot's loop runs [s]; of a loop that nobody knows often enough for any."""
+    """Return the period of the robot's loop [s]; where unknown, one short enough for any."""
     if isinstance(robot, IterativeRobotBase):
         return float(robot.get_period())
     if isinstance(robot, season.loop_classes()):
-        return float(type(robot).DEFAULT_PERIOD)  # an OpModeRobot keeps its own to itself
+        return float(type(robot).DEFAULT_PERIOD)  # an OpModeRobot keeps its period private
     return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
 
 
 def _has_wpilib_loop(robot_class: type) -> bool:
-    """Return whether a robot class leaves its loop to WPILib's, which has `addPeriodic`."""
+    """Return whether a robot class uses WPILib's loop, which has `addPeriodic`."""
     start = season.own_name(season.wpilib.RobotBase, "start_competition")
     loop = next((cls for cls in robot_class.__mro__ if start in vars(cls)), object)
     return issubclass(robot_class, season.loop_classes()) and loop.__module__.split(".")[0] == "wpilib"
 
 
 def _phoenix_time() -> PhoenixTime | None:
-    """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
+    """Return the clock of simulated Phoenix 6 devices, if installed; never load phoenix6 itself."""
     module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

@@ -1,6 +1,6 @@
-"""Robot code's view of its supply: the roboRIO's voltage, rails and brown-out, and the panels' currents.
+"""Power supply as robot code reads it: the roboRIO's voltage, rails and brown-out, and the panels' currents.
 
-Which motor hangs on which channel of a panel stands nowhere in a robot program. So channels are taken in order: the
+A robot program does not say which motor is on which channel of a panel. So channels are assigned in order: the
 drivetrain's drive motors, its steer motors, then the mechanisms. Sums and total current are right whatever the wiring.
 """
 
@@ -21,24 +21,24 @@ RoboRioSim = season.wpilib_simulation.RoboRioSim
 
 __all__ = ["PowerDistributionView", "RoboRioPower", "channel_currents"]
 
-_WATTS = 10.0  # of a roboRIO with little on its rails; estimate, +-50 %: NI publishes the most, 45 W, no typical figure
+_WATTS = 10.0  # of a roboRIO with few loads on its rails; estimate, +-50 %: NI publishes only the maximum, 45 W
 _MODULES = range(63)  # CAN ids
 _CHANNELS = 24  # of a REV PDH; WPILib's simulation keeps as many for a CTRE PDP, which has 16
-_LOOK = 50  # ticks between two looks for panels that the program has built since
+_LOOK = 50  # ticks between two checks for new panels of the program
 
 
 class RoboRioPower:
-    """Shows a battery to robot code.
+    """Battery readings for robot code.
 
-    In a brown-out a roboRIO switches its 6 V, 5 V and 3.3 V user rails off besides its outputs, and counts a fault of
-    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts keep what a loop of 20 ms has missed.
+    In a brown-out a roboRIO switches off its outputs and its 6 V, 5 V and 3.3 V user rails, and counts a fault of
+    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts include faults between two 20 ms loops.
     `RobotController.isBrownedOut()`, a constant False in the simulated HAL (2026.2), answers for this battery from now
     on; `setBrownoutVoltage` of a roboRIO 2 sets its level.
 
     Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
 
     Args:
-        battery: Stepped by its owner.
+        battery: Battery, which its owner steps.
     """
 
     def __init__(self, battery: Battery) -> None:
@@ -61,7 +61,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the rails where a brown-out has begun or ended; costs nothing in between."""
+        """Switch the rails where a brown-out has begun or ended; does nothing in between."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return
@@ -71,7 +71,7 @@ class RoboRioPower:
             count(self._battery.brownouts)
 
     def _follow_level(self, level: float) -> None:
-        """Robot code has set the voltage below which outputs are cut [V]."""
+        """Take a new brown-out voltage from robot code [V]."""
         self._level = level
         config = self._battery.config
         recovered = max(config.recovered_voltage, level)
@@ -79,13 +79,13 @@ class RoboRioPower:
 
 
 def channel_currents(robot: Robot, channels: int) -> list[float]:
-    """Current of each channel [A]; what finds no channel of its own is on the last one.
+    """Return the current of each channel [A]; loads without their own channel share the last one.
 
     A panel measures no current that flows back: it reads zero while a motor brakes into the battery.
 
     Args:
-        robot: With drivetrain and mechanisms.
-        channels: Of the panel.
+        robot: Robot with drivetrain and mechanisms.
+        channels: Number of channels of the panel.
     """
     drive = robot.drive
     currents = list(drive.drive_motors.supply)
@@ -103,10 +103,10 @@ def channel_currents(robot: Robot, channels: int) -> list[float]:
 
 
 class PowerDistributionView:
-    """The panels that a robot program has built.
+    """Panels that a robot program has built.
 
     Args:
-        robot: Whose currents they show.
+        robot: Robot whose currents they show.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -115,7 +115,7 @@ class PowerDistributionView:
         self._ticks = 0
 
     def update(self) -> None:
-        """Once a tick, at its end."""
+        """Update the panels at the end of a tick."""
         if self._ticks % _LOOK == 0:
             panels = (PowerDistributionSim(module) for module in _MODULES)
             self._panels = [panel for panel in panels if panel.get_initialized()]

@@ -1,4 +1,4 @@
-"""A robot program from outside: its robot class, and the parts of its robot object."""
+"""Access to a robot program from outside: its robot class, and the parts of its robot object."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def load_robot_class(robot_file: Path) -> Any:
     import robotpy.main
     import wpilib
 
-    robotpy.main.robot_py_path = robot_file  # what wpilib.getDeployDirectory goes by
+    robotpy.main.robot_py_path = robot_file  # wpilib.getDeployDirectory uses it
     folder = str(robot_file.parent)
     if folder not in sys.path:
         sys.path.insert(0, folder)
@@ -45,10 +45,10 @@ def load_robot_class(robot_file: Path) -> Any:
 
 
 def part_of(robot: object, path: str) -> Any:
-    """The attribute at a dotted path, e.g. `part_of(robot, "container.drivetrain")`.
+    """Return the attribute at a dotted path, e.g. `part_of(robot, "container.drivetrain")`.
 
     Raises:
-        UnknownNameError: A step of the path is not there; it names the nearest attributes.
+        UnknownNameError: An attribute of the path is missing; the text names similar ones.
 
     >>> part_of("frc", "upper").__name__
     'upper'

@@ -1,10 +1,10 @@
-"""What a robot program is made of, as a line of JSON, for `simcore init` and `simcore check`.
+"""Devices and drivetrain of a robot program as a line of JSON, for `simcore init` and `simcore check`.
 
-`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run it in a process and a
-folder of its own: programs and vendors' libraries write files where they are started. With `described` behind the path
-it looks for the drivetrain as simcore.toml says; with `started` it also puts the robot on its field, as a start does.
-Phoenix 6 is simcore's own, which answers at once and writes nothing;
-with `real` it is CTRE's simulation, for programs that ask for what the other does not model.
+`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run it in its own
+process and folder: programs and vendors' libraries write files to the current folder. With `described` after the path
+it finds the drivetrain as simcore.toml describes it; with `started` it also places the robot on its field, as a start
+does. Phoenix 6 is simcore's own, which answers at once and writes nothing;
+with `real` it is CTRE's simulation, for programs that need unmodelled features.
 """
 
 from __future__ import annotations
@@ -43,30 +43,30 @@ from simcore.robotcode.sim.robot_program import load_robot_class
 
 __all__ = ["main"]
 
-_SETTLE = 0.1  # [s]; until all devices have sent their signals
+_SETTLE = 0.1  # [s]; time in which all devices send their signals
 _kept: list[Any] = []
-"""The robot, which would take its devices with it."""
+"""Robot objects kept alive, because devices die with theirs."""
 
 
 def main() -> None:
-    """Print the line and leave, whatever threads there are; also of a program that failed after it had built some."""
+    """Print the line and exit despite running threads, also after a program that failed halfway."""
     robot_file, options = Path(sys.argv[1]), sys.argv[2:]
     answer: dict[str, Any] = {}
     try:
         _build(robot_file, emulates="real" not in options)
     except NotImplementedError as error:
         answer["not_modelled"] = str(error)
-    except BaseException as error:  # whatever a team's program raises, or exits with, is the answer
+    except BaseException as error:  # any exception or exit of a team's program is the result
         traceback.print_exc()
         answer["error"] = f"{type(error).__name__}: {error}"
     try:
-        answer.update(_look(robot_file.parent, is_described="described" in options))
+        answer.update(_survey(robot_file.parent, is_described="described" in options))
     except Exception as error:
         traceback.print_exc()
         answer.setdefault("error", f"{type(error).__name__}: {error}")
     if "started" in options and "error" not in answer:
         answer["start_problem"] = _start(robot_file.parent)
-    print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
+    print("\n" + json.dumps(answer), flush=True)  # a library may have printed half a line
     os._exit(0)
 
 
@@ -91,7 +91,7 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
 
 
 def _start(folder: Path) -> str:
-    """Build the physics of a start and return the sentence that it would end with; empty: it starts."""
+    """Build the physics of a start and return the sentence of its error; empty: it starts."""
     AttachedPhysics.folder, AttachedPhysics.ownership = folder, watch_program()
     try:
         physics_or_none(SimpleNamespace(field=season.wpilib.Field2d()), _kept[0])
@@ -100,7 +100,7 @@ def _start(folder: Path) -> str:
     return ""
 
 
-def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
+def _survey(folder: Path, *, is_described: bool) -> dict[str, Any]:
     drivetrain: dict[str, Any] = {}
     taken: set[DeviceKey] = set()
     on_ports: list[Any] = []
@@ -127,7 +127,7 @@ def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
 
 
 def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
-    """What is on ports of the roboRIO and on pneumatics modules, and CTRE's sensors that see switches or pieces."""
+    """Return devices on ports of the roboRIO and pneumatics modules, and CTRE's sensors of switches or pieces."""
     ports = [
         {"model": p.model, "channels": list(p.channels), "made_by": p.made_by}
         for p in built_ports()
@@ -157,7 +157,7 @@ def _describe(maker: Maker, group: FollowerGroup, graph: ObjectGraph) -> dict[st
     try:
         known["code"] = _view(group.leader)
         guess = maker.guess(group)
-    except (ConfigError, NotImplementedError) as error:  # one motor that does not answer is no reason to know none
+    except (ConfigError, NotImplementedError) as error:  # the other motors matter even if one does not answer
         return {**known, "remark": str(error), "turns_freely": False}
     m, box = guess.mechanism, guess.mechanism.gearbox
     reads = [f"{model} {address}" for model, address in guess.sensors]
@@ -175,7 +175,7 @@ def _describe(maker: Maker, group: FollowerGroup, graph: ObjectGraph) -> dict[st
 
 
 def _view(device: BuiltDevice) -> dict[str, Any] | None:
-    """The fields of a `CodeView` of a Talon; None: of others nothing is compared.
+    """Return the fields of a `CodeView` of a Talon; None: another device, which is not compared.
 
     Raises:
         ConfigError: The device does not answer.

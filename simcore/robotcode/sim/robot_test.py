@@ -43,12 +43,12 @@ __all__ = ["ConditionError", "RobotTest"]
 
 _log = logging.getLogger(__name__)
 
-_FIRST_LOOP = 1.0  # wall time in which a loop of the program's own may come before time is stepped [s]
-_ENDS = 2.0  # wall time in which a program that has failed ends [s]
+_FIRST_LOOP = 1.0  # wall time for a loop of the program's own to run before time is stepped [s]
+_ENDS = 2.0  # wall time for a failed program to end [s]
 _SPAN = Quantity("s", 0.0, 1e6)
-_SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
-_NOT_STARTED = "the robot program has not come through robotInit"
-_NOT_LOOPED = "no robot loop has come to its end"
+_SETTLE = 0.5  # [s]; disabled before the first mode, for the alliance and the dashboard to arrive
+_NOT_STARTED = "the robot program has not finished robotInit"
+_NOT_LOOPED = "no robot loop has finished"
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.BLUE_1,
     ("blue", 2): hal.AllianceStationID.BLUE_2,
@@ -60,38 +60,38 @@ _STATIONS = {
 
 
 class ConditionError(SimcoreError, AssertionError):
-    """What a test waited for did not happen in time."""
+    """A condition that a test waited for did not come true in time."""
 
 
 class _NoSuchNameError(SimcoreError, AttributeError):
-    """A test asks the fixture for what it does not have."""
+    """A test asks the fixture for a name that it does not have."""
 
 
 class _WarningList(logging.Handler):
-    """Keeps warnings in a list, each once."""
+    """Log handler that keeps warnings in a list, each once."""
 
     def __init__(self, kept: list[str]) -> None:
         super().__init__(logging.WARNING)
         self._kept = kept
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Take one."""
+        """Add the record's message."""
         text = record.getMessage()
         if text not in self._kept:
             self._kept.append(text)
 
 
 class RobotTest:
-    """The fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
+    """Fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
 
-    Methods run the robot, properties read the truth of the field, not what the robot believes.
+    Methods run the robot; properties read the true state of the field, not the robot's estimate.
 
     Args:
-        control: Test controller, of pyfrc or of wpilib.testing, of the robot.
+        control: Test controller of the robot, pyfrc's or wpilib.testing's.
         robot: Proxy of the robot object.
-        hook: Physics in its loop.
-        hang: How long one robot loop may take before the test ends with one sentence [s]; see `HangWatch`.
-        complaints: Where that goes; None: nothing ends it.
+        hook: Hook with the physics in the robot's loop.
+        hang: Longest time of one robot loop before the test ends with one sentence [s]; see `HangWatch`.
+        complaints: Stream for that sentence; None: no limit.
 
     Example:
         def test_the_auto_scores(sim):
@@ -110,11 +110,11 @@ class RobotTest:
         complaints: TextIO | None = None,
     ) -> None:
         self.robot = robot
-        """The robot object, to look at what it believes; a proxy."""
+        """Robot object, a proxy, for reading the robot's own state."""
         self.own_threads: list[str] = []
-        """Names of the threads that the program has started: where there are any, two runs may differ."""
+        """Names of the threads that the program has started; with any, two runs may differ."""
         self.warnings: list[str] = []
-        """What simcore has warned of so far, each once."""
+        """Warnings of simcore so far, each once."""
         self._control = control
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
@@ -128,7 +128,7 @@ class RobotTest:
         self._mode = "disabled"
         self._is_played = True
         self.was_enabled = False
-        """Whether the robot has been enabled: before that nothing falls short."""
+        """Whether the robot has been enabled."""
         self._auto = self._op_mode = ""
         self._alliance = "blue"
         handler = _WarningList(self.warnings)
@@ -144,7 +144,7 @@ class RobotTest:
             DriverStationSim.set_enabled(False)
         with ExitStack() as quiet:
             if self.has_run and not self._control.robot_is_alive:
-                # RobotPy steps one more second, in which WPILib's watchdog would complain that nobody feeds it
+                # RobotPy steps one more second, in which WPILib's watchdog would report that it is not fed
                 controller = sys.modules[type(self._control).__module__]
                 for name in {"stepTimingAsync", "step_timing_async"} & vars(controller).keys():
                     quiet.enter_context(patch.object(controller, name, lambda seconds: None))
@@ -153,10 +153,10 @@ class RobotTest:
     # --- driver station -------------------------------------------------------------------------------------------
 
     def alliance(self, color: str, station: int = 1) -> None:
-        """Play for `"blue"` or `"red"`, at station 1..3. Until the first enable the robot is carried to its start.
+        """Set the alliance, `"blue"` or `"red"`, and station 1..3. Until the first enable the robot moves to its start.
 
         Raises:
-            ConfigError: There is no such place.
+            ConfigError: There is no such alliance or station.
         """
         if (color, station) not in _STATIONS:
             raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
@@ -170,37 +170,37 @@ class RobotTest:
         DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
 
     def game_data(self, text: str) -> None:
-        """The game-specific message.
+        """Set the game-specific message.
 
         Raises:
-            ConfigError: It is no text.
+            ConfigError: `text` is no string.
         """
         if not isinstance(text, str):
             raise ConfigError(f"game_data: want a text, as the field sends it, got {text!r}")
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
-        """A joystick at a port, let go of."""
+        """Return the joystick at a port, released."""
         return Joystick(port)
 
     def xbox(self, port: int = 0) -> XboxPad:
-        """An Xbox controller at a port, let go of."""
+        """Return the Xbox controller at a port, released."""
         return XboxPad(port)
 
     # --- running --------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
+        """Start the robot program, disabled for half a second; the other methods call it if needed."""
         if self._physics is not None:
             return
-        prepare()  # the first time on a computer it takes longer than a program may hang
+        prepare()  # the first start on a computer takes longer than a hang's limit
         DriverStationSim.set_ds_attached(True)
         DriverStationSim.set_enabled(False)
         note_threads()
         self._run_robot()
         self._step()  # waits until the program has built its physics
         if self._hook.engine is None:
-            self._control._thread.join(_ENDS)  # where its physics could not be built the program is about to end
+            self._control._thread.join(_ENDS)  # where physics could not be built the program is about to end
             self._raise_error_of_robot()
             raise SimcoreError(
                 f"no physics: the loop of {self._robot_name} is its own, and calls neither _simulationInit nor "
@@ -209,7 +209,7 @@ class RobotTest:
         physics = next(engine for engine in self._hook.engine if isinstance(engine, RobotPhysics))
         require_varied(physics.match)
         self._physics = physics
-        self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
+        self._stack.callback(gc.unfreeze)  # the physics has frozen earlier objects
         physics.match.sinks.extend(self._sinks)
         physics.match.record.warnings = self.warnings
         self.run(_SETTLE)
@@ -220,17 +220,17 @@ class RobotTest:
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
-        """Put the robot truly there, at rest; what it believes is the program's affair.
+        """Place the robot's true pose there, at rest; the program's estimate does not change.
 
-        An auto that resets its odometry does not carry it elsewhere any more.
+        A later odometry reset of an auto does not move it.
 
         Args:
             x: Field frame, from the blue corner, whatever the alliance [m].
-            y: [m]
+            y: Field frame [m].
             heading: Counter-clockwise from the direction to the red wall [rad].
 
         Raises:
-            ConfigError: It cannot stand there; the text says where it can.
+            ConfigError: It cannot stand there; the text gives a free place.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -244,16 +244,16 @@ class RobotTest:
     ) -> None:
         """Run autonomous.
 
-        The robot starts where `start` says, else where it was placed, else at the start of this auto in `simcore.toml`,
-        else where the auto resets its odometry to, else where it stands.
+        The robot starts at `start`, else where it was placed, else at the start of this auto in `simcore.toml`,
+        else at the pose to which the auto resets its odometry, else where it stands.
 
         Args:
-            name: Of the auto, as the dashboard's chooser shows it; None leaves the choice as it is.
-            seconds: How long; the robot stays enabled after it.
-            start: As `place` wants it [m, m, rad].
+            name: Name of the auto in the dashboard's chooser; None leaves the choice as it is.
+            seconds: Duration; the robot stays enabled after it.
+            start: Pose as for `place` [m, m, rad].
 
         Raises:
-            UnknownNameError: No chooser has that name; the text lists what there is.
+            UnknownNameError: No chooser has that name; the text lists the options.
         """
         _require_name("autonomous", name)
         self.start()
@@ -265,17 +265,17 @@ class RobotTest:
             else:
                 choose_auto(name)
             if self._mode == "disabled":
-                self.run(2 * TICK)  # a chooser hears of it at the end of a loop
+                self.run(2 * TICK)  # a chooser gets it at the end of a loop
         self._auto = name or ", ".join(active_choices())
         self._enter("autonomous")
         self.run(seconds)
 
     def teleop(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run teleop, e.g. after moving the sticks; of an OpModeRobot the mode of this name, else its first."""
+        """Run teleop, e.g. after moving the sticks; for an OpModeRobot the mode of this name, else its first."""
         self._play("teleop", name, seconds)
 
     def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run the utility mode, which was `test` until 2026; `name` as of `teleop`."""
+        """Run the utility mode, called `test` until 2026; `name` as for `teleop`."""
         self._play("utility", name, seconds)
 
     def disable(self, *, seconds: float = 0.0) -> None:
@@ -285,7 +285,7 @@ class RobotTest:
         self.run(seconds)
 
     def run(self, seconds: float) -> None:
-        """Go on in the present mode.
+        """Continue in the present mode.
 
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
@@ -296,14 +296,14 @@ class RobotTest:
             self._step()
 
     def run_until(self, condition: Callable[[], object], *, timeout: float) -> float:
-        """Go on until a condition holds; it is asked after each 20 ms.
+        """Continue until a condition holds, checked every 20 ms.
 
         Args:
-            condition: E.g. `lambda: sim.pieces.held >= 8`.
+            condition: Function, e.g. `lambda: sim.pieces.held >= 8`.
             timeout: Simulated time after which it is an error [s].
 
         Returns:
-            How long it took, simulated [s].
+            Simulated time that it took [s].
 
         Raises:
             ConditionError: It did not hold in time.
@@ -328,7 +328,7 @@ class RobotTest:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Say where a name is that the fixture does not have itself."""
+        """Say where a name is that the fixture itself lacks."""
         if name.startswith("_"):
             raise AttributeError(name)
         parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
@@ -339,48 +339,48 @@ class RobotTest:
                 break
         raise _NoSuchNameError(f"sim has no {name!r}.{near} All that it has: docs/testing.md")
 
-    # --- truth ----------------------------------------------------------------------------------------------------
+    # --- true state -----------------------------------------------------------------------------------------------
 
     @property
     def belief_error(self) -> BeliefError:
-        """How far what the robot believes is from the truth: `position` [m] and `heading` [rad]."""
+        """Error of the robot's estimated pose: `position` [m] and `heading` [rad]."""
         return self.physics.belief.error
 
     @property
     def physics(self) -> RobotPhysics:
-        """The project's PhysicsEngine."""
+        """Project's PhysicsEngine."""
         self.start()
         assert self._physics is not None
         return self._physics
 
     @property
     def match(self) -> Match:
-        """The match, with everything on the field."""
+        """Match, with everything on the field."""
         return self.physics.match
 
     @property
     def robot_sim(self) -> Robot:
-        """The robot in the match."""
+        """Robot in the match."""
         return self.physics.robot_sim
 
     @property
     def game(self) -> Match:
-        """The same as `match`."""
+        """Alias of `match`."""
         return self.match
 
     @property
     def plant(self) -> Robot:
-        """The same as `robot_sim`."""
+        """Alias of `robot_sim`."""
         return self.robot_sim
 
     @property
     def time(self) -> float:
-        """Since the robot program started, simulated [s]."""
+        """Simulated time since the robot program started [s]."""
         return float(Timer.get_monotonic_timestamp()) % season.EPOCH
 
     @property
     def pose(self) -> Any:
-        """Where the robot truly is."""
+        """True pose of the robot."""
         x, y, yaw = self.robot_sim.chassis.pose
         return Pose2d(x, y, yaw)
 
@@ -391,7 +391,7 @@ class RobotTest:
 
     @property
     def pieces(self) -> PieceCount:
-        """Where all pieces are: `held`, `scored`, `on_field`, `in_flight`."""
+        """Number of pieces by place: `held`, `scored`, `on_field`, `in_flight`."""
         return self.match.count
 
     @property
@@ -401,28 +401,28 @@ class RobotTest:
 
     @property
     def currents(self) -> dict[str, list[float]]:
-        """In the motors of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
+        """Motor currents of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
         return self.robot_sim.drive.motor_currents()
 
     @property
     def record(self) -> RunRecord:
-        """Shots, pieces taken in, placements, ways and extremes: what the pages and reports of the run say."""
+        """Shots, pieces taken in, placements, distances and extremes: the data of the run's pages and reports."""
         return self.match.record
 
     @property
     def digest(self) -> str:
-        """Of everything that moved since the start: equal if and only if two runs were the same to the last bit."""
+        """Digest of everything that moved since the start: equal only if two runs agree in every bit."""
         return self.match.digest.hexdigest()
 
     @property
     def realtime_factor(self) -> float:
-        """How many times faster than real time the robot ran so far."""
+        """Simulated time over wall time so far."""
         return self._ran / self._wall if self._wall > 0.0 else math.nan
 
-    # --- what a failed test leaves -----------------------------------------------------------------------------------
+    # --- output of a failed test -------------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
-        """Log telemetry there, from the next tick on."""
+        """Send telemetry to a sink from the next tick on."""
         self._sinks.append(sink)
         if self._physics is not None:
             self._physics.match.sinks.append(sink)
@@ -433,10 +433,10 @@ class RobotTest:
         return self._physics is not None
 
     def require_played(self) -> None:
-        """Refuse what a test says of a mode that it has begun and not played a tick of.
+        """Refuse a mode that the test has begun without playing a tick of it.
 
         Raises:
-            ConditionError: It is so.
+            ConditionError: There is such a mode.
         """
         if not self._is_played:
             raise ConditionError(
@@ -445,11 +445,11 @@ class RobotTest:
             )
 
     def __repr__(self) -> str:
-        """Show a failed assertion where the run was."""
+        """Describe the state of the run for failed assertions."""
         return f"<sim at {self.summary()}>" if self.has_run else "<sim before its start>"
 
     def summary(self) -> str:
-        """One line: the auto, and where robot and score stand."""
+        """Return one line: the auto, robot pose and score."""
         x, y, yaw = self.robot_sim.chassis.pose
         auto = f"auto {self._auto!r}, " if self._auto else ""
         return (
@@ -457,13 +457,13 @@ class RobotTest:
             f"{math.degrees(yaw):.0f} deg, score blue {self.score.blue} red {self.score.red}"
         )
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internals ------------------------------------------------------------------------------------------------
 
     def _run_robot(self) -> None:
         try:
             with self._watched(_NOT_STARTED):
                 self._stack.enter_context(self._control.run_robot())
-        except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
+        except AssertionError as error:  # pyfrc's test class: robotInit has not finished
             self._raise_error_of_robot()
             raise SimcoreError(f"{_NOT_STARTED}; {self._place()}") from error
         if not isinstance(self.robot, (season.wpilib.IterativeRobotBase, *season.loop_classes())):
@@ -519,13 +519,13 @@ class RobotTest:
         if new:
             self.own_threads += new
             _log.warning(
-                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                "%s has its own threads (%s): simulated time does not step them, so two runs may differ",
                 *(self._robot_name, ", ".join(new)),
             )
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """End the process with one sentence where the program hangs in what is inside."""
+        """Exit the process with one sentence if the program hangs in the body of the context."""
         if self._watch is not None:
             self._watch.arm(awaited)
         try:
@@ -537,14 +537,14 @@ class RobotTest:
     def _advance(self, seconds: float) -> None:
         """Step time from loop to loop.
 
-        Whoever steps WPILib's clock waits until all notifiers are waited for. A MagicBot frees its own between two
-        modes: time must not go on before it has come to the first loop of the next mode.
+        Stepping WPILib's clock blocks until all notifiers are waited for. A MagicBot frees its own between two
+        modes: time must stand until it has reached the first loop of the next mode.
         """
         left = round(1e6 * seconds)
         while left > 0:
             until_loop = left if self._loop is None else round(1e6 * (self._next_loop - self._now()))
             step = min(left, until_loop) if until_loop > 0 else left
-            step_timing(1e-6 * (step + 0.5))  # which cuts to whole microseconds
+            step_timing(1e-6 * (step + 0.5))  # the HAL truncates to whole microseconds
             left -= step
             if self._loop is not None:
                 self._wait(lambda: self._now() < self._next_loop - 1e-6)
@@ -558,25 +558,25 @@ class RobotTest:
         return float(Timer.get_monotonic_timestamp())
 
     def _wait(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
-        """Wait for the program's thread, this wall time [s] at most, until the condition holds or it has ended."""
+        """Wait for the program's thread, for this wall time [s] at most, until the condition holds or it has ended."""
         end = time.monotonic() + patience
         while not condition() and self._control.robot_is_alive and time.monotonic() < end:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the line of the program that its thread, or else another one but this, is at; else nothing."""
+        """Return the line of the program that its thread, or another one except this, runs; else nothing."""
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
         rest = (frame for ident, frame in frames.items() if ident not in (robot, threading.main_thread().ident))
         return program_line([*filter(None, [frames.get(robot)]), *rest])
 
     def _place(self) -> str:
-        """Say where the program is, as the end of a sentence."""
+        """Return the place in the program, as the end of a sentence."""
         return f"it is at {self._where() or NO_LINE}"
 
 
 def _require_name(mode: str, name: object) -> None:
-    """Refuse a number of seconds in the place of a name."""
+    """Refuse a number of seconds given as a name."""
     if name is not None and not isinstance(name, str):
         raise ConfigError(
             f"{mode}({name!r}): the name of a mode is text, and seconds are given by name: {mode}(seconds={name!r})"

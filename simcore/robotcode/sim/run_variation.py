@@ -1,13 +1,13 @@
-"""Which of many runs of a robot program this is: seed and scatter (`--sim-seed`, `--sim-scatter`), factors of a sweep.
+"""Identity of one of many runs of a robot program: seed, scatter (`--sim-seed`, `--sim-scatter`), factors of a sweep.
 
-A robot program builds its match in the process in which it runs. Who starts that process says here, before the program
-starts, which of many runs it shall be; whoever builds the match asks:
+A robot program builds its match in its own process. The starter of that process sets the variation here before the
+program starts; the code that builds the match reads it:
 
     variation = run_variation()
     entry = RobotEntry(config=variation.robot(config))
     match = Match(variation.game(game), robots=[entry], seed=variation.seed, scatter=variation.scatter)
 
-A project that is described by `simcore.toml` does so by itself.
+A project with a `simcore.toml` does so by itself.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ __all__ = ["RunVariation", "require_varied", "run_variation", "set_factors", "se
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunVariation:
-    """Which of many runs of a robot program this is."""
+    """One of many runs of a robot program."""
 
     seed: int = 0
-    """Of the match."""
+    """Seed of the match."""
     scatter: Scatter | None = None
-    """By how much things differ; None: as `simcore.toml` says, else not at all."""
+    """Standard deviations of the scatter; None: that of `simcore.toml`, else none."""
     factors: Mapping[str, FactorValue] = field(default_factory=dict)
-    """What a sweep varies of robot and pieces, by name."""
+    """Values by factor that a sweep varies in robot and pieces."""
 
     def robot(self, config: RobotConfig) -> RobotConfig:
-        """The robot of this run.
+        """Return the robot of this run.
 
         Raises:
             ConfigError: There is no such factor, or it cannot have this value.
@@ -45,7 +45,7 @@ class RunVariation:
         return vary_robot(config, self.factors)
 
     def game(self, game: Game) -> Game:
-        """The game of this run; errors as `robot`."""
+        """Return the game of this run; errors as in `robot`."""
         return vary_pieces(game, self.factors)
 
 
@@ -53,23 +53,23 @@ _variation = RunVariation()
 
 
 def run_variation() -> RunVariation:
-    """That of this process."""
+    """Return the variation of this process."""
     return _variation
 
 
 def set_run_variation(variation: RunVariation) -> None:
-    """Set it for all matches of robot programs that are built from now on in this process."""
+    """Set the variation for all matches of robot programs built from now on in this process."""
     global _variation
     _variation = variation
 
 
 def set_factors(factors: Mapping[str, FactorValue]) -> None:
-    """Set what a sweep varies, whatever seed and scatter are."""
+    """Set the factors of a sweep; keep seed and scatter."""
     set_run_variation(replace(_variation, factors=factors))
 
 
 def require_varied(match: Match) -> None:
-    """Refuse a match that a project's own physics.py has built without asking for what this run should have.
+    """Refuse a match that a project's own physics.py has built without this run's variation.
 
     Raises:
         SimcoreError: It has another seed, scatter, robot or game.
@@ -82,7 +82,7 @@ def require_varied(match: Match) -> None:
             "scatter=run_variation().scatter), from simcore"
         )
     config = match.robots[0].config
-    # what has its values already is not changed by them
+    # factors already at their values do not change them
     if wanted.robot(config) != config or wanted.game(match.game).pieces != match.game.pieces:
         raise SimcoreError(
             f"this run varies {', '.join(wanted.factors)}, but physics.py builds its match without; give it "

@@ -1,4 +1,4 @@
-"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped by the robot program's own clock."""
+"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped by the robot program's clock."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ Timer = season.wpilib.Timer
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
-_FEED_MS = 100  # as phoenix6's own Notifier feeds, every 10 ms
+_FEED_MS = 100  # fed by phoenix6's own Notifier, every 10 ms
 
 
 class PhoenixTime:
-    """Keeps the simulated devices on the FPGA's clock.
+    """Clock of the simulated devices, tied to the FPGA's.
 
-    Phoenix 6 feeds its enable signal from a Notifier, a thread of its own: at the instants at which the robot's loop
-    runs too, chance would decide which is first. Here the feed comes before each step, on the thread that steps.
+    Phoenix 6 feeds its enable signal from a Notifier, on its own thread: at instants at which the robot's loop
+    also runs, the order would be random. Here the feed comes before each step, on the stepping thread.
 
     Args:
-        world: The devices.
+        world: Devices.
     """
 
     def __init__(self, world: Emulator) -> None:
         self.world = world
 
     def step(self, dt: float) -> None:
-        """Feed the enable signal and let the devices run for dt [s]."""
+        """Feed the enable signal and advance the devices by dt [s]."""
         self.world.enable.feed(_FEED_MS if RobotState.is_enabled() else 0)
         self.world.step(dt)
 
     def catch_up(self, time: float) -> None:
-        """Let the devices run until `time` on the FPGA's clock [s]; never back."""
+        """Advance the devices to `time` on the FPGA's clock [s]; never back."""
         behind = time - self.world.clock.now
         if behind > 0.0:
             self.step(behind)
 
 
 def install_simulated_phoenix() -> PhoenixTime:
-    """Run Phoenix 6 in simulated time from here on, with no device yet; call before the robot object is built.
+    """Run Phoenix 6 in simulated time from now on, without devices yet; call before the robot object is built.
 
     Raises:
-        SeamError: The installed phoenix6 does not fit; the text names a version that does.
+        SeamError: The installed phoenix6 is incompatible; the text names a compatible version.
     """
     world = emulator.install()
     world.clock.reset(season.start_of_clock())
@@ -62,10 +62,10 @@ def install_simulated_phoenix() -> PhoenixTime:
 
 
 def phoenix_time() -> PhoenixTime | None:
-    """The clock of the simulated devices; None while Phoenix 6 is CTRE's own, on the wall clock."""
+    """Return the clock of the simulated devices; None while Phoenix 6 is CTRE's own, on the wall clock."""
     world = emulator.installed()
     return None if world is None else PhoenixTime(world)
 
 
 def _nothing(self: Any) -> None:
-    """In place of the Notifier that feeds the enable signal."""
+    """Replace the Notifier that feeds the enable signal."""

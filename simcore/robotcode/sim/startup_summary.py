@@ -1,4 +1,4 @@
-"""What a run says at its start, in one screen: what was found or guessed, what nobody moves, what to write."""
+"""Screen at the start of a run: found and guessed devices, unconnected ones, and tables to write."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simcore.robot_file.template import FILE_NAME
 __all__ = ["StartupSummary"]
 
 _WIDTH = 118
-_MOST = 6  # rows of one kind; what is left is counted
+_MOST = 6  # rows of one kind; the rest is counted
 _LABEL = 13
 _ON_NETWORK = "WPILib (5810, 1735){} on every interface of this computer"
 _NOT_ON_NETWORK = (
@@ -23,39 +23,39 @@ _NOT_ON_NETWORK = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartupSummary:
-    """Texts of what a program is made of, by who moves it."""
+    """Texts about a program's parts, by their owner."""
 
     robot: str
-    """Measures and where they are from."""
+    """Measures and their sources."""
     drivetrain: str
-    """Its devices."""
+    """Devices of the drivetrain."""
     assumed: str = ""
-    """What of the drivetrain is a guess."""
+    """Guesses about the drivetrain."""
     described: Sequence[str] = ()
     """Mechanisms of simcore.toml, with devices."""
     sensors: Sequence[str] = ()
     """Sensors of simcore.toml, with ports."""
     lights: str = ""
-    """Devices whose lights are in telemetry."""
+    """Devices with lights in telemetry."""
     guessed: Sequence[tuple[str, str]] = ()
-    """Devices, and what they probably turn."""
+    """Devices, and their likely mechanisms."""
     own: str = ""
     """Devices that the project's own physics moves."""
     nobody: str = ""
-    """Devices that nobody moves."""
+    """Devices without a model."""
     cameras: str = ""
-    """Those that simcore runs."""
+    """Cameras that simcore runs."""
     unseen: str = ""
-    """Cameras that the program talks to and that nobody runs."""
+    """Cameras that the program uses and that nothing feeds."""
     pushed: str = ""
-    """Kinds of pieces that no intake is described for, though the field has them."""
+    """Kinds of the field's pieces without a described intake."""
     has_file: bool = True
     """Whether there is a simcore.toml."""
     is_on_network: bool | None = None
-    """Whether the program listens on its ports, False if another one does; None: it does not."""
+    """Whether the program listens on its ports, False if another one does; None: no network."""
 
     def lines(self) -> list[str]:
-        """The screen: at most 30 lines of some 120 characters.
+        """Return the screen: at most 30 lines of some 120 characters.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
@@ -66,14 +66,14 @@ class StartupSummary:
         """
         rows = [("drivetrain", self.drivetrain)]
         if self.assumed:
-            rows.append(("", f"guessed, to be said in [drivetrain]: {self.assumed}"))
+            rows.append(("", f"guessed, to be written in [drivetrain]: {self.assumed}"))
         rows += _some("described", list(self.described))
         rows += _some("sensors", list(self.sensors))
         rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
         if self.own:
             rows.append(("own physics", self.own))
         if self.nobody:
-            rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
+            rows.append(("nobody moves", f"{self.nobody}: keeps its reading from the start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
         if self.pushed:
@@ -108,6 +108,6 @@ class StartupSummary:
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Rows under one label, the first few of them."""
+    """Return rows under one label, the first few of them."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]

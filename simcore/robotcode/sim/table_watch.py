@@ -1,7 +1,7 @@
-"""Tables of NetworkTables that a robot program asks for.
+"""NetworkTables tables that a robot program uses.
 
-Tables that a program only reads leave no trace: the functions of ntcore that name one are wrapped, and modules that
-were loaded before are searched.
+Tables that a program only reads leave no trace. So this module wraps the functions of ntcore that name one, and
+searches modules loaded earlier.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["TableWatch", "table_watch"]
 
 
 class TableWatch:
-    """First parts of all names that were asked for, in their order."""
+    """Top-level names of the requested topics and tables, in order."""
 
     def __init__(self) -> None:
         self.names: dict[str, None] = {}
@@ -29,13 +29,13 @@ class TableWatch:
             setattr(cls, method, self._noting(getattr(cls, method)))
 
     def search(self, folder: Path) -> None:
-        """Note tables that modules of a project, loaded already, keep at their top or in their classes.
+        """Record tables that loaded modules of a project keep at their top or in their classes.
 
         Args:
-            folder: Of the project.
+            folder: Folder of the project.
         """
         for module in list(sys.modules.values()):
-            names = getattr(module, "__dict__", {})  # not by getattr: that can load a module that loads itself lazily
+            names = getattr(module, "__dict__", {})  # not by getattr, which can trigger a lazy module's import
             file = names.get("__file__")
             if not isinstance(file, str) or "site-packages" in file or not Path(file).is_relative_to(folder):
                 continue
@@ -73,7 +73,7 @@ _watch: TableWatch | None = None
 
 
 def table_watch() -> TableWatch:
-    """That of this process; it watches from the first call on."""
+    """Return the watch of this process; it starts with the first call."""
     global _watch
     if _watch is None:
         _watch = TableWatch()

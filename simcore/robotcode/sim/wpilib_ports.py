@@ -1,7 +1,7 @@
 """WPILib's own devices: motor controllers on PWM and relays, encoders on DIO and analog inputs, gyros.
 
-Each as a port of a drivetrain or a mechanism, and all as a maker's. Nothing here lives on the wall clock, so a robot of
-these devices can be stepped as fast as the machine can, and does exactly the same every time.
+Each is a port of a drivetrain or a mechanism, and all are one maker's. None runs on the wall clock, so a robot of
+these devices can be stepped as fast as the machine allows, and repeats exactly.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ _RAIL = 5.0  # [V] at the roboRIO's analog inputs
 
 
 class ChannelMotor(MotorPort):
-    """Motor controller on a port of the roboRIO, which has no sensor and no configuration; disabled it is off.
+    """Motor controller on a port of the roboRIO, without sensor and configuration; off while disabled.
 
     Args:
-        share: Returns the share of its supply that it puts on the motor [-].
+        share: Returns its duty cycle [-].
         coasts: Whether zero opens the circuit instead of braking.
     """
 
@@ -58,7 +58,7 @@ class ChannelMotor(MotorPort):
         self._supply = 12.0
 
     def set_supply(self, volts: float) -> None:
-        """Take the voltage at its terminals [V]."""
+        """Set the voltage at its terminals [V]."""
         self._supply = volts
 
     def is_open(self) -> bool:
@@ -66,27 +66,27 @@ class ChannelMotor(MotorPort):
         return self._coasts
 
     def volts(self) -> float:
-        """Return what it puts on the motor [V]."""
+        """Return the voltage on the motor [V]."""
         return self._share() * self._supply if RobotState.is_enabled() else 0.0
 
     def duty_cycle(self) -> float:
-        """Return the share of its supply, which is all that it knows [-]."""
+        """Return the duty cycle, its only output [-]."""
         return self.volts() / self._supply
 
     def write(self, rotations: float, rps: float) -> None:
-        """See `MotorPort`; nobody reads it."""
+        """Ignore the rotor, which no sensor reads; see `MotorPort`."""
 
 
 class PWMMotorPort(ChannelMotor):
-    """A PWM motor controller without an encoder of its own: `PWMSparkMax`, `Talon`, `VictorSP`.
+    """A PWM motor controller without its own encoder: `PWMSparkMax`, `Talon`, `VictorSP`.
 
-    Positive is what robot code calls positive, whatever `setInverted` says; the roboRIO resolves the output to 0.4 %.
-    Disabled, it holds PWM neutral; WPILib's simulation does not, so this does.
+    Signs are those of robot code, whatever `setInverted` says; the roboRIO resolves the output to 0.4 %.
+    Disabled, the roboRIO holds PWM neutral; WPILib's simulation does not, so this class does.
 
     Args:
-        controller: Of the robot code, or its channel; followers (`addFollower`) need no port of their own.
-        leader: The robot code's object of the first controller on the shaft, whose inversion counts; None: that of
-            `controller`, and of a mere channel none.
+        controller: Controller of robot code, or its channel; followers (`addFollower`) need no port.
+        leader: Robot code's first controller on the shaft, whose inversion counts; None: that of
+            `controller`, without inversion for a channel.
         coasts: Whether its jumper says coast instead of brake.
     """
 
@@ -103,16 +103,16 @@ class PWMMotorPort(ChannelMotor):
 
 
 class EncoderPort:
-    """A quadrature `Encoder` on a shaft: zero where the shaft is at first, and where robot code resets it.
+    """A quadrature `Encoder` on a shaft: zero at the shaft's first position, and where robot code resets it.
 
-    Positive is forward, whatever direction the encoder is configured with.
+    Positive is forward, whatever the encoder's configured direction.
 
     Args:
-        encoder: Of the robot code, with its distance per pulse set; or the DIO channel A of it.
-        pulses_per_turn: Of the encoder, per turn of itself.
-        gearing: Turns of the encoder per turn of the shaft that the model moves (wheel, azimuth, mechanism) [-].
-        reversed: Whether it counts down while that turns the positive way.
-        start: Angle of the shaft at first [rad].
+        encoder: Encoder of robot code, with its distance per pulse set; or its DIO channel A.
+        pulses_per_turn: Pulses per turn of the encoder.
+        gearing: Turns of the encoder per turn of the model's shaft (wheel, azimuth, mechanism) [-].
+        reversed: Whether it counts down while the shaft turns in the positive direction.
+        start: Initial angle of the shaft [rad].
 
     Raises:
         ConfigError: A number is not above zero.
@@ -134,7 +134,7 @@ class EncoderPort:
         self._base = self._written = start * self._per_rad
 
     def write(self, angle: float, rate: float) -> None:
-        """See `AnglePort`; counts are whole."""
+        """Write whole counts; see `AnglePort`."""
         if self._sim.get_reset():
             self._base = self._written
         pulses = angle * self._per_rad
@@ -147,12 +147,12 @@ class EncoderPort:
 class AbsoluteEncoderPort:
     """A `DutyCycleEncoder` or `AnalogEncoder` on a shaft: knows its angle from the start.
 
-    These read a position of their own in simulation; a bare `DutyCycle` reads the share of the pulse and an
-    `AnalogInput` or `AnalogPotentiometer` volts, which are those of the same angle.
+    These have their own position in simulation; a bare `DutyCycle` reads the duty cycle of the pulse and an
+    `AnalogInput` or `AnalogPotentiometer` the volts of that angle.
 
     Args:
-        encoder: Of the robot code; or its port, `("DIO", 4)` or `("Analog", 0)`, whatever class reads it.
-        zero: What `get()` shows while the module points ahead, in the encoder's own unit.
+        encoder: Encoder of robot code; or its port, `("DIO", 4)` or `("Analog", 0)`, whatever class reads it.
+        zero: Reading of `get()` while the module points forward, in the encoder's own unit.
         gearing: Turns of the encoder per turn of the shaft [-].
         reversed: Whether it counts down while the module turns counter-clockwise.
 
@@ -176,7 +176,7 @@ class AbsoluteEncoderPort:
         self._zero = zero / self._range
 
     def write(self, angle: float, rate: float) -> None:
-        """See `AnglePort`; within one turn."""
+        """Write the angle within one turn; see `AnglePort`."""
         turns = (self._zero + angle * self._turns_per_rad) % 1.0
         if self._position is not None:
             self._position.set(turns * self._range)
@@ -195,12 +195,12 @@ def _port_of(encoder: Any) -> tuple[str, int]:
 
 
 class WPILibGyroPort:
-    """An `ADXRS450_Gyro` or `AnalogGyro`: clockwise positive in degrees, as these are; `reset()` works.
+    """An `ADXRS450_Gyro` or `AnalogGyro`: clockwise positive in degrees, like the devices; `reset()` works.
 
-    What another simulation writes into it lasts until the next `write`.
+    Another simulation's value lasts until the next `write`.
 
     Args:
-        gyro: Of the robot code.
+        gyro: Gyro of robot code.
 
     Raises:
         ConfigError: It is neither of the two.
@@ -219,13 +219,13 @@ class WPILibGyroPort:
             _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.robotcode.program.motor_ports.GyroPort`; only yaw is measured."""
+        """Write the yaw, its only measurement; see `simcore.robotcode.program.motor_ports.GyroPort`."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Make its angle zero, as robot code has."""
+        """Zero its angle, as robot code asks."""
         self._zero = self._turned
 
 
@@ -237,12 +237,12 @@ _AXES = ("x", "y", "z")
 class ADISGyroPort:
     """An `ADIS16448_IMU` or `ADIS16470_IMU`: counter-clockwise positive in degrees about each of its axes.
 
-    Mounted as its configured axes say, each pointing forward, to the left or up. WPILib's simulation knows no `reset`,
-    its tilt from the accelerometer is not set at all, and `calibrate` of the ADIS16470 ends the program: all are
-    answered here. Not simulated: accelerometer, magnetometer.
+    Its configured axes give the mounting, each pointing forward, left or up. WPILib's simulation has no `reset`,
+    does not set the tilt from the accelerometer, and `calibrate` of the ADIS16470 ends the program: this class
+    replaces them. Not simulated: accelerometer, magnetometer.
 
     Args:
-        imu: Of the robot code.
+        imu: IMU of robot code.
     """
 
     def __init__(self, imu: Any) -> None:
@@ -253,7 +253,7 @@ class ADISGyroPort:
         self._rates = [sim.get_double(f"gyro_rate_{axis}") for axis in _AXES]
         yaw = int(imu.getYawAxis())
         pitch, roll = (int(made.getPitchAxis()), int(made.getRollAxis())) if is_16470 else _others(yaw)
-        self._places = (roll, pitch, yaw)  # where what turns about the robot's x, y, z is read
+        self._places = (roll, pitch, yaw)  # places that read rotation about the robot's x, y, z
         self._turned = [0.0, 0.0, 0.0]  # about the sensor's axes [deg]
         self._shown = [0.0, 0.0, 0.0]
         _adis.attach(imu, self)
@@ -267,12 +267,12 @@ class ADISGyroPort:
             self._rates[place].set(math.degrees(rate))
 
     def set_angle(self, place: int, angle: float) -> None:
-        """Make an axis, by number, read this [deg]."""
+        """Set the reading of an axis, by number [deg]."""
         self._shown[place] = angle
         self._angles[place].set(angle)
 
     def reset(self) -> None:
-        """Make all angles zero."""
+        """Zero all angles."""
         for place in range(3):
             self.set_angle(place, 0.0)
 
@@ -281,12 +281,12 @@ class ADISGyroPort:
         return self._turned[self._places[number]]
 
     def place_of(self, axis: Any) -> int:
-        """Return the number of an axis that robot code names: of the sensor, or yaw, pitch or roll."""
+        """Return the number of an axis that robot code names: a sensor's axis, or yaw, pitch or roll."""
         return {3: self._places[2], 4: self._places[1], 5: self._places[0]}.get(int(axis), int(axis))
 
 
 def _others(yaw: int) -> tuple[int, int]:
-    """Return axes for pitch and roll of an ADIS16448, which knows its yaw axis alone."""
+    """Return axes for pitch and roll of an ADIS16448, which defines its yaw axis alone."""
     roll, pitch = (axis for axis in range(3) if axis != yaw)
     return pitch, roll
 
@@ -295,7 +295,7 @@ _adis = Answers[ADISGyroPort]()
 
 
 def _answer_for_adis() -> None:
-    """Answer what WPILib's simulation of both does not; again is harmless."""
+    """Replace the methods of both that WPILib's simulation lacks; may be called again."""
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
         "calibrate": lambda port: port.reset(),
@@ -312,7 +312,7 @@ def _answer_for_adis() -> None:
         },
     }
     if not hasattr(ADIS16448_IMU, "reset"):
-        return  # a season without them
+        return  # a season without these classes
     _adis.wrap(ADIS16448_IMU, common)
     _adis.wrap(ADIS16470_IMU, common | settable)
 
@@ -320,12 +320,12 @@ def _answer_for_adis() -> None:
 # --- the maker ------------------------------------------------------------------------------------------------------
 
 _MOTORS = {"PWMSparkMax": "NEO", "PWMSparkFlex": "NEO Vortex", "PWMTalonFX": "Falcon 500"}
-"""What mostly turns behind a PWM controller; behind others it is a CIM."""
+"""Usual motor behind each PWM controller; behind others it is a CIM."""
 _PULSES = 2048.0
-"""Of an `Encoder` per turn of its shaft; any number does, as robot code knows distances per pulse."""
+"""Pulses of an `Encoder` per turn of its shaft; any number works, as robot code sets the distance per pulse."""
 _GYROS = ("ADIS16448_IMU", "ADIS16470_IMU", "ADXRS450_Gyro", "AnalogGyro")
 _followers: list[tuple[Any, Any]] = []
-"""Leader and follower on PWM, as `addFollower` had them."""
+"""Pairs of leader and follower on PWM from `addFollower`."""
 
 
 class _WPILib(Maker):
@@ -396,4 +396,4 @@ def _port_of_gyro(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) ->
 
 
 MAKER = _WPILib()
-"""See `simcore.robotcode.program.makers`."""
+"""Maker object; see `simcore.robotcode.program.makers`."""

@@ -36,7 +36,7 @@ def group_of(device):
     return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 
 
-def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
+def test_a_flywheel_with_lost_first_answers_is_still_guessed(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     device = Device(bench.talon(5, feedback__sensor_to_mechanism_ratio=1.5, slot0__k_s=0.12), 3)
@@ -46,7 +46,7 @@ def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
-def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
+def test_a_silent_device_is_named_and_the_others_work(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
     from simcore.robotcode.makers.phoenix6.talon_motor import is_configured_clockwise
 
@@ -57,7 +57,7 @@ def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
         is_configured_clockwise(device)
 
 
-def test_the_default_friction_stops_a_guess_that_is_let_go(bench):
+def test_the_default_friction_stops_an_undriven_guess(bench):
     """No kS: 0.2 V. From 12 V it coasts for (12 - 0.2) / 0.2 of its time constant of 50 ms, some 3 s."""
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 

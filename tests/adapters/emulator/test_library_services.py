@@ -15,7 +15,7 @@ def names(statuses):
     return [status.name for status in statuses]
 
 
-def test_generated_telemetry_writes_structs_into_a_log_that_takes_everything(bench):
+def test_generated_telemetry_writes_structs_to_a_log(bench):
     """CTRE's generated telemetry.py does this 250 times a second."""
     from phoenix6 import SignalLogger
     from phoenix6.hoot_schema_type import HootSchemaType
@@ -45,7 +45,7 @@ def test_generated_telemetry_writes_structs_into_a_log_that_takes_everything(ben
     assert SignalLogger.stop().is_ok()
 
 
-def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
+def test_a_bus_with_a_missing_hoot_file_works(bench):
     """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`, imported at any time."""
     from phoenix6 import CANBus, HootReplay, hardware
 
@@ -90,7 +90,7 @@ def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, n
     assert called > 20
 
 
-def test_every_function_that_the_python_library_calls_is_known():
+def test_every_function_of_the_python_library_is_emulated():
     """What is missing is a request of differential mechanisms, and nothing else."""
     import phoenix6
 

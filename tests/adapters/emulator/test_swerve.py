@@ -8,7 +8,7 @@ from simcore.errors import ConfigError
 from simcore.robot.dc_motor import motor
 
 
-def test_constants_become_a_model_by_their_attribute_names(bench):
+def test_constants_become_a_model_by_attribute_name(bench):
     from simcore.robotcode.makers.phoenix6.swerve import swerve_config
 
     limits = SimpleNamespace(

@@ -29,7 +29,7 @@ def test_two_motors_of_one_id_move_apart(bench, on):
         assert talon.configurator.refresh(slot).is_ok() and slot.k_p == gain
 
 
-def test_the_name_rio_is_that_of_the_own_bus(bench, on):
+def test_the_name_rio_means_the_roborios_bus(bench, on):
     from phoenix6 import controls
 
     one, same = on("rio", "TalonFX", 3), on("", "TalonFX", 3)
@@ -37,7 +37,7 @@ def test_the_name_rio_is_that_of_the_own_bus(bench, on):
     assert same.get_motor_voltage().value == pytest.approx(3.0)
 
 
-def test_a_follower_hears_only_its_own_bus(bench, on):
+def test_a_follower_follows_only_on_its_own_bus(bench, on):
     from phoenix6 import controls, signals
 
     lead, decoy = on("rio", "TalonFX", 3), on("canivore", "TalonFX", 4)
@@ -55,7 +55,7 @@ def test_a_follower_hears_only_its_own_bus(bench, on):
     assert far.get_motor_voltage().value == 0.0
 
 
-def test_a_remote_encoder_is_that_of_the_own_bus(bench, on):
+def test_a_remote_encoder_is_on_the_controllers_bus(bench, on):
     from phoenix6 import signals
 
     fused = {

@@ -1,7 +1,7 @@
-"""Which fuel counts in which period: sentences of the 2026 game manual, each with its place and what follows from it.
+"""Periods in which fuel counts: sentences of the 2026 game manual, each with its place and consequences.
 
-Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is what
-Cheesy Arena does (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
+Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is
+Cheesy Arena (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
 """
 
 import pytest
@@ -18,7 +18,7 @@ OTHER = {"blue": "red", "red": "blue"}
 
 
 def hubs(winner: str | None = "blue", coin: str = "blue", **settings: bool) -> HubCount:
-    """After an auto that an alliance has won; None: nobody has scored."""
+    """Return hubs after an auto that an alliance has won; None: nobody has scored."""
     made = HubCount(coin, **settings)  # type: ignore[arg-type]
     if winner:
         made.count(winner, 5.0)  # type: ignore[arg-type]
@@ -74,8 +74,8 @@ def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, per
         assert sheet[f"{period}Points"] == 1 + own * (period == "auto")
 
 
-def test_a_tie_in_auto_is_decided_by_chance_also_without_fuel():
-    """6.4: with equal fuel, FMS chooses. What was drawn stays."""
+def test_chance_decides_a_tie_in_auto_even_without_fuel():
+    """6.4: with equal fuel, FMS chooses. The draw is final."""
     for coin in ALLIANCES:
         made = hubs(None, coin)
         assert made.first_inactive == coin
@@ -85,14 +85,14 @@ def test_a_tie_in_auto_is_decided_by_chance_also_without_fuel():
         assert made.first_inactive == coin, "one to one is a tie again"
 
 
-def test_fuel_of_teleop_never_changes_who_was_ahead_in_auto():
+def test_teleop_fuel_never_changes_the_auto_leader():
     made = hubs("red")
     for _ in range(10):
         made.count("blue", 25.0)
     assert made.first_inactive == "red"
 
 
-def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
+def test_the_match_lasts_two_minutes_forty_plus_a_three_second_pause():
     """Table 6-2."""
     assert MATCH.duration == 20.0 + 3.0 + 140.0
     assert [MATCH.start(f"shift {n}") for n in range(1, 5)] == [33.0, 58.0, 83.0, 108.0]
@@ -114,12 +114,12 @@ def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance,
     assert hubs("blue").light(alliance, time) == light
 
 
-def test_in_practice_both_hubs_count_all_the_time():
+def test_both_hubs_always_count_in_practice():
     made = hubs("blue", practice=True)
     assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
 
 
-def test_thresholds_are_numbers_of_the_event():
+def test_ranking_point_thresholds_depend_on_the_event():
     assert (EventSettings().energized, EventSettings().supercharged, EventSettings().traversal) == (100, 360, 50)
     with pytest.raises(ConfigError, match="energized"):
         EventSettings(energized=-1)
@@ -149,13 +149,13 @@ def test_levels_of_the_tower(sentence, touched, airborne, lowest, level):
     assert tower_level("blue", touched, airborne=airborne, lowest=lowest) == level, f"{sentence} (6.5.2)"
 
 
-def test_g419_a_passage_is_closed_where_no_robot_gets_through():
+def test_g419_a_passage_is_closed_if_no_robot_fits_through():
     assert not is_closed((0.0, 1.28), []) and is_closed((0.0, 1.28), [(0.24, 1.04)])
     assert not is_closed((0.0, 1.85), [(0.0, 0.8)]) and is_closed((0.0, 1.85), [(0.0, 0.8), (1.0, 1.8)])
 
 
 def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCounts | None = None) -> list[int]:
-    """Robot 0 pins 1 for a while, then not, with the pinned one so far off [m] for so long [s]; fouls by number."""
+    """Let robot 0 pin 1 for a time, then release it this far away [m] for a time [s]; return fouls by number."""
     made, found = counts or PinCounts(), []
     for tick in range(round((seconds + gap) / 0.02)):
         here = tick < round(seconds / 0.02)
@@ -172,7 +172,7 @@ def test_g418_pins(seconds, fouls):
     assert pin(seconds) == fouls
 
 
-def test_g418_a_count_goes_on_until_they_are_six_feet_apart_for_three_seconds():
+def test_g418_a_pin_count_continues_until_robots_are_six_feet_apart_for_three_seconds():
     counts = PinCounts()
     assert pin(2.0, away=1.9, gap=2.0, counts=counts) == [] and pin(1.2, counts=counts) == [0]
     counts = PinCounts()
@@ -181,7 +181,7 @@ def test_g418_a_count_goes_on_until_they_are_six_feet_apart_for_three_seconds():
     assert pin(2.0, away=0.9, gap=3.2, counts=counts) == [] and pin(1.2, counts=counts) == [0]
 
 
-def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
+def test_g418_a_pin_count_ends_when_the_pinned_robot_pins_the_other():
     counts, places = PinCounts(), {0: (2.0, 2.0), 1: (2.8, 2.0)}
     for pins in [{(0, 1)}] * 100 + [{(1, 0)}] * 10:
         counts.update(0.02, pins, places)
@@ -191,8 +191,8 @@ def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
 @pytest.mark.parametrize(
     "places", [{0: (4.0, 2.0), 1: (4.8, 2.0)}, {0: (3.0, 2.0), 1: (4.7, 2.0)}], ids=["both", "one"]
 )
-def test_g418_a_count_ends_three_seconds_after_either_has_moved_on(places):
-    """They stay closer, but it is six feet from where the pin began."""
+def test_g418_a_pin_count_ends_three_seconds_after_either_robot_moves_away(places):
+    """They stay closer, but six feet from where the pin began."""
     for time, left in ((2.9, True), (3.1, False)):
         counts = PinCounts()
         pin(2.0, counts=counts)
@@ -201,7 +201,7 @@ def test_g418_a_count_ends_three_seconds_after_either_has_moved_on(places):
         assert (counts.seconds((0, 1)) > 0.0) is left
 
 
-def test_g418_three_seconds_apart_are_three_seconds_in_one_piece():
+def test_g418_the_three_seconds_apart_must_be_continuous():
     counts = PinCounts()
     pin(2.0, away=1.9, gap=2.0, counts=counts)
     counts.update(0.02, set(), {0: (2.0, 2.0), 1: (2.8, 2.0)})  # together for one tick

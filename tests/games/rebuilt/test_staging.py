@@ -39,7 +39,7 @@ def test_preloads_of_absent_robots_go_to_the_neutral_zone(robots, fuel):
     assert Staging().in_neutral_zone(robots) == fuel
 
 
-def test_the_full_box_measures_206_by_72_inches_about_the_middle_of_the_field():
+def test_the_full_box_measures_206_by_72_inches_around_the_field_center():
     """From the outside of the first fuel to the outside of the last, within the jitter of 1 mm and 0.09 in of air."""
     places = neutral_places(408, rng())
     low, high = places.min(axis=0) - RADIUS, places.max(axis=0) + RADIUS
@@ -48,7 +48,7 @@ def test_the_full_box_measures_206_by_72_inches_about_the_middle_of_the_field():
     assert (low + high)[:2] / 2 == pytest.approx(FIELD_CENTER, abs=0.002)
 
 
-def test_the_divider_of_two_inches_is_kept_free():
+def test_no_fuel_is_staged_on_the_two_inch_divider():
     y = neutral_places(408, rng())[:, 1] - FIELD_WIDTH / 2
     assert (np.abs(y) - RADIUS).min() >= inches(1.0) - 0.001
 
@@ -74,7 +74,7 @@ def test_a_depots_fuel_lies_between_its_barriers_and_the_wall(alliance):
     assert np.abs(y - DEPOT_Y).max() + reach < DEPOT_WIDTH / 2 - DEPOT_BARRIER_WIDTH
 
 
-def test_the_seed_decides():
+def test_staging_depends_on_the_seed():
     assert (neutral_places(400, rng(4)) == neutral_places(400, rng(4))).all()
     assert not np.array_equal(neutral_places(400, rng(4)), neutral_places(400, rng(5)))
     assert not np.array_equal(depot_places("blue", 24, rng(4)), depot_places("blue", 24, rng(5)))
@@ -87,7 +87,7 @@ def test_counts_must_be_whole(field, value):
         Staging(**{field: value})
 
 
-def test_more_than_fits_is_refused():
+def test_more_fuel_than_fits_is_refused():
     with pytest.raises(ConfigError, match="depot must be a whole number from 0 to 24 fuel, got 25"):
         Staging(depot=25)
     with pytest.raises(ConfigError, match="the neutral zone holds 408 fuel, got 409"):

@@ -36,7 +36,7 @@ def driven(alliance="blue", symmetry="rotate", controls=None, game=None):
     ("alliance", "symmetry", "ahead", "left"),
     [("blue", "rotate", 1, 1), ("red", "rotate", -1, -1), ("red", "mirror", -1, -1), ("blue", "mirror", 1, 1)],
 )
-def test_sticks_are_of_the_drivers_own_station(alliance, symmetry, ahead, left):
+def test_sticks_are_relative_to_the_drivers_station(alliance, symmetry, ahead, left):
     """Whatever the robot's heading; and counter-clockwise is so for everybody."""
     match, person = driven(alliance, symmetry)
     with match:
@@ -80,7 +80,7 @@ def test_after_robots_were_disabled_it_starts_from_rest():
         assert 0.1 < robot.chassis.speed < 0.1 * controller.settings.acceleration + 0.05
 
 
-def test_an_action_runs_while_its_button_is_held_and_takes_the_sticks_only_if_it_steers():
+def test_an_action_runs_while_its_button_is_held_and_overrides_sticks_only_if_it_steers():
     seen = []
 
     def count(robot):
@@ -112,7 +112,7 @@ def test_an_action_runs_while_its_button_is_held_and_takes_the_sticks_only_if_it
         assert not match._controllers[0].is_feeding
 
 
-def test_it_is_taken_over_while_robots_may_move_and_stays_taken():
+def test_a_person_takes_over_while_robots_may_move_and_keeps_the_robot():
     clock = MatchClock([Phase("auto", 0.4, "auto"), Phase("pause", 0.4, "disabled"), Phase("teleop", 2.0)])
     game = replace(Game.bare(), clock=clock)
     played = []
@@ -145,7 +145,7 @@ def test_it_is_taken_over_while_robots_may_move_and_stays_taken():
         played.clear()
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_controls_and_input_are_refused():
     with pytest.raises(ConfigError, match=r"DriverInput: ahead must be .* got nan"):
         DriverInput(ahead=math.nan)
     with pytest.raises(ConfigError, match="at most 4 scripts by name"):

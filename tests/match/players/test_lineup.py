@@ -33,7 +33,7 @@ GAME = replace(
 )
 
 
-def test_seats_are_in_the_order_of_the_robots_and_me_is_the_first():
+def test_seats_have_the_order_of_robots_with_me_first():
     assert lineup(GAME, red="taker:4, waiter", blue="taker") == (
         Seat("blue", "taker", 2),
         Seat("red", "taker", 4),
@@ -58,7 +58,7 @@ def test_seats_are_in_the_order_of_the_robots_and_me_is_the_first():
         ("taker,", "", "no role of bare named ''"),
     ],
 )
-def test_what_cannot_be_is_refused_with_what_would_work(red, blue, problem):
+def test_an_invalid_line_up_is_refused_with_what_would_work(red, blue, problem):
     with pytest.raises(ConfigError if "role" not in problem else UnknownNameError) as caught:
         lineup(GAME, red=red, blue=blue)
     assert problem in str(caught.value)
@@ -69,7 +69,7 @@ def test_a_game_without_roles_says_so():
         read_player(Game.bare(), "taker")
 
 
-def test_players_drive_while_robots_may_move_and_a_match_lasts_until_it_is_judged():
+def test_players_drive_while_robots_may_move_and_a_match_lasts_until_its_assessment():
     clock = GAME.clock
     assert match_seconds(GAME) == pytest.approx(clock.duration + 3.0 + 2 * TICK)
     seats = lineup(GAME, blue="me,taker:3", red="taker:2")
@@ -84,7 +84,7 @@ def test_players_drive_while_robots_may_move_and_a_match_lasts_until_it_is_judge
         assert match.robots[1].chassis.speed < 0.05, "disabled"
 
 
-def test_a_player_begins_anew_with_each_auto_and_coasts_while_disabled():
+def test_a_player_restarts_with_each_auto_and_coasts_while_disabled():
     """Not with teleop, nor when robots are enabled again in the course of it."""
     timer = SimpleNamespace(is_enabled=False, phase=SimpleNamespace(mode="auto"))
     make, robot = Mock(side_effect=Mock), SimpleNamespace(drive=Mock(), mechanisms={"roller": Mock()})

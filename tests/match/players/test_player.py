@@ -30,11 +30,11 @@ def nearest(start, way, place):
     return float(np.hypot(*(points - place).T).min())
 
 
-def test_in_the_open_and_under_a_gate_it_is_the_straight_line():
+def test_a_route_in_the_open_or_under_a_gate_is_a_straight_line():
     assert route_map(WALL, GATE).route((2.0, 3.0), (6.0, 5.0)) == [(6.0, 5.0)]
 
 
-def test_around_a_wall_it_is_as_long_as_the_tangents_on_its_end():
+def test_a_route_around_a_wall_is_as_long_as_the_tangents_to_its_end():
     """Two tangents on circles of 0.6 m about the corners of the wall's end, the arcs, and its 0.2 m of thickness.
 
     The grid's steps of 45 degrees may make it 8 % longer.
@@ -49,7 +49,7 @@ def test_around_a_wall_it_is_as_long_as_the_tangents_on_its_end():
     assert shortest * 0.97 < length(start, way) < shortest * 1.08
 
 
-def test_it_keeps_clear_of_other_robots_but_goes_to_one_that_is_its_goal():
+def test_a_route_avoids_other_robots_except_its_goal():
     routes, start, goal, other = route_map(), (4.0, 4.0), (8.0, 4.0), (6.0, 4.05)
     assert nearest(start, routes.route(start, goal, [other]), other) > 0.8
     assert routes.route(start, goal, [(8.3, 4.0)]) == [goal]
@@ -64,12 +64,12 @@ def test_red_sees_the_field_flipped():
     assert nearest(seen_start, seen, (8.0, 3.0)) == pytest.approx(nearest(start, way, (8.0, 5.0)), abs=0.02)
 
 
-def test_a_start_inside_of_something_finds_its_way_out():
+def test_a_route_leads_out_of_an_obstacle():
     way = route_map(WALL).route((8.0, 1.0), (5.0, 1.0))
     assert way[-1] == (5.0, 1.0)
 
 
-def test_ramps_are_known_and_places_are_free_or_not():
+def test_the_map_knows_ramps_and_free_places():
     routes = route_map(WALL, RAMP, drivable=("ramp",))
     assert routes.is_ramp((11.5, 4.0)) and not routes.is_ramp((10.5, 4.0))
     assert routes.is_free((11.5, 4.0)) and routes.is_free((4.0, 4.0))

@@ -48,14 +48,14 @@ def test_a_pose_reset():
         ("080110075204" + "0a020a00", "has no attitude"),
     ],
 )
-def test_a_command_that_is_none_is_answered_with_the_reason(data, problem):
+def test_an_invalid_command_is_answered_with_the_reason(data, problem):
     command = read_command(bytes.fromhex(data))
     assert command.reset is None and command.number == 7
     assert problem in command.problem
 
 
 @each("data", [b"\xff\xff", b"\x52\x7f", b"\x0b", b"\x08" + b"\x80" * 12])
-def test_what_is_no_message_is_refused(data):
+def test_an_invalid_message_is_refused(data):
     with pytest.raises(ConfigError, match="QuestNav message"):
         read_command(data)
 

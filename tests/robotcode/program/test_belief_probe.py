@@ -64,7 +64,7 @@ def probed(*modules):
 
 
 @pytest.mark.parametrize("kind", [Live, Kept])
-def test_a_module_is_known_by_what_it_says_at_once_or_after_its_update(kind):
+def test_a_module_is_measured_with_and_without_its_update(kind):
     modules = [kind(), kind()]
     for belief in probed(*modules):
         assert belief.zero == pytest.approx(OFFSET)
@@ -75,7 +75,7 @@ def test_a_module_is_known_by_what_it_says_at_once_or_after_its_update(kind):
     assert modules[0].updates == 0 or kind is Kept  # nothing is called that need not be
 
 
-def test_a_module_that_reads_no_sensor_is_told_from_one_that_says_nothing():
+def test_a_module_without_sensors_differs_from_one_without_answers():
     assert all(belief.is_deaf for belief in probed(Deaf()))
     silent = SimpleNamespace(ports=Live().ports)
     assert not any(belief.is_deaf for belief in probed(silent))

@@ -65,7 +65,7 @@ def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
     assert found.measures["wheel_radius"].is_guess
 
 
-def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
+def test_a_motor_turn_is_the_distance_that_the_program_counts(tmp_path):
     found = complete_measures(swerve(0.05), RobotSettings(), tmp_path)
     assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
 
@@ -82,7 +82,7 @@ def test_a_tank_may_count_in_another_unit(tmp_path, unit, size):
 
 @each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
 @each("half", [0.25, 0.6])
-def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, size, half):
+def test_wheel_positions_are_converted_to_meters(unit, size, half):
     """Of robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
     found = swerve(None)
     wheels = tuple(
@@ -93,28 +93,28 @@ def test_places_of_wheels_are_in_meters_whatever_the_program_has_them_in(unit, s
     assert [unit in sentence for sentence in made.differences] == [True] * (unit != "meters")
 
 
-def test_a_motor_with_foc_is_no_other_motor(planned):
+def test_a_motor_with_foc_is_the_same_motor(planned):
     """It is a license, and no motor: nothing to say."""
     for name, count in (("Kraken X60 FOC", 0), ("Kraken X44", 1)):
         said = swerve(None, drive_motor=Measure(name, "positions"))
         assert len(complete_measures(said, RobotSettings(), planned(driveMotorType="krakenX60")).differences) == count
 
 
-def test_settings_do_not_give_way_to_a_way_that_no_robot_drives(planned):
+def test_settings_win_over_an_implausible_distance(planned):
     """0.5 m a turn of the motor are 47 m/s: not measured on the robot."""
     found = complete_measures(swerve(0.5), RobotSettings(), planned())
     assert (found.measure("drive_gearing"), found.measure("wheel_radius")) == (5.9, 0.048)
     assert any("odometry will be off by that much" in sentence for sentence in found.differences)
 
 
-def test_settings_of_pathplanner_fill_what_the_program_does_not_say(planned):
+def test_pathplanner_settings_fill_gaps_of_the_program(planned):
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), planned())
     assert [found.measure(n) for n in ("mass", "yaw_inertia", "wheel_cof", "wheel_radius")] == [61.0, 5.2, 1.4, 0.048]
     assert found.measure("drive_motor") == "NEO Vortex" and not found.measures["drive_motor"].is_guess
     assert found.differences == ()
 
 
-def test_what_contradicts_the_program_is_one_sentence_each(planned):
+def test_each_contradiction_is_one_sentence(planned):
     folder = planned(driveGearing=6.75, flModuleX=0.35)
     found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
     places, way = found.differences
@@ -124,7 +124,7 @@ def test_what_contradicts_the_program_is_one_sentence_each(planned):
 
 
 @pytest.mark.parametrize(("volts", "is_weak"), [(1.0, True), (11.4, False)])
-def test_a_feed_forward_that_is_a_share_of_full_output_is_said(tmp_path, volts, is_weak):
+def test_a_feed_forward_in_duty_cycle_is_reported(tmp_path, volts, is_weak):
     """As MAXSwerve's velocityFF was, 1 / free speed, before REVLib 2026 took volts: 1 V where 12 are needed."""
     found = swerve(0.05)
     found = replace(found, free_speed_volts=(Measure(volts, "SPARK MAX 11"),))
@@ -143,7 +143,7 @@ def test_the_file_overrides_all(planned):
     assert "mass is 48 (simcore.toml) but 61 (PathPlanner's settings)" in found.differences
 
 
-def test_choreo_says_its_own(tmp_path):
+def test_choreo_settings_are_read(tmp_path):
     folder = tmp_path / "deploy" / "choreo"
     folder.mkdir(parents=True)
     corner = {"x": {"exp": "11 in", "val": 0.2794}, "y": {"exp": "11 in", "val": 0.2794}}
@@ -158,14 +158,14 @@ def test_choreo_says_its_own(tmp_path):
     assert measures["places"].value[3] == (-0.2794, -0.2794)
 
 
-def test_settings_that_are_no_json_are_left_out(tmp_path, caplog):
+def test_settings_that_are_no_json_are_ignored(tmp_path, caplog):
     path = tmp_path / "deploy" / "pathplanner"
     path.mkdir(parents=True)
     (path / "settings.json").write_text("{")
     assert project_measures(tmp_path) == [] and "is not read" in caplog.text
 
 
-def test_a_way_that_no_robot_drives_is_told(tmp_path):
+def test_an_implausible_distance_is_reported(tmp_path):
     """A NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing twice."""
     assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
     for way in (1.0 / 7.36, 0.0018):
@@ -173,7 +173,7 @@ def test_a_way_that_no_robot_drives_is_told(tmp_path):
         assert f"{5676 / 60 * way:.3g} m/s at its free speed" in text and "circumference" in text
 
 
-def test_turns_of_the_wheel_are_taken_for_no_meters(tmp_path):
+def test_wheel_turns_are_not_taken_as_meters(tmp_path):
     """1 / 8.45 m a turn were 11 m/s; of a tank, whose odometry may multiply, nothing is told."""
     way = {"meters_per_rotor_turn": Measure(1.0 / 8.45, "conversion factor")}
     sides = tuple(FoundWheel(name=n, place=(0.0, y), motors=(SPARK,)) for n, y in (("left", 0.3), ("right", -0.3)))
@@ -197,7 +197,7 @@ def test_a_tank_has_a_dropped_center_unless_the_file_says_otherwise(said, lowere
 
 
 @pytest.mark.parametrize("said", [None, False, True])
-def test_which_way_is_forward_is_a_guess_unless_the_file_says(said, tmp_path):
+def test_forward_is_a_guess_unless_the_file_gives_it(said, tmp_path):
     sides = tuple(
         FoundWheel(name=name, place=(0.0, y), motors=(SPARK,)) for name, y in (("left", 0.3), ("right", -0.3))
     )
@@ -208,7 +208,7 @@ def test_which_way_is_forward_is_a_guess_unless_the_file_says(said, tmp_path):
     assert done.measures["reversed"].is_guess == (said is None)
 
 
-def test_a_way_too_short_for_wheels_of_4_in_is_that_of_smaller_ones(tmp_path):
+def test_a_short_distance_means_smaller_wheels(tmp_path):
     """12 mm a turn are 27:1 with them, more than any gears; with wheels of 3 in 20:1."""
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess

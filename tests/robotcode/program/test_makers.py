@@ -33,7 +33,7 @@ def test_the_file_names_the_motor_controllers_that_makers_make():
 
 
 @needs_all
-def test_devices_of_other_makers_are_named_once():
+def test_unserved_devices_are_named_once():
     names = [
         *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
         *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
@@ -77,7 +77,7 @@ def test_devices_are_known_by_object_and_forgotten_with_it():
     assert [str(d) for d in devices.devices()] == ["motor 2"]
 
 
-def test_followers_are_grouped_by_key_id_or_object_and_strays_stand_alone():
+def test_followers_are_grouped_by_key_id_or_object_and_others_stay_single():
     devices = [BuiltDevice("motor", DeviceAddress(k), Motor(k)) for k in range(6)]
     first = DeviceAddress(0)
     leaders = {1: (("motor", first), True), 2: (first, False), 3: (devices[0].hardware, True)}

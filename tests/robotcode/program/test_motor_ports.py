@@ -85,7 +85,7 @@ def test_zero_volts_brake_or_coast_as_the_controller_says(coasts, slows):
     assert (current > 5.0) == slows
 
 
-def test_tank_sides_are_their_own():
+def test_tank_sides_move_independently():
     drive = TankDrive(TankConfig())
     left, right, encoders = Controller(6.0), Controller(-6.0), (Angle(), Angle())
     ports = ShaftPorts(drive, ([left.port], [right.port]), encoders=encoders)

@@ -84,14 +84,14 @@ FAULTS: dict[str, tuple[Callable[[int, Pose], Pose], str]] = {
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_nothing_is_said_while_odometry_is_right(name, caplog):
+def test_no_warning_while_odometry_is_right(name, caplog):
     rows, sees = GOOD[name]
     assert _watched(rows, caplog, sees=sees) == []
 
 
 @pytest.mark.parametrize("sees", [False, True], ids=["blind", "with cameras"])
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_is_told_once_with_its_cause(name, sees, caplog):
+def test_a_fault_is_reported_once_with_its_cause(name, sees, caplog):
     believed, cause = FAULTS[name]
     said = _watched([(believed(k, p), p) for k, p in enumerate(TRUTH)], caplog, sees=sees)
     assert len(said) == 1 and cause in said[0]
@@ -105,14 +105,14 @@ SIDEWAYS: dict[str, tuple[float, Callable[[int, Pose], Pose], str]] = {
 
 
 @pytest.mark.parametrize("name", SIDEWAYS)
-def test_a_fault_of_a_robot_that_keeps_its_heading_is_told_with_its_cause(name, caplog):
+def test_a_fault_at_constant_heading_is_reported_with_its_cause(name, caplog):
     rate, believed, cause = SIDEWAYS[name]
     there = [(x, y, 0.0) for x, y, _ in _path(BEGIN, rate=rate)]
     said = _watched([(believed(k, p), p) for k, p in enumerate(there)], caplog)
     assert len(said) == 1 and cause in said[0]
 
 
-def test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what_cameras_mended_may_break(caplog):
+def test_errors_while_disabled_after_a_reset_or_mended_by_cameras_are_no_fault(caplog):
     assert _watched([(BEGIN, p) for p in TRUTH], caplog, disabled=len(TRUTH)) == []
     elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # three ticks after it was asked for
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []
@@ -121,7 +121,7 @@ def test_what_happens_while_it_is_disabled_or_after_a_reset_is_no_fault_and_what
     assert "robot 0 believes to have gone" in said
 
 
-def test_a_pose_that_nothing_updates_says_so_wherever_the_robot_drives(caplog):
+def test_a_pose_without_updates_is_reported(caplog):
     caplog.set_level(logging.WARNING)
     said = _watched([((0.0, 0.0, 0.0), p) for p in _path(RED)], caplog, why="Nothing updates it in simulation")
     assert len(said) == 1 and "Nothing updates it in simulation" in said[0] and "encoders" not in said[0]

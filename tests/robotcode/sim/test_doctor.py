@@ -35,8 +35,8 @@ def test_python(version, level, advice):
     ("installed", "level", "words"),
     [
         ({"simcore": "1.0", "wpilib": "2026.2.2", "numpy": "2.4"}, "ok", "simcore 1.0, numpy 2.4, wpilib 2026.2.2"),
-        ({"simcore": "1.0", "wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, "fail", "2025.3.2 beside WPILib of 2026"),
-        ({"simcore": "1.0", "wpilib": "2027.0.0a7", "phoenix6": "26.3.0"}, "fail", "26.3.0 beside WPILib of 2027"),
+        ({"simcore": "1.0", "wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, "fail", "2025.3.2 next to WPILib of 2026"),
+        ({"simcore": "1.0", "wpilib": "2027.0.0a7", "phoenix6": "26.3.0"}, "fail", "26.3.0 next to WPILib of 2027"),
         ({"simcore": "1.0", "numpy": "2.0"}, "warn", "nothing of WPILib"),
         ({"wpilib": "2026.2.2"}, "warn", "runs from a folder and is not installed"),
     ],
@@ -47,7 +47,7 @@ def test_versions(installed, level, words):
     assert bool(found.advice) == (level != "ok") and "\n" not in found.text + found.advice
 
 
-def test_a_mixture_of_seasons_is_what_is_said_when_a_library_of_it_does_not_load(monkeypatch):
+def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
     """Of a library that is not there at all, the command that brings it."""
     monkeypatch.setattr(season, "import_module", lambda name: importlib.import_module(f"{name}_is_not_there"))
     mixture = {"wpilib": "2026.2.2", "pyntcore": "2027.0.0a7"}
@@ -57,7 +57,7 @@ def test_a_mixture_of_seasons_is_what_is_said_when_a_library_of_it_does_not_load
         lambda: [SimpleNamespace(metadata={"Name": name}, version=version) for name, version in mixture.items()],
     )
     load = season._module.__wrapped__
-    with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 beside WPILib of 2026: make"):
+    with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 next to WPILib of 2026: make"):
         load("ntcore")
     mixture.clear()
     with pytest.raises(ConfigError, match=r"this needs ntcore of WPILib, which cannot be imported .* brings it"):
@@ -101,7 +101,7 @@ def test_run(milliseconds, level, monkeypatch):
     assert found.level == level and f"a tick takes {milliseconds:.1f} of its 20 ms" in found.text
 
 
-def test_a_run_that_cannot_be(monkeypatch):
+def test_an_impossible_run(monkeypatch):
     def games(found):
         monkeypatch.setattr("simcore.match.registry.installed_games", found)
         return list(doctor.check_run())
@@ -122,7 +122,7 @@ def parsed(*words: str) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def test_the_command_here_and_now(tmp_path, capsys):
+def test_the_command_on_this_computer(tmp_path, capsys):
     status = doctor.run(parsed("--json", "--folder", str(tmp_path)))
     report = json.loads(capsys.readouterr().out)
     levels = {row["check"]: row["level"] for row in report["findings"]}
@@ -131,7 +131,7 @@ def test_the_command_here_and_now(tmp_path, capsys):
     assert all(row["advice"] for row in report["findings"] if row["level"] != "ok")
 
 
-def test_a_failure_is_status_1_and_stands_in_the_table(tmp_path, capsys):
+def test_a_failure_is_status_1_and_in_the_table(tmp_path, capsys):
     (tmp_path / "robot.py").write_text("import no_such_library")
     assert doctor.run(parsed("--no-physics", "--folder", str(tmp_path))) == 1
     said = capsys.readouterr().out
@@ -150,7 +150,7 @@ def test_the_table_on_any_terminal(encoding):
     assert any("[b]" in line for line in lines), "square brackets are no markup"
 
 
-def test_nothing_of_a_vendor_is_loaded_by_looking():
+def test_the_check_loads_no_vendor_library():
     """It must work where half of it is missing."""
     code = (
         "import sys, simcore.robotcode.sim.doctor\n"

@@ -48,7 +48,7 @@ def test_storage_is_counted_by_kind():
     assert two.look() and not cubes.look()
 
 
-def test_a_piece_needs_its_time_from_the_intake_unless_it_was_there_at_the_start():
+def test_a_piece_takes_time_from_the_intake_unless_preloaded():
     assert eye(Robot(1), delay=0.1).look()
     robot = Robot()
     sensor = eye(robot, delay=0.1)
@@ -62,7 +62,7 @@ def test_a_piece_needs_its_time_from_the_intake_unless_it_was_there_at_the_start
 
 
 @pytest.mark.parametrize("place", ["intake", "shooter"])
-def test_a_piece_that_passes_is_seen_for_its_time_and_only_on_its_way(place):
+def test_a_passing_piece_is_seen_while_it_passes(place):
     robot = Robot(1)
     sensor = eye(robot, place, passing_time=3 * TICK)
     assert ticks_seen(sensor, 2) == [False, False]
@@ -74,7 +74,7 @@ def test_a_piece_that_passes_is_seen_for_its_time_and_only_on_its_way(place):
     assert (seen_in, seen_out) == ((passing, not_passing) if place == "intake" else (not_passing, passing))
 
 
-def test_a_claw_is_seen_and_what_moves_within_the_robot_passes_nothing():
+def test_a_claw_sensor_sees_its_piece_and_internal_moves_pass_nothing():
     robot = Robot(1)
     claw, shooter = eye(robot, "claw"), eye(robot, "shooter")
     assert not claw.look() and not shooter.look()

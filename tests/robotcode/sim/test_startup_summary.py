@@ -3,7 +3,7 @@
 from simcore.robotcode.sim.startup_summary import StartupSummary
 
 
-def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
+def test_many_devices_fit_on_one_screen_with_every_kind():
     lines = StartupSummary(
         robot="Robot is on the field of REBUILT (2026): 55 kg, bumpers 0.80 x 0.80 m",
         drivetrain="TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9",
@@ -31,18 +31,18 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         assert expected in text, expected
 
 
-def test_pieces_that_no_intake_takes_in_are_said():
+def test_pieces_without_an_intake_are_reported():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", pushed="fuel").lines()
     assert any("intake       not described: fuel is pushed, not taken in" in line for line in lines)
     assert not any("intake" in line for line in StartupSummary(robot="Robot", drivetrain="TalonFX 1-8").lines())
 
 
-def test_without_a_file_it_says_how_to_get_one():
+def test_without_a_file_the_screen_names_simcore_init():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", has_file=False).lines()
     assert "`simcore init` writes a simcore.toml" in lines[-1]
     assert not any("network" in line for line in lines), "a test listens nowhere"
 
 
-def test_a_second_simulation_is_said():
+def test_a_second_simulation_is_reported():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", is_on_network=False).lines()
     assert "holds port 5810 of NetworkTables: dashboards show that one" in " ".join(" ".join(lines).split())

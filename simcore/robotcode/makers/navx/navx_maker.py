@@ -1,8 +1,8 @@
-"""Studica's navX, whose yaw is clockwise positive, and navX3, as their library shows them to robot code.
+"""Studica's navX, whose yaw is clockwise positive, and navX3, as robot code reads them through their library.
 
-Of a navX the library reads the SimDevice on a thread of its own, 50 times a second on the wall clock. So what robot
-code asks for is answered here, the same in real and in simulated time; the SimDevice is written as well, for whoever
-looks at it. Not simulated: displacement, velocity, accelerometer, compass.
+The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. So this module answers
+robot code's calls itself, equally in real and in simulated time; it also writes the SimDevice, for other
+readers. Not simulated: displacement, velocity, accelerometer, compass.
 
 Axes: x to the right, y forward, z up; pitch is positive as the nose goes up, roll as the left side goes down, yaw
 clockwise. Source: Studica's navX-MXP manual, "Orientation", for a board that lies flat.
@@ -28,21 +28,21 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 
 
 class NavxPort:
-    """The simulated side of one `AHRS`.
+    """Simulated side of one `AHRS`.
 
-    `reset()` and `zeroYaw()` make yaw and angle zero, as the library's software reset does: quaternion and fused
+    `reset()` and `zeroYaw()` zero yaw and angle, as the library's software reset does: quaternion and fused
     heading stay.
 
     Args:
-        ahrs: That robot code has built.
+        ahrs: Object of robot code.
     """
 
     def __init__(self, ahrs: navx.AHRS) -> None:
         self.adjustment = float(ahrs.getAngleAdjustment())
-        """Added to the continuous angle [deg]."""
+        """Offset of the continuous angle [deg]."""
         self._zero = self._turned = 0.0  # clockwise [deg]
         self.rate = self.pitch = self.roll = 0.0
-        """As robot code reads them [deg/s, deg, deg]."""
+        """Rate, pitch and roll as robot code reads them [deg/s, deg, deg]."""
         self._attitude = Rotation3d()
         sim = SimDeviceSim(f"navX-Sensor[{ahrs.getPort()}]")
         self._shown = [sim.getDouble(name) for name in ("Yaw", "Pitch", "Roll", "Rate", "FusedHeading")]
@@ -59,31 +59,31 @@ class NavxPort:
 
     @property
     def yaw(self) -> float:
-        """Clockwise since the last reset, within half a turn [deg]."""
+        """Yaw clockwise since the last reset, within half a turn [deg]."""
         return math.remainder(self._turned - self._zero, 360.0)
 
     @property
     def angle(self) -> float:
-        """The same, continuous over turns, with the adjustment [deg]."""
+        """Yaw, continuous over turns, plus the adjustment [deg]."""
         return self._turned - self._zero + self.adjustment
 
     @property
     def fused_heading(self) -> float:
-        """Clockwise from where it was switched on, from 0 to 360 [deg]."""
+        """Heading clockwise since it was switched on, from 0 to 360 [deg]."""
         return self._turned % 360.0
 
     @property
     def quaternion(self) -> Quaternion:
-        """Attitude in the sensor's axes, from where it was switched on."""
+        """Attitude in the sensor's axes, since it was switched on."""
         q = self._attitude.getQuaternion()
         return Quaternion(q.W(), -q.Y(), q.X(), q.Z())
 
     def zero(self) -> None:
-        """Make yaw and angle zero."""
+        """Zero yaw and angle."""
         self._zero = self._turned
 
     def adjust(self, adjustment: float) -> None:
-        """Set what is added to the angle [deg]."""
+        """Set the offset of the angle [deg]."""
         self.adjustment = float(adjustment)
 
 
@@ -93,10 +93,10 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """The simulated side of one `Navx` (navX3): counter-clockwise positive, as its `getRotation2D` shows its yaw.
+    """Simulated side of one `Navx` (navX3): counter-clockwise positive, as its `getRotation2D` returns its yaw.
 
-    Its library reads the SimDevice at once; `resetYaw()` makes yaw zero there and leaves the continuous angle. Its
-    other axes are taken to be the robot's: x forward, y to the left.
+    Its library reads the SimDevice at once; `resetYaw()` zeroes yaw there and leaves the continuous angle. Its
+    other axes are assumed to be the robot's: x forward, y to the left.
 
     Args:
         number: CAN id.
@@ -124,7 +124,7 @@ class Navx3Port:
                 value.set(part)
 
     def zero(self) -> None:
-        """Make yaw zero."""
+        """Zero the yaw."""
         self._zero = self._turned
 
 
@@ -180,7 +180,7 @@ class _Studica(Maker):
     def watch(self) -> None:
         self.devices.record(navx.AHRS, "navX", lambda made, args, settings: DeviceAddress(int(made.getPort())))
         ahrs: Any = navx.AHRS
-        ahrs.create_spi = staticmethod(_create_spi)  # the library's own calls no constructor that is watched
+        ahrs.create_spi = staticmethod(_create_spi)  # the library's own factory calls no watched constructor
         self.devices.record(navx.Navx, "navX3", _address_of_navx3)
         after_call(navx.Navx, "resetYaw", _note_reset)
         _answers.wrap(navx.AHRS, _ANSWERS)
@@ -191,4 +191,4 @@ class _Studica(Maker):
 
 
 MAKER = _Studica()
-"""See `simcore.robotcode.program.makers`."""
+"""Maker object; see `simcore.robotcode.program.makers`."""

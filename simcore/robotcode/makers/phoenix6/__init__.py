@@ -1,4 +1,4 @@
-"""Adapters to CTRE's Phoenix 6 devices: physics writes their simulated state and reads their volts, nothing else."""
+"""Adapters to CTRE's Phoenix 6 devices: physics writes their simulated state and reads their volts."""
 
 from importlib.metadata import PackageNotFoundError, version
 
@@ -13,10 +13,10 @@ def require_phoenix6(found: str | None) -> None:
     """Refuse another year's Phoenix 6, whose simulated devices may differ.
 
     Args:
-        found: The version that is installed; None if there is none.
+        found: Installed version; None: not installed.
 
     Raises:
-        VendorError: It is not of 2026, or not there.
+        VendorError: It is not of 2026, or not installed.
     """
     if found is None:
         raise VendorError('simcore needs Phoenix 6, which is not installed: pip install "phoenix6>=26.1,<27"')

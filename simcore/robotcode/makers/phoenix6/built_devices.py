@@ -1,4 +1,4 @@
-"""Which CTRE devices the robot program builds, on which buses, how it configures them, and which it writes itself.
+"""CTRE devices that the robot program builds, their buses and configurations, and those that it writes itself.
 
 Classes are watched as this module is imported: before the robot is built, as physics is.
 """
@@ -38,9 +38,9 @@ MODELS: dict[str, Any] = {
     model: getattr(hardware, model)
     for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 }
-"""Classes of robot code."""
+"""Classes in robot code."""
 DEVICES = BuiltDevices()
-"""Those that the program has built; `TalonFX.none()`, with an id below zero, is none."""
+"""Devices that the program has built; `TalonFX.none()`, with an id below zero, does not count."""
 MOTORS_OF_TALON_FXS = {
     "MINION_JST": "Minion",
     "NEO_JST": "NEO",
@@ -75,7 +75,7 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
         ),
     ),
 }
-"""What a team's own simulation calls to write the simulated state of a device."""
+"""Methods by which a team's own simulation writes the simulated state of a device."""
 
 
 _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
@@ -94,12 +94,12 @@ def _note_simulation(state: Any, _: Any, args: tuple[Any, ...], settings: dict[s
 
 
 def key_of(made: Any) -> DeviceKey:
-    """Model and address of a device object, whatever class a program derived."""
+    """Return model and address of a device object, whatever class a program derived."""
     return next(model for model, cls in MODELS.items() if isinstance(made, cls)), address_of(made)
 
 
 def address_of(made: Any) -> DeviceAddress:
-    """Id and bus of a device object."""
+    """Return id and bus of a device object."""
     return DeviceAddress(int(made.device_id), made.network.name)
 
 
@@ -108,7 +108,7 @@ for _model, _cls in MODELS.items():
 
 
 def require_distinct() -> None:
-    """Make sure that CTRE's own simulation tells all devices apart: it knows them by model and id alone.
+    """Check that CTRE's own simulation tells all devices apart: it knows them by model and id alone.
 
     Raises:
         ConfigError: Two on different buses have one id.
@@ -125,15 +125,15 @@ def require_distinct() -> None:
 
 
 PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Time that a device gets for each try [s]; it answers in 50 ms, but not while it starts or the computer is busy."""
+"""Timeouts of successive tries [s]; a device answers in 50 ms, but not while it starts or the computer is busy."""
 
 
 def read_configuration(device: Any, config: Any) -> None:
-    """Fill a configuration object, or one group of it, from its device; tried again if there is no answer.
+    """Fill a configuration object, or one group of it, from its device; try again if there is no answer.
 
     Args:
-        device: The robot code's object.
-        config: For example `TalonFXConfiguration()` or `MotorOutputConfigs()`; it is changed.
+        device: Object of robot code.
+        config: Configuration to fill, for example `TalonFXConfiguration()` or `MotorOutputConfigs()`.
 
     Raises:
         ConfigError: The device does not answer.
@@ -149,11 +149,11 @@ def read_configuration(device: Any, config: Any) -> None:
 
 
 def talon_configuration(device: Any, model: str) -> Any:
-    """All of a motor controller's configuration.
+    """Return the whole configuration of a motor controller.
 
     Args:
-        device: The robot code's object, of whatever class the program derived.
-        model: `TalonFX` or `TalonFXS`.
+        device: Object of robot code, of whatever class the program derived.
+        model: Model, `TalonFX` or `TalonFXS`.
 
     Raises:
         ConfigError: The device does not answer.
@@ -166,16 +166,16 @@ def talon_configuration(device: Any, model: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """Where a motor controller's position comes from."""
+    """Source of a motor controller's position."""
 
     source: str
-    """As CTRE names it: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
+    """Source as CTRE names it: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
     rotor_per_sensor: float
-    """Rotor turns per turn of the sensor; 1 of that on the rotor [-]."""
+    """Rotor turns per turn of the sensor; 1 for the rotor's own [-]."""
     sensor_per_mechanism: float
     """Turns of the sensor per turn that robot code reads [-]."""
     remote_id: int
-    """CAN id of the sensor, where it is a device of its own."""
+    """CAN id of the sensor, where it is a device by itself."""
 
     @property
     def on_rotor(self) -> bool:
@@ -189,7 +189,7 @@ class Feedback:
 
 
 def feedback_of(config: Any) -> Feedback:
-    """That of a motor controller's configuration, a `TalonFXConfiguration` or `TalonFXSConfiguration`."""
+    """Return the feedback of a motor controller's `TalonFXConfiguration` or `TalonFXSConfiguration`."""
     is_fx = hasattr(config, "feedback")
     group = config.feedback if is_fx else config.external_feedback
     source = str((group.feedback_sensor_source if is_fx else group.external_feedback_sensor_source).name)

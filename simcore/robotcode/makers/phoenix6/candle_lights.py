@@ -1,7 +1,7 @@
-"""What robot code asks a CANdle to show: the color of each LED, and the requests in words.
+"""Lights that robot code requests of a CANdle: the color of each LED, and the requests in words.
 
-Neither CTRE's simulation nor the emulator has the lights themselves, so `set_control` is watched. Which of a solid
-color and an animation on the same LEDs wins is not documented; here the animation does.
+Neither CTRE's simulation nor the emulator models the lights, so this module watches `set_control`. CTRE does not
+document whether a solid color or an animation wins on the same LEDs; here the animation does.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from simcore.typing import IntArray
 __all__ = ["candle_lights"]
 
 CHANGING_COLORS = -1
-"""In place of a color, of LEDs that an animation without a color of its own runs through: rainbow, RGB fade, fire."""
+"""Color of LEDs under an animation without a fixed color: rainbow, RGB fade, fire."""
 
 _MOST_LEDS = 400
 _ONBOARD = 8
 
 
 class CANdleLights:
-    """The lights of one CANdle, as they were last asked for."""
+    """Lights of one CANdle, as last requested."""
 
     def __init__(self) -> None:
         self._solid = np.zeros(_MOST_LEDS, dtype=np.int64)
@@ -34,10 +34,10 @@ class CANdleLights:
         self._animations: dict[int, tuple[str, int, int, int]] = {}
         self._used = _ONBOARD
         self.changes = 0
-        """How often what it shows has changed."""
+        """Number of changes so far."""
 
     def note(self, request: Any) -> None:
-        """A request of robot code; one that is no light's changes nothing."""
+        """Record a request of robot code; one for other devices changes nothing."""
         name = str(request.name)
         if name == "EmptyAnimation":
             self.changes += self._animations.pop(int(request.slot), None) is not None
@@ -53,7 +53,7 @@ class CANdleLights:
         if name == "SolidColor":
             if self._spans.get((first, last)) == color and (self._solid[first : last + 1] == color).all():
                 return
-            # spans that this one covers are gone
+            # drop requests that this one covers completely
             self._spans = {k: v for k, v in self._spans.items() if not (first <= k[0] and k[1] <= last)}
             self._spans[first, last] = color
             self._solid[first : last + 1] = color
@@ -66,7 +66,7 @@ class CANdleLights:
 
     @property
     def colors(self) -> IntArray:
-        """Of each LED up to the last that was ever lit, 0xRRGGBB, or `CHANGING_COLORS`; shape (n,)."""
+        """Color of each LED up to the last one ever lit, 0xRRGGBB, or `CHANGING_COLORS`; shape (n,)."""
         shown = self._solid[: self._used].copy()
         for _, (_, first, last, color) in sorted(self._animations.items()):
             shown[first : last + 1] = color
@@ -74,7 +74,7 @@ class CANdleLights:
 
     @property
     def shows(self) -> str:
-        """The requests in words: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
+        """Requests in words: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`."""
         words = [_words("SolidColor", *span, color) for span, color in self._spans.items()]
         words += [_words(*animation) for _, animation in sorted(self._animations.items())]
         return ", ".join(words)
@@ -86,7 +86,7 @@ def _words(name: str, first: int, last: int, color: int) -> str:
 
 
 def _rgb(color: Any) -> int:
-    """0xRRGGBB of an `RGBWColor`; white adds to all three."""
+    """Return 0xRRGGBB of an `RGBWColor`; white adds to all three."""
     r, g, b = (min(255, int(part) + int(color.white)) for part in (color.red, color.green, color.blue))
     return r << 16 | g << 8 | b
 
@@ -95,14 +95,14 @@ _lights: dict[DeviceAddress, CANdleLights] = {}
 
 
 def candle_lights() -> dict[DeviceAddress, CANdleLights]:
-    """The lights of every CANdle that has been told anything yet."""
+    """Return the lights of every CANdle that has received a request."""
     return _lights
 
 
 def _note_request(candle: Any, status: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    if status.is_ok() and candle.device_id >= 0:  # below zero: CANdle.none(), which is no device
+    if status.is_ok() and candle.device_id >= 0:  # CANdle.none() has an id below zero and is no device
         request = next(iter((*args, *settings.values())))
         _lights.setdefault(address_of(candle), CANdleLights()).note(request)
 
 
-after_call(CANdle, "set_control", _note_request)  # from the import of this module on
+after_call(CANdle, "set_control", _note_request)  # watched from the import of this module on

@@ -1,4 +1,4 @@
-"""CTRE's Phoenix 6 devices: TalonFX, TalonFXS, CANcoder, Pigeon 2; and its swerve drivetrain."""
+"""CTRE's Phoenix 6 devices TalonFX, TalonFXS, CANcoder and Pigeon 2, and its swerve drivetrain."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import GuessedMechanism, ShaftSim, guessed_shaft
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
-from simcore.robotcode.makers.phoenix6 import swerve  # from here on drivetrains are noted; the robot is built later
+from simcore.robotcode.makers.phoenix6 import swerve  # records drivetrains from this import on; robots come later
 from simcore.robotcode.makers.phoenix6.built_devices import (
     DEVICES,
     MOTORS_OF_TALON_FXS,
@@ -43,26 +43,26 @@ from simcore.robotcode.program.program_odometry import watch_sets
 __all__ = ["MAKER", "CtreDrivetrain"]
 
 _SHOWN = 0.1  # [s]; status frames come 50 times a second or more often
-_MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
+_MOST_VOLTS = 1.0  # gains kS and kG above this are in amperes, of a torque-current loop
 
 
 class CtreDrivetrain:
     """CTRE's `SwerveDrivetrain`, which drives itself: a `MakersDrivetrain`.
 
     Args:
-        drivetrain: Of whatever class.
-        settings: Of simcore.toml.
-        folder: Where robot.py is.
+        drivetrain: Drivetrain of any class.
+        settings: Settings of simcore.toml.
+        folder: Folder of robot.py.
 
     Raises:
-        ConfigError: Its constants make no sense.
+        ConfigError: Its constants are invalid.
     """
 
     def __init__(self, drivetrain: Any, settings: RobotSettings, folder: Path) -> None:
         self._drivetrain = drivetrain
         constants = swerve.module_constants(drivetrain)
         if len(constants) < 3:
-            raise ConfigError(f"a swerve drivetrain stands on 3 modules or more (most have 4), got {len(constants)}")
+            raise ConfigError(f"a swerve drivetrain has 3 modules or more (most have 4), got {len(constants)}")
         wheels = tuple(_wheel(k, m, c) for k, (m, c) in enumerate(zip(drivetrain.modules, constants, strict=True)))
         found = FoundDrivetrain(
             kind="swerve",
@@ -85,17 +85,17 @@ class CtreDrivetrain:
             drive_motor=motor(measures["drive_motor"]),
             steer_motor=motor(measures["steer_motor"]),
         )
-        said = {
+        file_values = {
             name: m.value for name, m in found.measures.items() if m.source == FILE_NAME and name in MODULE_MEASURES
         }
         self.config = replace(
             config,
-            modules=tuple(replace(module, **said) for module in config.modules),
+            modules=tuple(replace(module, **file_values) for module in config.modules),
             yaw_inertia=measures.get("yaw_inertia", config.yaw_inertia),
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Connect its devices with the model."""
+        """Connect its devices to the model."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -135,7 +135,7 @@ _WIRED = ("QUADRATURE", "PULSE_WIDTH")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess(GuessedMechanism):
-    """What a group of Talons probably turns."""
+    """Likely mechanism of a group of Talons."""
 
     inverted: bool
     """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
@@ -193,7 +193,7 @@ class _Ctre(Maker):
         return CANcoderSim(encoder.hardware)
 
     def guess(self, group: FollowerGroup) -> Guess:
-        """Guess by the configuration of the leader, which is read from the device (50 ms)."""
+        """Guess by the configuration of the leader, which takes 50 ms to read."""
         device = group.leader
         config = talon_configuration(device.hardware, device.model)
         feedback, gains, name = feedback_of(config), config.slot0, _usual_motor(config)
@@ -210,7 +210,7 @@ class _Ctre(Maker):
         )
         source, remote = feedback.source, DeviceAddress(feedback.remote_id, device.address.bus)
         sensors: tuple[DeviceKey, ...] = ()
-        if "CANCODER" in source or ("CANDI" in source and "QUADRATURE" not in source):  # which is not simulated
+        if "CANCODER" in source or ("CANDI" in source and "QUADRATURE" not in source):  # not simulated
             sensors = (("CANcoder" if "CANCODER" in source else "CANdi", remote),)
         is_clockwise = config.motor_output.inverted.name == "CLOCKWISE_POSITIVE"
         return Guess(
@@ -258,12 +258,12 @@ class _Ctre(Maker):
         if emulator is None:
             time.sleep(_SHOWN)
             return
-        for device in 2 * [*emulator]:  # a motor controller shows what its encoder has sent before
+        for device in 2 * [*emulator]:  # a motor controller reads its encoder's previous value
             device.send_frame()
 
 
 def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **known: Any) -> TalonFXMotorSim:
-    """Connect Talons with a mechanism; `known` is what else is known of their configuration."""
+    """Connect Talons to a mechanism; `known` holds further facts of their configuration."""
     is_small = group.leader.model == "TalonFX" and mounting.motor.startswith("Kraken X44")
     return TalonFXMotorSim(
         group.leader.hardware,
@@ -280,7 +280,7 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return its leader by the `Follower` or `StrictFollower` request that it holds now; of its own model and bus."""
+    """Return its leader by its present `Follower` or `StrictFollower` request, of its own model and bus."""
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -292,12 +292,12 @@ def _arrangement(config: Any) -> str:
 
 
 def _usual_motor(config: Any) -> str:
-    """Return the motor of a TalonFXS's configuration, else what mostly is in the same housing."""
+    """Return the motor of a TalonFXS's configuration, else the usual one in the same housing."""
     return MOTORS_OF_TALON_FXS.get(_arrangement(config), "NEO") if hasattr(config, "commutation") else "Kraken X60 FOC"
 
 
 def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
-    """Return lower stop and present angle of an arm, by its soft limit and what its controller reads [rad]."""
+    """Return lower stop and present angle of an arm, from its soft limit and its controller's reading [rad]."""
     position = device.hardware.get_position()
     position.wait_for_update(0.1)
     start = device.hardware.get_position().value * math.tau
@@ -307,9 +307,9 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """Return a gain kS or kG in volts, whether it was tuned in volts or in amperes."""
+    """Return a gain kS or kG in volts, whether tuned in volts or in amperes."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 
 MAKER = _Ctre(DEVICES)
-"""See `simcore.robotcode.program.makers`."""
+"""Maker object; see `simcore.robotcode.program.makers`."""

@@ -1,7 +1,7 @@
-"""The simulated side of CTRE's devices: how it is reached, and that of CANcoder, CANdi, CANrange and Pigeon 2.
+"""Simulated side of CTRE's devices: access to it, and that of CANcoder, CANdi, CANrange and Pigeon 2.
 
-`sim_state` of an emulated device is reached the short way, with the same calls and signs: values go from attribute to
-attribute. By name 60 values a step took 0.1 ms of a 20 ms tick, now 0.03 ms.
+`sim_state` of an emulated device is bypassed, with the same calls and signs: values go from attribute to
+attribute. Access by name of 60 values a step took 0.1 ms of a 20 ms tick, now 0.03 ms.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ def is_emulated() -> bool:
 
 
 def sim_state_of(device: Any) -> Any:
-    """Return what physics writes to and reads from.
+    """Return the simulated state that physics writes and reads.
 
     Args:
-        device: Of the robot code. An emulated `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way.
+        device: Device of robot code. An emulated `TalonFX`, `CANcoder` or `Pigeon2` is accessed directly.
     """
     emulator = _emulator()
     for kind in type(device).__mro__ if emulator is not None else ():
@@ -58,7 +58,7 @@ def sim_state_of(device: Any) -> Any:
 
 
 def own_writer(state: Any, name: str) -> Any:
-    """Return a setter of a simulated state without what asks before it: what physics itself calls."""
+    """Return a setter of a simulated state without the guard before it, for physics itself."""
     setter = getattr(type(state), name, None)
     return getattr(state, name) if setter is None else inspect.unwrap(setter).__get__(state)
 
@@ -73,7 +73,7 @@ def _emulator() -> Any:
 
 
 class _Mounted:
-    """The orientation of a device, as every `sim_state` has it."""
+    """Orientation of a device, as every `sim_state` has it."""
 
     def __init__(self) -> None:
         self._sign = 1.0
@@ -81,7 +81,7 @@ class _Mounted:
 
     @property
     def orientation(self) -> ChassisReference:
-        """Which turn physics calls positive."""
+        """Rotation that physics calls positive."""
         return self._orientation
 
     @orientation.setter
@@ -91,7 +91,7 @@ class _Mounted:
 
 
 class _EmulatedTalonState(_Mounted):
-    """Of a TalonFX: what it asks of the motor, and what it shows; rotations and rotations/s of the rotor."""
+    """State of a TalonFX: requests for the motor, and readings; rotations and rotations/s of the rotor."""
 
     def __init__(self, device: EmulatedTalon) -> None:
         super().__init__()
@@ -134,7 +134,7 @@ class _EmulatedTalonState(_Mounted):
 
 
 class _EmulatedEncoderState(_Mounted):
-    """Of a CANcoder [rotations, rotations/s]."""
+    """State of a CANcoder [rotations, rotations/s]."""
 
     sensor_offset = 0.0
 
@@ -168,12 +168,12 @@ _EMULATED_STATES: dict[str, Any] = {
 
 
 class CANcoderSim:
-    """A CANcoder on a shaft: robot code reads the shaft's angle, whatever direction and offset it has configured.
+    """A CANcoder on a shaft: robot code reads the shaft's angle, whatever direction and offset are configured.
 
     Args:
-        encoder: The device of the robot code.
-        inverted: Whether it is configured `CLOCKWISE_POSITIVE`; None asks the device (50 ms, once).
-        magnet_offset: As configured [rotations]; None asks the device.
+        encoder: Device of robot code.
+        inverted: Whether it is configured `CLOCKWISE_POSITIVE`; None reads it from the device (50 ms, once).
+        magnet_offset: Configured offset [rotations]; None reads it from the device.
 
     Raises:
         ConfigError: The device does not answer.
@@ -204,10 +204,10 @@ class CANdiEncoderSim:
     """An absolute encoder with a pulse-width output on pin S1 or S2: robot code reads the shaft's angle.
 
     Args:
-        candi: The device of the robot code.
-        pin: 1 or 2.
-        inverted: Whether the pin's sensor is configured `CLOCKWISE_POSITIVE`; None asks the device (50 ms, once).
-        offset: Absolute sensor offset as configured [rotations]; None asks the device.
+        candi: Device of robot code.
+        pin: Pin, 1 or 2.
+        inverted: Whether the pin's sensor is configured `CLOCKWISE_POSITIVE`; None reads the device (50 ms, once).
+        offset: Configured absolute sensor offset [rotations]; None reads it from the device.
 
     Raises:
         ConfigError: There is no such pin, or the device does not answer.
@@ -221,11 +221,11 @@ class CANdiEncoderSim:
             read_configuration(candi, config)
             sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
-                inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
+                inverted = bool(sensor.sensor_direction)  # a flag on a CANdi
             if offset is None:
                 offset = sensor.absolute_sensor_offset
         state = candi.sim_state
-        # The simulated device turns the position by its configured direction, but not the velocity (measured, 26.3).
+        # The simulated device applies its configured direction to the position, not to the velocity (measured, 26.3).
         self._rate_sign = -1.0 if inverted else 1.0
         setattr(state, f"pwm{pin}_orientation", _turn(inverted))
         setattr(state, f"pwm{pin}_sensor_offset", offset)
@@ -239,7 +239,7 @@ class CANdiEncoderSim:
         self._set_velocity(self._rate_sign * rate / math.tau)
 
 
-_CLOSED_BY = {  # the state of a pin that closes it, by `S1CloseStateValue`; open, it is the other one of the pair
+_CLOSED_BY = {  # state of a pin that closes it, by `S1CloseStateValue`; an open pin has the other one of the pair
     "CLOSE_WHEN_FLOATING": ("FLOATING", "LOW"),
     "CLOSE_WHEN_HIGH": ("HIGH", "FLOATING"),
     "CLOSE_WHEN_LOW": ("LOW", "FLOATING"),
@@ -250,12 +250,12 @@ _CLOSED_BY = {  # the state of a pin that closes it, by `S1CloseStateValue`; ope
 
 
 class CANdiSwitchSim:
-    """A switch or light barrier on pin S1 or S2 of a CANdi, wired as the pin's close state is configured.
+    """A switch or light barrier on pin S1 or S2 of a CANdi, wired as its configured close state requires.
 
     Args:
-        candi: The device of the robot code.
-        pin: 1 or 2.
-        normally_closed: Whether the pin is closed while nothing acts on the switch.
+        candi: Device of robot code.
+        pin: Pin, 1 or 2.
+        normally_closed: Whether the pin is closed while the switch is released.
 
     Raises:
         ConfigError: There is no such pin, or the device does not answer.
@@ -276,46 +276,46 @@ class CANdiSwitchSim:
         self.set_active(False)
 
     def set_active(self, active: bool) -> None:
-        """Take whether something presses the switch, or breaks the beam."""
+        """Set whether the switch is pressed, or the beam broken."""
         self._set(self._acting if active else self._idle)
 
 
 class CANrangeSim:
     """A CANrange: the distance to a piece in a hopper, or to the carriage above it.
 
-    The device simulates the distance and what its proximity threshold makes of it; signal strength and ambient light
-    it does not (26.3).
+    The device simulates the distance and detection by its proximity threshold; it does not simulate signal
+    strength and ambient light (26.3).
 
     Args:
-        canrange: The device of the robot code.
+        canrange: Device of robot code.
     """
 
     def __init__(self, canrange: CANrange) -> None:
         self._set = canrange.sim_state.set_distance
 
     def write(self, distance: float) -> None:
-        """Set the distance to what is in front of it [m].
+        """Set the distance to the object in front of it [m].
 
         Raises:
-            ConfigError: Below zero, or not finite.
+            ConfigError: The distance is below zero, or not finite.
         """
         require("CANrangeSim", "distance", distance, Quantity("m", 0.0, 100.0))
         self._set(distance)
 
 
 _MAX_DPS = 2047.0  # the simulated rate wraps at +-2048
-_MAX_TURN_DEG = 170.0  # the device takes the short way round: a step of half a turn could go either way
+_MAX_TURN_DEG = 170.0  # the device takes the shorter way: a step of half a turn could go either way
 
 
 class Pigeon2Sim:
     """A Pigeon 2 on the robot.
 
-    Like the real one it starts at zero whatever the robot's heading; `set_yaw` and the swerve drivetrain's resets act
-    in the device and do not change what is written here. Not simulated by the device itself (26.3): quaternion,
+    Like a real one it starts at zero whatever the robot's heading; `set_yaw` and the swerve drivetrain's resets act
+    in the device and do not change the values written here. Not simulated by the device itself (26.3): quaternion,
     `getRotation3d()`, gravity vector, accelerometer, mount pose.
 
     Args:
-        pigeon: The device of the robot code.
+        pigeon: Device of robot code.
     """
 
     def __init__(self, pigeon: Pigeon2) -> None:
@@ -328,13 +328,13 @@ class Pigeon2Sim:
         self._set_yaw(0.0)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Set what it measures.
+        """Set its measurements.
 
         Args:
-            yaw: Since switched on, continuous over turns [rad].
-            pitch: Nose down positive, as in WPILib [rad].
-            roll: [rad]
-            rates: About the robot's x, y, z [rad/s], shape (3,).
+            yaw: Yaw since switched on, continuous over turns [rad].
+            pitch: Pitch, nose down positive, as in WPILib [rad].
+            roll: Roll [rad].
+            rates: Rates about the robot's x, y, z [rad/s], shape (3,).
         """
         goal = math.degrees(yaw)
         while abs(goal - self._yaw_deg) > _MAX_TURN_DEG:

@@ -1,6 +1,6 @@
 """CTRE's `SwerveDrivetrain`, unmodified, on simcore's model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of a real
 robot: rotor positions, CANcoders and the Pigeon 2; never a pose.
 """
 
@@ -49,23 +49,23 @@ _log = logging.getLogger(__name__)
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
-_SHOWN = 0.25  # [s]; a reading reaches robot code with the encoder's frame, and the motor's after it: 20 ms
+_SHOWN = 0.25  # [s]; a reading reaches robot code with the encoder's frame, and the motor's after that: 20 ms
 _LEVEL = 1e-3  # [rotations]; the CANcoder rounds to 1/4096
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
 def _note_constants(drivetrain: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    """Keep the module constants of a drivetrain, which it does not expose itself."""
+    """Keep the module constants of a drivetrain, which it does not expose."""
     for value in (*args, *settings.values()):
         if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
             _seen[drivetrain] = list(value)
 
 
 def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
-    """Let the encoder of a module show where the wheel stands, before odometry starts.
+    """Set the encoder of a module to the wheel's angle before odometry starts.
 
-    A simulated encoder begins at zero plus its offset, and odometry, whose first sample comes within 4 ms, would take
+    A simulated encoder starts at zero plus its offset, and odometry, whose first sample comes within 4 ms, would take
     the step to the true angle for coupled travel of the wheel: up to 6 cm.
     """
     _show_straight_ahead(module, settings.get("constants", args[3] if len(args) > 3 else None))
@@ -77,7 +77,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
     if port is not None:
         port.write(0.0, 0.0)
     if is_emulated():
-        return  # no frame is sent before the first step of time
+        return  # no frame is sent before the first step
     until = time.monotonic() + _SHOWN
     position = module.steer_motor.get_position
     while abs(position().value) > _LEVEL and time.monotonic() < until:
@@ -85,10 +85,10 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the encoder of a module, configured as its constants say; None: it has none of its own.
+    """Return the encoder of a module, configured by its constants; None: it has none.
 
     Raises:
-        ConfigError: The constants name no pin of a CANdi.
+        ConfigError: The constants give no pin of a CANdi.
     """
     encoder, turned, offset = module.encoder, c.encoder_inverted, c.encoder_offset
     if isinstance(encoder, CANdi):
@@ -97,7 +97,7 @@ def _azimuth(module: Any, c: Any) -> AnglePort | None:
 
 
 def _pin(c: Any) -> int:
-    """Return the pin of a CANdi that the azimuth's encoder is on; 0: it is on none."""
+    """Return the CANdi pin of the azimuth's encoder; 0: none."""
     name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else 0
 
@@ -106,14 +106,14 @@ def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> 
     """List all devices of a drivetrain.
 
     Raises:
-        ConfigError: Two modules have one; the device simulation would move it twice.
+        ConfigError: Two modules share one; the device simulation would move it twice.
     """
     owners: dict[tuple[DeviceKey, int], str] = {}
     for k, (module, c) in enumerate(modules):
         for role in ("drive_motor", "steer_motor", "encoder"):
             device = getattr(module, role)
             if role == "encoder" and not isinstance(device, (CANcoder, CANdi)):
-                continue  # it is wired to the steer motor's controller
+                continue  # the encoder is wired to the steer motor's controller
             model, address = key_of(device)
             key = (model, address), _pin(c) if model == "CANdi" else 0
             if key in owners:
@@ -123,7 +123,7 @@ def _device_keys(modules: Sequence[tuple[Any, Any]], pigeon: Pigeon2 | None) -> 
 
 
 def _match_wired_encoder(module: Any, c: Any) -> None:
-    """Turn an encoder that may be wired to a steer motor's TalonFXS as CTRE has it."""
+    """Configure an encoder that may be wired to a steer motor's TalonFXS as CTRE does."""
     if isinstance(module.steer_motor, TalonFXS):
         state = module.steer_motor.sim_state
         is_turned = c.steer_motor_inverted != c.encoder_inverted
@@ -131,13 +131,13 @@ def _match_wired_encoder(module: Any, c: Any) -> None:
         state.pulse_width_sensor_offset = c.encoder_offset
 
 
-# physics.py is loaded before the robot object is built, so an import there is early enough; robot code stays as it is
+# physics.py is loaded before the robot object is built, so an import there is early enough; robot code stays unchanged
 record_class(SwerveDrivetrain, _note_constants)
 record_class(SwerveModule, _note_module)
 
 
 _RESETS = PoseResets()
-"""Poses that robot code sets anew, of every drivetrain that is built from now on."""
+"""Pose resets by robot code, of every drivetrain built from now on."""
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
@@ -152,7 +152,7 @@ _MEANINGS: dict[str, Any] = {
     "reset_rotation": lambda drivetrain, rotation: (None, float(rotation.radians())),
     "seed_field_centric": lambda drivetrain, rotation=None: (None, _heading(drivetrain, rotation)),
 }
-"""What each method sets: position [m, m] and heading [rad]."""
+"""Values that each method sets: position [m, m] and heading [rad]."""
 
 
 def _noting(meaning: Any) -> Any:
@@ -169,7 +169,7 @@ for _method, _meaning in _MEANINGS.items():
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
-    """Return the `SwerveModuleConstants` that a drivetrain was built with, in its order.
+    """Return the `SwerveModuleConstants` with which a drivetrain was built, in its order.
 
     Raises:
         ConfigError: It was built before this module was imported.
@@ -188,10 +188,10 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """Return the drivetrain that the program has built, whatever its class; of several on the same devices the last.
+    """Return the drivetrain that the program has built, of any class; of several on the same devices the last.
 
     Raises:
-        ConfigError: There is none, or more than one.
+        ConfigError: There is no drivetrain, or more than one.
     """
     found = known_drivetrains()
     if found and len(_of_same_devices(found[-1])) == len(found):
@@ -205,9 +205,9 @@ def only_drivetrain() -> Any:
 
 
 def _of_same_devices(drivetrain: Any) -> list[Any]:
-    """List all drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
-    mine = _motor_keys(drivetrain)
-    return [other for other in known_drivetrains() if _motor_keys(other) == mine]
+    """List all drivetrains on the motors of one, in building order: on the robot they are one."""
+    own_keys = _motor_keys(drivetrain)
+    return [other for other in known_drivetrains() if _motor_keys(other) == own_keys]
 
 
 def _motor_keys(drivetrain: Any) -> set[DeviceKey]:
@@ -227,22 +227,22 @@ def swerve_config(
 ) -> SwerveConfig:
     """Return the model of a drivetrain from its `SwerveModuleConstants`.
 
-    Taken over: positions, gear ratios, coupling, wheel radius, motor kinds and current limits. Left out on
-    purpose: inertias and friction voltages, which the generator fills with placeholders (0.01 kg m^2, 0.2 V) and which
-    stand for no robot. Mass and bumpers are nowhere in the constants.
+    It uses positions, gear ratios, coupling, wheel radius, motor kinds and current limits. It ignores on
+    purpose inertias and friction voltages, which the generator fills with placeholders (0.01 kg m^2, 0.2 V) that
+    describe no robot. The constants do not have mass and bumpers.
 
     Args:
-        drivetrain: A `SwerveDrivetrain`, of whatever class.
-        modules: Its constants in its order, if it was built too early for `module_constants`.
-        mass: With bumpers and battery [kg].
-        bumper: Length and width, for the yaw inertia [m].
-        height: Of the center of mass [m].
+        drivetrain: A `SwerveDrivetrain` of any class.
+        modules: Constants in its order, if it was built too early for `module_constants`.
+        mass: Mass with bumpers and battery [kg].
+        bumper: Length and width over the bumpers, for the yaw inertia [m].
+        height: Height of the center of mass [m].
         wheel_cof: Coefficient of friction of the wheels on carpet [-].
-        drive_motor: Where the constants' `TALON_FX_INTEGRATED` is not a Kraken X60 with FOC.
-        steer_motor: The same for the azimuths.
+        drive_motor: Drive motor, where the constants' `TALON_FX_INTEGRATED` is not a Kraken X60 with FOC.
+        steer_motor: Steer motor, likewise.
 
     Raises:
-        ConfigError: A constant is missing or makes no sense; it names the module.
+        ConfigError: A constant is missing or invalid; the text names the module.
     """
     constants = module_constants(drivetrain) if modules is None else modules
     return SwerveConfig(
@@ -294,17 +294,17 @@ def arranged_motor(constants: object, name: str) -> MotorModel:
     """Return the motor that an arrangement of CTRE's constants names.
 
     Args:
-        constants: Of a module.
-        name: `drive_motor_type` or `steer_motor_type`.
+        constants: Constants of a module.
+        name: Constant, `drive_motor_type` or `steer_motor_type`.
     """
     kind = str(getattr(getattr(constants, name, None), "name", ""))
-    # a TalonFX may be a Falcon or either Kraken, and a brushed motor any: the constants do not say
+    # a TalonFX may be a Falcon or either Kraken, and a brushed motor any: the constants do not tell
     other = "CIM" if "BRUSHED" in kind else "Kraken X60 FOC"
     return motor(MOTORS_OF_TALON_FXS.get(kind.removeprefix("TALON_FXS_"), other))
 
 
 def _limits(configs: object) -> tuple[float | None, float | None]:
-    """Return stator and supply limit of a configuration [A], infinite where disabled; None: it says nothing."""
+    """Return stator and supply limit of a configuration [A], infinite where disabled; None: not configured."""
     limits = getattr(configs, "current_limits", None)
     if limits is None:
         return None, None
@@ -318,18 +318,18 @@ def _limits(configs: object) -> tuple[float | None, float | None]:
 
 
 class SwerveDrivetrainSim(SwervePorts):
-    """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
+    """Devices of the drivetrain: their volts move the model, whose motion sets their sensors.
 
-    Replaces `update_sim_state` by an empty function: the generated class calls it from a Notifier, 250 times a second,
-    and the model must be stepped exactly once.
+    It replaces `update_sim_state` by an empty function: the generated class calls that from a Notifier at 250 Hz,
+    and the model must be stepped only once.
 
     Args:
-        drivetrain: A `SwerveDrivetrain`, of whatever class.
-        drive: The model of the same robot; its owner steps it with the chassis.
+        drivetrain: A `SwerveDrivetrain` of any class.
+        drive: Model of the same robot, which its owner steps with the chassis.
         modules: Constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: Another number of modules than the model has; two devices of a kind with one id (the device
+        ConfigError: The number of modules differs from the model's; or two devices of a kind share an id (the device
             simulation would make them one).
     """
 
@@ -370,31 +370,31 @@ class SwerveDrivetrainSim(SwervePorts):
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
     def on_pose_reset(self, tell: PoseReset) -> None:
-        """Call `tell` whenever robot code sets the drivetrain's pose anew."""
+        """Call `tell` whenever robot code resets the drivetrain's pose."""
         for twin in self._twins:
             _RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
 
     def _note_reset(self, twin: Any, tell: PoseReset, *pose: Any) -> None:
-        self._drivetrain = twin  # whose pose the program goes by
+        self._drivetrain = twin  # its pose is the program's estimate
         tell(*pose)
 
     def module_setpoints(self) -> FloatArray:
-        """Return last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
+        """Return the last targets of its modules: speed [m/s] and angle [rad], shape (n, 2)."""
         targets: Any = self._drivetrain.get_state().module_targets
         return np.array([(season.module_speed(one), one.angle.radians()) for one in targets])
 
     def estimated_pose(self) -> tuple[float, float, float]:
-        """Return where the drivetrain believes to be, field frame [m, m, rad]."""
+        """Return the drivetrain's estimated pose, field frame [m, m, rad]."""
         pose = self._drivetrain.get_state().pose
         return pose.x, pose.y, pose.rotation().radians()
 
 
 def _stop_stepping(drivetrain: Any) -> None:
-    """In simulated time: stop the generated class's Notifier, which would run 250 times a second without effect."""
+    """Stop the generated class's Notifier in simulated time, which would run 250 times a second without effect."""
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()
 
 
 def _do_nothing(dt: float, supply_voltage: float) -> None:
-    """Replaces `update_sim_state`; physics steps the model."""
+    """Replace `update_sim_state`, because physics steps the model."""

@@ -1,4 +1,4 @@
-"""A TalonFX or TalonFXS: volts out of its simulation, rotor motion into it; and that on a mechanism."""
+"""A TalonFX or TalonFXS: volts from its simulation, rotor motion to it; and its connection to a mechanism."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RotorWriter: TypeAlias = Callable[[float, float], None]
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
-_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
+_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V no output
 
 
 def is_configured_clockwise(talon: Talon) -> bool:
@@ -49,18 +49,18 @@ def is_configured_clockwise(talon: Talon) -> bool:
 
 
 class TalonPort(MotorPort):
-    """The simulated side of one motor controller.
+    """Simulated side of one motor controller.
 
     The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
     With the orientation equal to the configured inversion the two cancel, and positive is the same for robot code and
     physics.
 
     Args:
-        talon: The device of the robot code.
-        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft; None: as the device
-            is configured, which is asked once (50 ms).
-        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None: it has
-            none.
+        talon: Device of robot code.
+        clockwise: Whether a rotation that physics calls positive is clockwise, facing the shaft; None: as the device
+            is configured, which is read once (50 ms).
+        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None:
+            without one.
     """
 
     def __init__(self, talon: Talon, *, clockwise: bool | None = None, sensor_gearing: float | None = None) -> None:
@@ -92,36 +92,36 @@ class TalonPort(MotorPort):
         self._was_clamped = False
 
     def set_supply(self, volts: float) -> None:
-        """Take the voltage at the controller's terminals [V]; kept in the range of the device model, 4 to 16 V."""
+        """Set the voltage at the controller's terminals [V], clamped to the device model's range, 4 to 16 V."""
         if -0.01 < volts - self._supply < 0.01:
             return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
-        if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write costs 2 us
+        if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write takes 2 us
             self._state.set_supply_voltage(wanted)
             self._supply = wanted
 
     def volts(self) -> float:
-        """Return what the controller puts on the motor, after its own limits [V]."""
+        """Return the controller's voltage on the motor, after its own limits [V]."""
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
         return volts
 
     def duty_cycle(self) -> float | None:
-        """Return the share of its supply that it holds [-]; None: volts, or CTRE's own simulation does not say it."""
+        """Return its duty cycle [-]; None: it commands volts, or is CTRE's own simulation, which does not report it."""
         return getattr(self._state, "duty_cycle", None)
 
     def limits(self) -> tuple[float, float]:
-        """See `MotorPort`; CTRE's own simulation keeps its limits by its volts."""
+        """Return the limits of `MotorPort`; CTRE's own simulation applies its limits to its volts."""
         return getattr(self._state, "limits", super().limits())
 
     def setpoint(self) -> Setpoint | None:
-        """See `MotorPort`; CTRE's own simulation does not say it."""
+        """Return the setpoint of `MotorPort`; CTRE's own simulation does not report it."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 
     def is_open(self) -> bool:
-        """Return whether the circuit is open (coast), not shorted (brake).
+        """Return whether the circuit is open (coast) instead of shorted (brake).
 
         CTRE's own simulation shows 0 V for both, and current for a brake only. At rest the two cannot be told apart,
         and the last answer stays.
@@ -135,7 +135,7 @@ class TalonPort(MotorPort):
         return self._is_open
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """See `MotorPort`; CTRE's own simulation has amperes of its own."""
+        """Show volts and current as in `MotorPort`; CTRE's own simulation computes its own current."""
         if self._show is not None:
             self._show(volts, amps)
 
@@ -154,7 +154,7 @@ class TalonPort(MotorPort):
                 self._was_clamped = True
                 _log.warning("Talon %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
             rps = math.copysign(_MAX_RPS, rps)
-        # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
+        # Also at rest: a device still busy with its configuration loses a write, so one is not enough.
         self._rps = rps
         self._write_rotor((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE, rps)
         for set_position, set_velocity in self._sensor:
@@ -171,35 +171,35 @@ def _writer(set_position: Callable[[float], object], set_velocity: Callable[[flo
 
 
 MotorType = TalonFXSimState.MotorType
-"""The motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
+"""Motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
 
 
 class TalonFXMotorSim(MotorSim):
-    """Connects a TalonFX, and those that follow it, with any mechanism: flywheel, roller, arm, elevator, rack.
+    """Connection of a TalonFX and its followers to any mechanism: flywheel, roller, arm, elevator, rack.
 
     A TalonFXS as well; its motor is the one of its configuration.
 
-    By default positive is the same thing on both sides: volts that robot code calls positive, after whatever inversion
+    By default signs agree on both sides: volts that robot code calls positive, after any inversion that
     it has configured, push the mechanism in its positive direction, and a rising `get_position()` is a rising
-    `mechanism.position`. That covers a clockwise shooter as well as a clockwise hood that goes up. Where it is not so
-    (a robot that counts down while its arm goes up) say `reversed=True`; never negate anything elsewhere.
+    `mechanism.position`. That covers a clockwise shooter as well as a clockwise hood that goes up. Where signs differ
+    (a robot that counts down while its arm goes up) pass `reversed=True`; negate nothing elsewhere.
 
     Args:
-        talon: The device of the robot code.
-        mechanism: What it turns.
-        followers: Devices that follow it mechanically and electrically; their rotors are written too.
-        opposed: Which of the followers are mounted face to face with the leader (`Follower` with OPPOSED), by index.
-        inverted: Whether the device is configured `CLOCKWISE_POSITIVE`; None asks the device (50 ms, once).
+        talon: Device of robot code.
+        mechanism: Mechanism that it turns.
+        followers: Devices that follow it on the same shaft; their rotors are written too.
+        opposed: Indices of followers mounted face to face with the leader (`Follower` with OPPOSED).
+        inverted: Whether the device is configured `CLOCKWISE_POSITIVE`; None reads it from the device (50 ms, once).
         reversed: Whether positive in robot code is negative for the mechanism.
-        zero_at: Angle of the mechanism at which the rotor was when it was switched on, so that it reads zero there
+        zero_at: Angle of the mechanism when the rotor was switched on, so that it reads zero there
             [rad].
-        motor_type: What the device model of a TalonFX turns; None leaves it a Kraken X60.
-        encoder: An absolute encoder on the mechanism, e.g. the CANcoder that the device is fused with.
+        motor_type: Motor of a TalonFX's device model; None leaves it a Kraken X60.
+        encoder: Absolute encoder on the mechanism, e.g. the CANcoder that the device is fused with.
         encoder_gearing: Turns of that encoder per turn of the mechanism [-].
-        sensor_gearing: Rotor turns per turn of an encoder that is wired to a TalonFXS; None: there is none.
+        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS; None: without one.
 
     Raises:
-        ConfigError: The mechanism's gearbox has another number of motors than there are devices, or an `opposed` index
+        ConfigError: The mechanism's gearbox and the devices differ in number, or an `opposed` index
             names no follower, or the device's inversion cannot be read.
 
     Example:
@@ -225,7 +225,7 @@ class TalonFXMotorSim(MotorSim):
         name = f"{type(talon).__name__} {talon.device_id}"
         super().__init__(name, mechanism, len(followers), opposed, zero_at=zero_at, encoder_gearing=encoder_gearing)
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
-        # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
+        # A follower's shaft direction is that of its mounting, whatever inversion is configured.
         self._ports = [
             TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing),
             *(TalonPort(f, clockwise=clockwise != (k in opposed)) for k, f in enumerate(followers)),
@@ -239,7 +239,7 @@ class TalonFXMotorSim(MotorSim):
         self.write()
 
     def write(self) -> None:
-        """See `MotorSim.write`; the encoder follows as well."""
+        """Write the sensors as in `MotorSim.write`, including the encoder."""
         super().write()
         if self._encoder is not None:
             m, gearing = self.mechanism, self._encoder_gearing

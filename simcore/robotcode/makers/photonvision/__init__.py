@@ -1,1 +1,1 @@
-"""Adapter to PhotonVision: what simcore's cameras see, as photonlibpy's `PhotonCamera` in robot code reads it."""
+"""Adapter to PhotonVision: robot code reads simcore's cameras through photonlibpy's `PhotonCamera`."""

@@ -1,4 +1,4 @@
-"""A camera's table as PhotonVision's coprocessor keeps it, and its frames in photonlib's types.
+"""A camera's table as PhotonVision's coprocessor writes it, and its frames in photonlib's types.
 
 A frame has targets with both poses, the multi-tag pose, and object detections.
 """
@@ -39,18 +39,18 @@ _log = logging.getLogger(__name__)
 
 _ROOT = "photonvision"
 _TAG_TO_SQUARE: FloatArray = np.array([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
-_PONG = 1_000_000  # [us]; a time server answered a second ago
+_PONG = 1_000_000  # [us]; time since a time server's answer, one second
 
 
 class PhotonCameraPort:
-    """Publishes a camera to every `PhotonCamera` of its name, and listens to what they ask for.
+    """Table of a camera for every `PhotonCamera` of its name, and its requests.
 
     Append one to the `ports` of a `LimelightSim`. A frame costs about a millisecond, most of it photonlib's packing.
-    Pipelines, driver mode and the limit of frames take effect; lights are only told; no pictures are saved.
+    Pipelines, driver mode and the frame limit take effect; lights are only reported; no pictures are saved.
 
     Args:
         config: The camera.
-        clock: From simulated time to NetworkTables' time.
+        clock: Clock from simulated time to NetworkTables' time.
     """
 
     def __init__(self, config: CameraConfig, clock: NetworkClock) -> None:
@@ -59,10 +59,10 @@ class PhotonCameraPort:
         root = ntcore.NetworkTableInstance.get_default().get_table(_ROOT)
         table = root.get_sub_table(config.name)
         self._topics: Any = NTTopicSet(table)
-        self._topics.updateEntries()  # publishes with the id of the messages, which a PhotonCamera checks
+        self._topics.updateEntries()  # publishes with the id of the message format, which a PhotonCamera checks
         self._version = root.get_string_topic("version").publish()
         self._version.set(_photonvision_version())
-        # One poller for what is rarely written, as asking each subscriber would take longer.
+        # One poller for rarely written topics, because polling each subscriber would take longer.
         self._poller = ntcore.NetworkTableListenerPoller(root.get_instance())
         self._lights_request = root.get_integer_topic("ledModeRequest").subscribe(-1)
         self._lights = root.get_integer_topic("ledModeState").publish()
@@ -83,7 +83,7 @@ class PhotonCameraPort:
         self._last = float("-inf")
         self._has_warned = False
         (fx, fy), (cx, cy) = config.type.focal_length, config.type.principal_point
-        first = clock.to_network(0.0)  # older than any frame: ntcore drops what is older than the value that is there
+        first = clock.to_network(0.0)  # older than any frame: ntcore drops values older than the current one
         self._topics.cameraIntrinsicsPublisher.set([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0], first)
         self._topics.cameraDistortionPublisher.set([0.0] * 8, first)
         self._topics.pipelineIndexPublisher.set(0, first)
@@ -92,7 +92,7 @@ class PhotonCameraPort:
         self._topics.heartbeatPublisher.set(0, first)
 
     def read(self) -> list[CameraRequest]:
-        """Pipelines that robot code asks for."""
+        """Return pipelines that robot code requests."""
         requests: list[CameraRequest] = []
         for event in self._poller.read_queue():
             name, value = self._listeners[event.listener], event.data.value.value()
@@ -108,7 +108,7 @@ class PhotonCameraPort:
                 self._lights.set(value)
             elif value and not self._has_warned:
                 self._has_warned = True
-                _log.warning("%s: there is no picture to save", self._config.name)
+                _log.warning("%s: simcore has no picture to save", self._config.name)
         return requests
 
     def publish(self, frame: Frame) -> None:
@@ -134,7 +134,7 @@ class PhotonCameraPort:
         topics.heartbeatPublisher.set(frame.number, stamp)
 
     def close(self) -> None:
-        """Withdraw what is published; may be called twice."""
+        """Withdraw the topics; may be called twice."""
         self._poller.close()
         for name, publisher in vars(self._topics).items():
             if name.endswith(("Publisher", "Entry")) or name.startswith("bestTarget"):
@@ -150,13 +150,13 @@ def _photonvision_version() -> str:
 
 
 def pipeline_result(frame: Frame, stamp: int) -> Any:
-    """A `PhotonPipelineResult`.
+    """Return a `PhotonPipelineResult`.
 
     Targets come in PhotonVision's default order, the largest first, which makes it `getBestTarget`.
 
     Args:
-        frame: What was seen.
-        stamp: When it is published, in NetworkTables' time [us].
+        frame: Frame of the camera.
+        stamp: Time of publication on NetworkTables' clock [us].
     """
     multitag = None
     if frame.megatag1 is not None and frame.megatag1.tag_count > 1:
@@ -209,21 +209,21 @@ def _piece(piece: PieceSighting) -> Any:
 
 
 def _transform(pose: TagPose) -> Any:
-    """Camera to tag, both with WPILib's axes."""
+    """Return the transform from camera to tag, both with WPILib's axes."""
     rotation = OPTICAL.T @ np.array(pose.rotation) @ _TAG_TO_SQUARE
     x, y, z = (OPTICAL.T @ np.array(pose.translation)).tolist()
     return Transform3d(Translation3d(x, y, z), _rotation(rotation))
 
 
 def _camera_pose(robot: PoseEstimate, frame: Frame) -> Any:
-    """Field to camera: the estimated pose of the robot and the configured mount of the camera on it."""
+    """Return the camera pose on the field: the estimated pose of the robot and the camera's configured mounting."""
     turn = Rotation3d(math.radians(robot.roll_deg), math.radians(robot.pitch_deg), math.radians(robot.yaw_deg))
     mount = Transform3d(Translation3d(*frame.mount_position), _rotation(frame.mount_axes @ OPTICAL))
     return Transform3d(Pose3d(), Pose3d(Translation3d(*robot.position), turn).transformBy(mount))
 
 
 def _rotation(matrix: FloatArray) -> Any:
-    """Through roll, pitch and yaw: Rotation3d refuses a matrix that is off by more than rounding."""
+    """Convert through roll, pitch and yaw: Rotation3d refuses a matrix with more than rounding errors."""
     r = matrix.tolist()
     return Rotation3d(
         math.atan2(r[2][1], r[2][2]), math.asin(max(-1.0, min(1.0, -r[2][0]))), math.atan2(r[1][0], r[0][0])

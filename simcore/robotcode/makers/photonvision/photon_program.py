@@ -1,9 +1,9 @@
-"""What a robot program builds of photonlibpy, what its cameras are, and where it says that they sit.
+"""Objects of photonlibpy that a robot program builds: its cameras, their lenses and their mountings.
 
-Classes of photonlibpy are wrapped when they are loaded, not before: most programs do not use them. What is wrapped goes
-on to work, with two exceptions: a simulated camera that simcore feeds publishes nothing of its own, so that there is
-one publisher, and a `VisionSystemSim` is updated with the robot's true pose instead of the pose that the program
-believes in, which would confirm itself.
+Classes of photonlibpy are wrapped when they are loaded, not before: most programs do not use them. Wrapped classes
+work as before, with two exceptions: a simulated camera that simcore feeds publishes nothing itself, so that there is
+one publisher, and a `VisionSystemSim` is updated with the robot's true pose instead of the program's
+estimate, which would confirm itself.
 """
 
 from __future__ import annotations
@@ -34,60 +34,60 @@ __all__ = [
 _log = logging.getLogger(__name__)
 
 _TAG = "_simcore_camera"
-_SECOND = 1.0  # a latency of more than this [s] was meant in milliseconds, as photonlib's annotations say
+_SECOND = 1.0  # [s]; a larger latency was meant in milliseconds, as photonlib's annotations say
 
 
 @dataclass(slots=True, eq=False)
 class SeenEstimator:
-    """A `PhotonPoseEstimator` that was built."""
+    """A `PhotonPoseEstimator` that the program has built."""
 
     estimator: Any
     after: str | None
-    """The camera that was built last before it, if no other estimator came in between."""
+    """Camera built last before it, if no other estimator came in between."""
     camera: str | None = None
-    """Whose results it was given, or which it was built with; None: nobody knows yet."""
+    """Camera whose results it gets, or which it was built with; None: unknown so far."""
 
     @property
     def robot_to_camera(self) -> Any:
-        """Its transform, as it is now."""
-        mine = vars(self.estimator)
-        return mine.get("robotToCamera", mine.get("_robotToCamera"))
+        """Present transform."""
+        attributes = vars(self.estimator)
+        return attributes.get("robotToCamera", attributes.get("_robotToCamera"))
 
 
 @dataclass(slots=True)
 class PhotonProgram:
-    """The cameras of one robot program, by name and in the order in which they were built."""
+    """Cameras of one robot program, by name and in building order."""
 
     cameras: dict[str, Any] = field(default_factory=dict)
-    """`PhotonCamera`s."""
+    """Cameras by name (`PhotonCamera`)."""
     estimators: list[SeenEstimator] = field(default_factory=list)
     simulated: dict[str, Any] = field(default_factory=dict)
-    """`PhotonCameraSim`s of the program's own simulation."""
+    """Simulated cameras of the program's own simulation (`PhotonCameraSim`)."""
     transforms: dict[str, Any] = field(default_factory=dict)
-    """Robot to camera, as a `VisionSystemSim` was told last."""
+    """Robot to camera, as last passed to a `VisionSystemSim`."""
     systems: dict[str, Any] = field(default_factory=dict)
-    """The `VisionSystemSim` of each camera."""
+    """Simulation of each camera (`VisionSystemSim`)."""
     fed: set[str] = field(default_factory=set)
     """Cameras that simcore feeds."""
     true_pose: Callable[[], Any] | None = None
-    """The robot's pose as a `Pose3d`; None: nobody knows it."""
+    """Returns the robot's pose as a `Pose3d`; None: unknown."""
     version: int = 0
-    """Counts what was built, and what was found out about it."""
+    """Counter of built objects and of new facts about them."""
     dropped: int = 0
-    """Frames of the program's own simulation that were not published."""
+    """Number of unpublished frames of the program's own simulation."""
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
-        """Note that an estimator was given a result of a camera."""
+        """Record that an estimator got a result of a camera."""
         for seen in self.estimators:
             if seen.estimator is estimator and seen.camera != camera:
                 seen.camera = camera
                 self.version += 1
 
     def begin(self) -> None:
-        """Forget what the robot before the next in this process has built, but not what its modules have.
+        """Forget the objects of the previous robot in this process, but not those of its modules.
 
-        Robot code is imported once, so that what stands at the top of its files is every robot's.
+        Robot code is imported once, so that objects at the top of its files belong to every robot.
         """
         things = (self.cameras, self.simulated, self.transforms, self.systems)
         if self._of_modules is None:
@@ -105,30 +105,30 @@ _program = PhotonProgram()
 
 
 def photon_program() -> PhotonProgram:
-    """Return that of this process."""
+    """Return the program of this process."""
     return _program
 
 
-# --- what its cameras are, and where --------------------------------------------------------------------------------
+# --- lenses and mountings of its cameras ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class FoundMount:
-    """Where a camera sits."""
+    """Mounting of a camera."""
 
     mount: CameraMount
     source: str
-    """Who says so."""
+    """Source of the mounting."""
     is_guess: bool = False
-    """Whether it rests on the order in which things were built."""
+    """Whether it rests on the building order."""
 
 
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
-    """Return mounts by camera, of those whose code tells it.
+    """Return mountings by camera, of those whose code gives one.
 
     A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera: it belongs to the one
-    whose results it is given. Until it was given any, estimators and cameras that are left over belong together in
-    their order if there are as many of both; else an estimator belongs to the camera that was built just before it.
+    whose results it gets. Until it has got any, remaining estimators and cameras belong together in
+    their order if their numbers agree; else an estimator belongs to the camera built just before it.
     """
     found: dict[str, FoundMount] = {}
     for name, transform in program.transforms.items():
@@ -150,9 +150,9 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return what a camera is: as its `SimCameraProperties` say, if the program has any, else `PHOTON_LENS`.
+    """Return the lens of a camera by its `SimCameraProperties`, if the program has any, else `PHOTON_LENS`.
 
-    Properties without noise, latency or limit of frames, as photonlib's defaults are, get those of `PHOTON_LENS`.
+    Properties without noise, latency or frame limit, such as photonlib's defaults, get those of `PHOTON_LENS`.
     """
     simulated = program.simulated.get(name)
     if simulated is None:
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """Return what a camera looks for: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
+    """Return the pipeline of a camera: pieces where its `VisionSystemSim` has targets and none of them is a tag."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -201,7 +201,7 @@ def _mount(transform: Any) -> CameraMount:
     )
 
 
-# --- what each module gets when it is loaded ----------------------------------------------------------------------
+# --- hooks for modules as they are loaded -------------------------------------------------------------------------
 
 
 def _hook_camera(module: Any) -> None:
@@ -231,7 +231,7 @@ def _hook_vision_system(module: Any) -> None:
 
 
 def _hook_time_sync(module: Any) -> None:
-    """No clock of a coprocessor is to be set, and a second program on the machine could not have the server's port."""
+    """Replace the time server: no coprocessor's clock needs it, and a second program could not have its port."""
     module.TimeSyncServer.start = lambda self: None
 
 
@@ -242,10 +242,10 @@ HOOKS: dict[str, Callable[[Any], None]] = {
     "photonlibpy.simulation.photonCameraSim": _hook_camera_sim,
     "photonlibpy.simulation.visionSystemSim": _hook_vision_system,
 }
-"""What to call with a module of photonlibpy once it is loaded."""
+"""Hooks to call with modules of photonlibpy once they are loaded."""
 
 
-# --- what was built -----------------------------------------------------------------------------------------------
+# --- built objects ------------------------------------------------------------------------------------------------
 
 
 def _camera_built(camera: Any, args: Arguments, settings: Settings) -> None:
@@ -283,7 +283,7 @@ def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = N
     _program.version += 1
 
 
-# --- how ----------------------------------------------------------------------------------------------------------
+# --- wrapping -----------------------------------------------------------------------------------------------------
 
 
 def _watch(
@@ -291,7 +291,7 @@ def _watch(
     built: Callable[[Any, Arguments, Settings], None],
     called: Mapping[str, Callable[[Any, Any, Arguments, Settings], None]],
 ) -> None:
-    """Hear of what a class builds and has built, and of calls of its methods, by name."""
+    """Observe objects that a class builds and has built, and calls of its methods, by name."""
     record_class(cls, built)
     for name, note in called.items():
         if hasattr(cls, name):
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Call a function in place of a method: with the method, the object, and what was given."""
+    """Call a function in place of a method, with the method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -313,7 +313,7 @@ def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
 
 
 def _alive(cls: Any) -> list[Any]:
-    """List what a program has built before its module was watched: next to imports, at the top of a file."""
+    """List objects that a program has built before its module was watched: next to imports, at the top of a file."""
     if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
         return []  # it is being loaded right now
     # By type(): a weak reference that has died answers isinstance with an error.
@@ -325,13 +325,13 @@ def _name_of(camera_sim: Any) -> str:
 
 
 def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings) -> None:
-    """Let results know whose they are."""
+    """Tag results with their camera."""
     for result in results if isinstance(results, list) else [results]:
         setattr(result, _TAG, camera.getName())
 
 
 def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
-    """Note that an estimator belongs to the camera whose results it is given."""
+    """Record that an estimator belongs to the camera whose results it gets."""
     for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:
@@ -343,7 +343,7 @@ def _place_camera(system: Any, _: Any, args: Arguments, settings: Settings) -> N
 
 
 def _drop_frame(method: Callable[..., Any], camera_sim: Any, *args: Any, **kwargs: Any) -> Any:
-    """Leave out what the program's own simulation of a camera shows where simcore feeds that camera."""
+    """Drop output of the program's own simulation of a camera that simcore feeds."""
     if _name_of(camera_sim) in _program.fed:
         _program.dropped += 1
         return None

@@ -1,4 +1,4 @@
-"""Which SPARKs the robot program builds, when they were configured last, and which its own simulation moves.
+"""SPARKs that the robot program builds, their latest configurations, and those that its own simulation moves.
 
 Classes are watched as this module is imported: before the robot is built, as physics is.
 """
@@ -20,19 +20,19 @@ __all__ = [
 ]  # fmt: skip
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
-"""Classes of robot code by the name that REV prints on the box, which is also that of their SimDevices."""
+"""Classes of robot code by the name that REV prints on the box and gives their SimDevices."""
 
 SPARKS = BuiltDevices()
-"""Those that the program has built."""
+"""SPARKs that the program has built."""
 
 _configured: dict[DeviceKey, int] = {}
 _centered: dict[DeviceKey, bool] = {}
-_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # since 2027 it can be read
+_CENTERED = f"{int(getattr(rev.SparkParameter, 'kDutyCycleZeroCentered', -1))},"  # since 2027 the bus can be read
 _controllers: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionary()
 
 
 def _address(spark: Any) -> DeviceAddress:
-    bus = spark.get_can_port().name.lower() if hasattr(spark, "get_can_port") else ""  # since 2027, as CTRE calls it
+    bus = spark.get_can_port().name.lower() if hasattr(spark, "get_can_port") else ""  # since 2027, named as CTRE does
     return DeviceAddress(int(spark.get_device_id()), bus)
 
 
@@ -62,12 +62,12 @@ for _model, _cls in MODELS.items():
 
 
 def configuration_count(key: DeviceKey) -> int:
-    """Return how often the program has configured a SPARK: when it rises, there is something to read again."""
+    """Return how often the program has configured a SPARK: after an increase read the configuration again."""
     return _configured.get(key, 0)
 
 
 def is_zero_centered(key: DeviceKey) -> bool:
-    """Return whether an absolute encoder counts from -1/2 to 1/2 turn; that can be configured, but not read."""
+    """Return whether an absolute encoder counts from -1/2 to 1/2 turn; REVLib can set that, but not read it."""
     return _centered.get(key, False)
 
 
@@ -79,7 +79,7 @@ def spark_of_controller(controller: Any) -> DeviceKey | None:
 # --- a team's own simulation ------------------------------------------------------------------------------------------
 
 _SIMS = [cls for name, cls in vars(rev).items() if name.startswith("Spark") and name.endswith("Sim")]
-"""REV's simulated controllers, and those of the sensors on them."""
+"""Simulated controllers of REV, and those of the sensors on them."""
 _GETTERS = [
     f"get_{name}_sim"
     for name in ("relative_encoder", "absolute_encoder", "alternate_encoder", "external_encoder", "analog_sensor")

@@ -1,4 +1,4 @@
-"""REV's SPARK MAX and SPARK Flex: their own 1 kHz loops make the volts, on a drivetrain as on mechanisms."""
+"""REV's SPARK MAX and SPARK Flex, with their own 1 kHz loops, on drivetrains and mechanisms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ rev = season.rev
 __all__ = ["MAKER"]
 
 _TURNS = (1.0, math.tau, 360.0)
-"""What robot code may call one turn of a mechanism."""
+"""Units that robot code may use for one turn of a mechanism."""
 
 
 class _Rev(Maker):
@@ -113,16 +113,16 @@ class _Rev(Maker):
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return its address: a SPARK MAX may follow a SPARK Flex."""
+    """Return its leader's address: a SPARK MAX may follow a SPARK Flex."""
     accessor, is_follower = device.hardware.config_accessor, device.hardware.is_follower()
     leader = DeviceAddress(accessor.get_follower_mode_leader_id(), device.address.bus) if is_follower else None
     return leader, leader is not None and bool(accessor.get_follower_mode_inverted())
 
 
 def _gearing(config: SparkConfiguration) -> float:
-    """Rotor turns per turn of the mechanism, as far as conversion factors tell it.
+    """Return rotor turns per turn of the mechanism, as far as conversion factors give them.
 
-    A factor of 2 pi / 50 is a gear of 50 in radians. An absolute encoder on the mechanism says which unit it is;
+    A factor of 2 pi / 50 is a gear of 50 in radians. An absolute encoder on the mechanism gives the unit;
     without one it is the first of turns, radians and degrees in which the gear is a round number, else the first above
     1.
     """
@@ -137,4 +137,4 @@ def _gearing(config: SparkConfiguration) -> float:
 
 
 MAKER = _Rev(SPARKS)
-"""See `simcore.robotcode.program.makers`."""
+"""Maker object; see `simcore.robotcode.program.makers`."""

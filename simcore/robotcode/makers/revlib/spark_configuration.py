@@ -1,4 +1,4 @@
-"""What a SPARK is configured with, read from the controller into plain numbers."""
+"""Configuration of a SPARK, read from the controller into plain numbers."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _FEEDBACK = {
 
 
 def read_spark_configuration(spark: Any) -> SparkConfiguration:
-    """Read all of it; some 0.3 ms.
+    """Read the whole configuration; takes 0.3 ms.
 
     Args:
-        spark: The robot code's `SparkMax` or `SparkFlex`.
+        spark: A `SparkMax` or `SparkFlex` of robot code.
     """
     accessor = spark.config_accessor
     loop, switches, soft = accessor.closed_loop, accessor.limit_switch, accessor.soft_limit

@@ -1,8 +1,8 @@
-"""The control law of a SPARK: 1 kHz loops from a setpoint and a sensor to a duty cycle.
+"""Control law of a SPARK: 1 kHz loops from a setpoint and a sensor to a duty cycle.
 
 Source: REV's closed-loop documentation (docs.revrobotics.com/revlib/spark/closed-loop: P on the error, I summed and D
 differenced once a loop of 1 ms, feed-forwards in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`,
-whose proportional, feed-forward, wrapping and limiting parts are matched to the last digit it shows.
+whose proportional, feed-forward, wrapping and limiting parts this module matches to the last printed digit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LOOP = 1e-3
 
 
 class ControlMode(enum.IntEnum):
-    """Of a setpoint, as `SparkLowLevel.ControlType` numbers them."""
+    """Mode of a setpoint, numbered as `SparkLowLevel.ControlType`."""
 
     DUTY_CYCLE = 0
     VELOCITY = 1
@@ -34,7 +34,7 @@ class ControlMode(enum.IntEnum):
 
 
 class Feedback(enum.Enum):
-    """Which sensor closes the loop."""
+    """Sensor that closes the loop."""
 
     PRIMARY = "primary encoder"
     ABSOLUTE = "absolute encoder"
@@ -45,12 +45,12 @@ class Feedback(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionLimits:
-    """Of MAXMotion, in robot code's units; velocity units per second for the acceleration."""
+    """Limits of MAXMotion, in robot code's units; acceleration in velocity units per second."""
 
     cruise: float = 0.0
     acceleration: float = 0.0
     allowed_error: float = 0.0
-    """From the profile, before it is made anew from where the mechanism is; 0: any."""
+    """Error from the profile beyond which it restarts at the mechanism's position; 0: any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,9 +62,9 @@ class SlotGains:
     d: float = 0.0
     d_filter: float = 0.0
     i_zone: float = 0.0
-    """Error beyond which the sum is dropped; 0: none."""
+    """Error beyond which the integral is reset; 0: none."""
     i_most: float = 0.0
-    """Largest sum; 0: any."""
+    """Largest integral; 0: any."""
     allowed_error: float = 0.0
     least: float = -1.0
     most: float = 1.0
@@ -79,16 +79,16 @@ class SlotGains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SparkConfiguration:
-    """What a SPARK is configured with, as far as it shows in simulation."""
+    """Configuration of a SPARK, as far as it matters in simulation."""
 
     brakes: bool = False
-    """In idle; else it coasts."""
+    """Whether it brakes in idle; else it coasts."""
     current_limit: float = 80.0
     """Smart current limit, of the motor's current [A]."""
     compensation: float | None = None
     """Voltage compensation [V]."""
     open_ramp: float = 0.0
-    """Time from 0 to full output [s]; 0: at once."""
+    """Time from 0 to full output [s]; 0: no ramp."""
     closed_ramp: float = 0.0
     feedback: Feedback = Feedback.PRIMARY
     primary: tuple[float, float] = (1.0, 1.0)
@@ -96,13 +96,13 @@ class SparkConfiguration:
     absolute: tuple[float, float] = (1.0, 1.0)
     external: tuple[float, float] = (1.0, 1.0)
     analog: tuple[float, float] = (1.0, 1.0)
-    """The same, from volts and volts per second."""
+    """Conversion factors of position and velocity, from volts and volts per second."""
     is_centered: bool = False
     """Whether the absolute encoder counts from -1/2 to 1/2 turn instead of 0 to 1."""
     is_brushed: bool = False
-    """Whether the primary encoder is wired to the data port, and not on the rotor."""
+    """Whether the primary encoder is wired to the data port instead of being the rotor's."""
     wrap: tuple[float, float] | None = None
-    """Range in which positions are the same again at both ends."""
+    """Range whose ends are the same position."""
     soft_forward: float | None = None
     soft_reverse: float | None = None
     stops_forward: bool = False
@@ -123,7 +123,7 @@ class SparkConfiguration:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What robot code asks for."""
+    """Request of robot code."""
 
     mode: int = 0
     setpoint: float = 0.0
@@ -137,17 +137,17 @@ class SparkLoop:
     """State of one controller's loop; its profile is MAXMotion's.
 
     Args:
-        config: What it is configured with; it may be replaced at any time.
+        config: Configuration; it may be replaced at any time.
     """
 
     def __init__(self, config: SparkConfiguration | None = None) -> None:
         self.config = config or SparkConfiguration()
         self.output = 0.0
-        """Duty cycle that it asks for, before limits that depend on the motor [-]."""
+        """Requested duty cycle, before limits that depend on the motor [-]."""
         self.integral = 0.0
-        """Sum of errors, one a loop."""
+        """Sum of errors, one per loop."""
         self.profile_position = 0.0
-        """Setpoint of the motion profile now, sensor units."""
+        """Present setpoint of the motion profile, sensor units."""
         self.profile_velocity = 0.0
         self._error_slope = 0.0  # in one loop
         self._last_error: float | None = None
@@ -156,25 +156,25 @@ class SparkLoop:
         """Whether the error is within the slot's allowed error."""
 
     def rest(self) -> None:
-        """Stop, disabled: no output, and nothing is remembered."""
+        """Reset the loop, disabled: no output, no memory."""
         self.output = self.integral = self._error_slope = 0.0
         self._last_error = self._asked_for = None
 
     def run(self, loops: int, command: Command, position: float, velocity: float, current: float, bus: float) -> float:
-        """Advance by some loops of 1 ms in which nothing that is measured changes.
+        """Advance by some loops of 1 ms with constant measurements.
 
         Args:
-            loops: At least one.
-            command: Held meanwhile.
-            position: Of the sensor that closes the loop, robot code's units.
-            velocity: Its.
-            current: Of the motor [A].
-            bus: Supply [V].
+            loops: Number of loops, at least one.
+            command: Request during these loops.
+            position: Position of the sensor that closes the loop, robot code's units.
+            velocity: Velocity of that sensor.
+            current: Motor current [A].
+            bus: Supply voltage [V].
 
         Returns:
-            The duty cycle.
+            Duty cycle [-].
         """
-        if (command.mode, command.slot) != self._asked_for:  # others than the last ones start anew
+        if (command.mode, command.slot) != self._asked_for:  # another mode or slot resets the loop
             self._asked_for = command.mode, command.slot
             self.integral = 0.0
             self._last_error = None
@@ -198,7 +198,7 @@ class SparkLoop:
     def _closed(
         self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
     ) -> tuple[float, float]:
-        """Duty cycle of the PID controller, and feed-forward [V]."""
+        """Return the duty cycle of the PID controller, and feed-forward [V]."""
         mode = command.mode
         if mode == ControlMode.POSITION:
             error = self.wrapped(command.setpoint - position)
@@ -225,9 +225,9 @@ class SparkLoop:
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """Return P, I and D of an error that stands for some loops; `rest` is how far it is to the setpoint itself.
+        """Return P, I and D of a constant error over some loops; `rest` is the distance to the setpoint itself.
 
-        I is summed and D differenced once a loop.
+        The loop sums I and differences D once per loop.
         """
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
         if abs(error) < gains.allowed_error:
@@ -248,7 +248,7 @@ class SparkLoop:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
 
     def wrapped(self, error: float) -> float:
-        """Return an error of position, the short way round where positions wrap."""
+        """Return an error of position, the shorter way where positions wrap."""
         if self.config.wrap is None:
             return error
         span = self.config.wrap[1] - self.config.wrap[0]
@@ -262,7 +262,7 @@ class SparkLoop:
         self.profile_velocity = min(max(goal, speed - most), speed + most)
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
-        """Move along a trapezoid in every position mode of MAXMotion: an S-curve differs by its round corners only."""
+        """Move along a trapezoid in every position mode of MAXMotion: an S-curve differs only in rounded corners."""
         if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self.wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
@@ -286,7 +286,7 @@ def _sign(value: float) -> float:
 
 
 def _ramped(asked: float, last: float, loops: int, ramp: float) -> float:
-    """Return a duty cycle in -1 to 1 after some loops of a ramp of so long from 0 to full output [s]; 0: none."""
+    """Return a duty cycle in -1 to 1 after some loops of a ramp, whose time to full output is `ramp` [s]; 0: none."""
     asked = min(max(asked, -1.0), 1.0)
     if ramp <= 0.0:
         return asked

@@ -15,22 +15,22 @@ __all__ = ["SparkMotorSim", "WiredEncoder"]
 
 
 class SparkMotorSim(MotorSim):
-    """Connects a SPARK MAX or SPARK Flex, and those that follow it, with any mechanism.
+    """Connection of a SPARK MAX or SPARK Flex and its followers to any mechanism.
 
-    Positive is the same thing on both sides, as with `TalonFXMotorSim`: an output that robot code calls positive, after
-    whatever inversion it has configured, pushes the mechanism in its positive direction, and encoders count up.
+    Signs agree on both sides, as with `TalonFXMotorSim`: an output that robot code calls positive, after
+    any inversion that it has configured, pushes the mechanism in its positive direction, and encoders count up.
 
     Args:
-        controller: The device of the robot code.
-        mechanism: What it turns.
+        controller: Device of robot code.
+        mechanism: Mechanism that it turns.
         followers: Devices that follow it; their encoders and currents are written too.
-        opposed: Which of the followers are configured to follow it inverted, by index.
+        opposed: Indices of followers configured to follow it inverted.
         reversed: Whether positive in robot code is negative for the mechanism.
-        zero_at: Angle of the mechanism at which the encoder of the rotor was when it was switched on [rad].
-        encoder_gearing: Turns of an encoder that is wired to the controller per turn of the mechanism [-].
+        zero_at: Angle of the mechanism when the rotor's encoder was switched on [rad].
+        encoder_gearing: Turns of an encoder wired to the controller per turn of the mechanism [-].
 
     Raises:
-        ConfigError: The mechanism's gearbox has another number of motors than there are devices, or a device was built
+        ConfigError: The mechanism's gearbox and the devices differ in number, or a device was built
             before simcore was imported.
 
     Example:
@@ -70,7 +70,7 @@ class SparkMotorSim(MotorSim):
             port.show_output(duty_cycle)
 
     def write(self) -> None:
-        """See `MotorSim.write`; encoders and meters as well."""
+        """Write the sensors as in `MotorSim.write`, including encoders and current readings."""
         m = self.mechanism
         rotor, rps = (m.position - self._zero_at) * m.gearing / math.tau, m.velocity * m.gearing / math.tau
         turns = self._encoder_gearing / math.tau
@@ -80,11 +80,11 @@ class SparkMotorSim(MotorSim):
 
 
 class WiredEncoder:
-    """Encoder wired to a controller of the drivetrain, as `AnglePort`."""
+    """Encoder wired to a controller of the drivetrain, an `AnglePort`."""
 
     def __init__(self, port: SparkPort) -> None:
         self._port = port
 
     def write(self, angle: float, rate: float) -> None:
-        """Show where its shaft is [rad], and how fast it turns [rad/s]."""
+        """Write angle [rad] and rate [rad/s] of its shaft."""
         self._port.write_encoder(angle / math.tau, rate / math.tau)

@@ -1,4 +1,4 @@
-"""One SPARK in WPILib's SimDevices: what robot code asks for, and what its encoders and meters read."""
+"""One SPARK in WPILib's SimDevices: requests of robot code, and readings of its encoders and current sensor."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 __all__ = ["ANALOG_SPAN", "SparkPort"]
 
 ANALOG_SPAN = 3.3
-"""Of the data port, for one turn of an absolute encoder on its analog pin [V]."""
+"""Voltage of the data port for one turn of an absolute encoder on its analog pin [V]."""
 
 
 class _Sensor:
-    """A sensor of the controller, of which robot code reads position and velocity by conversion factors.
+    """A sensor of the controller whose position and velocity robot code reads by conversion factors.
 
     Args:
-        name: Of its SimDevice.
+        name: Name of its SimDevice.
     """
 
     def __init__(self, name: str) -> None:
@@ -50,13 +50,13 @@ class _Sensor:
 
 
 class _Encoder(_Sensor):
-    """An encoder that counts turns, of which robot code may set the position."""
+    """An encoder that counts turns, whose position robot code may set."""
 
-    _shown = 0.0  # as one that is switched on; anything else robot code has set since
+    _shown = 0.0  # its reading when switched on; robot code has set any other
     _shift = _turns = 0.0
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set turns and rate of its shaft; returns what robot code reads."""
+        """Set turns and rate of its shaft; return robot code's readings."""
         of_position, of_velocity = factors
         present = self._position.get()
         if present != self._shown and of_position:  # robot code has set it
@@ -68,12 +68,12 @@ class _Encoder(_Sensor):
 
 
 class _AbsoluteEncoder(_Sensor):
-    """An absolute encoder: one turn of its shaft, and no zero that moves."""
+    """An absolute encoder: one turn of its shaft, with a fixed zero."""
 
     def write(
         self, turns: float, rps: float, factors: tuple[float, float], *, is_centered: bool = False
     ) -> tuple[float, float]:
-        """Set turns and rate of its shaft; returns what robot code reads."""
+        """Set turns and rate of its shaft; return robot code's readings."""
         turn = (turns + 0.5) % 1.0 - 0.5 if is_centered else turns % 1.0
         return self._show(turn * factors[0], rps * 60.0 * factors[1])
 
@@ -82,20 +82,20 @@ class _AnalogSensor(_Sensor):
     """An absolute encoder on the analog pin of the data port: one turn from 0 to 3.3 V."""
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set turns and rate of its shaft; returns what robot code reads."""
+        """Set turns and rate of its shaft; return robot code's readings."""
         volts = (turns % 1.0) * ANALOG_SPAN
         self._device.get_double("Voltage").set(volts)
         return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
 class SparkPort(MotorPort):
-    """The simulated side of one SPARK: its loops, and what robot code asks for and reads.
+    """Simulated side of one SPARK: its loops, and robot code's requests and readings.
 
-    Physics lets the loops `run`, takes the `volts` and `write`s what the sensors see. The loops run on the clock of the
-    physics, the same in real time and in simulated time. On mechanisms it is in a `SparkMotorSim`.
+    Physics `run`s the loops, reads `volts` and `write`s the sensors. The loops run on the clock of the
+    physics, equally in real time and in simulated time. On mechanisms it is part of a `SparkMotorSim`.
 
     Args:
-        device: `SparkMax` or `SparkFlex` of the robot code.
+        device: A `SparkMax` or `SparkFlex` of robot code.
         sign: -1 where positive in robot code is negative for the mechanism.
 
     Raises:
@@ -131,9 +131,9 @@ class SparkPort(MotorPort):
         self._absolute = _AbsoluteEncoder(f"{name} ABSOLUTE ENCODER")
         self._external = _Encoder(f"{name} {external} ENCODER")
         self._analog = _AnalogSensor(f"{name} ANALOG SENSOR")
-        self._at_start: float | None = None  # turns of an encoder on the data port as it is switched on
+        self._at_start: float | None = None  # turns of an encoder on the data port when switched on
         self._seen = -1
-        self._owed = 0.0  # of its loops [s]
+        self._pending_time = 0.0  # time of its loops [s]
         self._position = self._velocity = self._amps = 0.0
         self._rotor = self._encoder = (0.0, 0.0)
         self._supply = self._supply_of_loop = 12.0
@@ -142,7 +142,7 @@ class SparkPort(MotorPort):
 
     @property
     def config(self) -> SparkConfiguration:
-        """What it is configured with."""
+        """Present configuration."""
         return self.loop.config
 
     def is_open(self) -> bool:
@@ -150,17 +150,17 @@ class SparkPort(MotorPort):
         return not self.loop.config.brakes
 
     def configure(self) -> None:
-        """Read the configuration again, if robot code has applied one since."""
+        """Read the configuration again, if robot code has since applied one."""
         count = configuration_count(self.device.key)
         if count != self._seen:
             self._seen = count
             self.loop.config = read_spark_configuration(self.device.hardware)
 
     def run(self, dt: float) -> None:
-        """Let its 1 kHz loop run for dt [s]; what its sensors read stays as it is meanwhile."""
-        self._owed += dt
-        loops = int(self._owed / LOOP + 0.5)
-        self._owed -= loops * LOOP
+        """Run its 1 kHz loop for dt [s] with constant sensor readings."""
+        self._pending_time += dt
+        loops = int(self._pending_time / LOOP + 0.5)
+        self._pending_time -= loops * LOOP
         if loops == 0:
             return
         self.configure()
@@ -174,7 +174,7 @@ class SparkPort(MotorPort):
         self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
 
     def set_supply(self, volts: float) -> None:
-        """Take the voltage at its terminals [V]."""
+        """Set the voltage at its terminals [V]."""
         self._supply = max(volts, 1.0)
         self._bus.set(self._supply)
 
@@ -201,11 +201,11 @@ class SparkPort(MotorPort):
         return self._mode.get() == ControlMode.VOLTAGE or self.config.compensation is not None
 
     def volts(self, emf: float = 0.0, resistance: float = math.inf) -> float:
-        """Return what it puts on the motor, positive as for the mechanism [V].
+        """Return its voltage on the motor, with the mechanism's sign [V].
 
         Args:
-            emf: Back-EMF of the motor, positive as for the mechanism [V].
-            resistance: Of one motor's winding, for its current limit; infinite where that acts in the motor's model
+            emf: Back-EMF of the motor, with the mechanism's sign [V].
+            resistance: Winding resistance of one motor, for its current limit; infinite where the motor's model limits
                 [ohm].
         """
         config = self.config
@@ -217,32 +217,32 @@ class SparkPort(MotorPort):
         volts = output * self._sign * (self._supply_of_loop if self._holds_volts else self._supply)
         if volts != 0.0 and config.current_limit > 0.0:
             most = config.current_limit * resistance
-            # The limiter lowers the output of a motor that drives; it never turns it round.
+            # The limiter lowers the output of a motor that drives; it never reverses it.
             limited = min(max(volts, emf - most), emf + most)
             volts = min(max(limited, 0.0), volts) if volts > 0.0 else max(min(limited, 0.0), volts)
         self._output.set(volts * self._sign / self._supply)
         return volts
 
     def show_output(self, output: float) -> None:
-        """Show the duty cycle that a follower applies, positive as for the mechanism [-]."""
+        """Write the duty cycle of a follower, with the mechanism's sign [-]."""
         self._output.set(output * self._sign)
 
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
         return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Show the current of one motor, positive as for the mechanism [A]; its volts are those of its loop."""
+        """Write the current of one motor, with the mechanism's sign [A]; its volts are those of its loop."""
         self._amps = amps * self._sign
         self._current.set(abs(amps))
 
     def write(self, rotations: float, rps: float, encoder: tuple[float, float] | None = None) -> None:
-        """Show what its sensors read, positive as for the mechanism.
+        """Write the sensors, with the mechanism's signs.
 
         Args:
             rotations: Turns of the rotor since it was switched on.
-            rps: Their rate [1/s].
-            encoder: Turns and rate [1/s] of an absolute, alternate or external encoder on the mechanism; None: as
-                they were last.
+            rps: Rate of the rotor [1/s].
+            encoder: Turns and rate [1/s] of an absolute, alternate or external encoder on the mechanism; None:
+                the previous values.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
@@ -251,7 +251,7 @@ class SparkPort(MotorPort):
         self._show()
 
     def write_encoder(self, turns: float, rps: float) -> None:
-        """Show turns and rate [1/s] of the encoder alone."""
+        """Write turns and rate [1/s] of the encoder alone."""
         self._encoder = turns, rps
         self._show()
 
@@ -287,7 +287,7 @@ def _loop_of(controller: Any) -> SparkLoop | None:
 
 
 def _answer_from_loops() -> None:
-    """Let closed-loop controllers read their state from here: SimDevices have no values for it."""
+    """Make closed-loop controllers read their state from here: SimDevices have no values for it."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
         ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
