@@ -22,7 +22,8 @@ __all__ = ["COMMANDS", "Command", "main"]
 class Command(NamedTuple):
     """Subcommand: its module has `add_arguments(parser)` and `run(args) -> int`.
 
-    A module whose arguments depend on others also has `add_further_arguments(parser, words)`.
+    A module whose arguments depend on others also has `add_further_arguments(parser, words)`; a module with
+    `takes_command` gets the words behind `--` as `args.behind`.
     """
 
     module: str
@@ -44,6 +45,7 @@ COMMANDS = {
     "view": Command("simcore.show.view_command", "open the page of a log in the browser"),
     "layout": Command("simcore.show.scope_layout", "make a layout for AdvantageScope or Elastic, for a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
+    "serve": Command("simcore.bridge.serve_command", "play with a robot program in Java or C++, stepped in lock-step"),
     "check": Command(
         "simcore.robotcode.sim.check_command",
         "run each mechanism of the described robot, and report implausible results",
@@ -119,15 +121,18 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
+    behind: list[str] = []
     for name, command in COMMANDS.items():
         called = f"simcore {name}" if program == "simcore" else program
         subparser = subparsers.add_parser(name, prog=called, help=command.help, description=command.help)
         if words[:1] == [name]:
             module = importlib.import_module(command.module)
+            if getattr(module, "takes_command", False) and "--" in words:
+                words, behind = words[: words.index("--")], words[words.index("--") + 1 :]
             module.add_arguments(subparser)
             if hasattr(module, "add_further_arguments"):
                 module.add_further_arguments(subparser, words[1:])
-            subparser.set_defaults(run=module.run)
+            subparser.set_defaults(run=module.run, behind=behind)
     if words and not words[0].startswith("-") and words[0] not in COMMANDS:
         parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
     args, unknown = parser.parse_known_args(words)

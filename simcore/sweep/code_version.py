@@ -16,7 +16,7 @@ __all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
 
 _APART = ("new_game", "show", "testing")
 """Packages of simcore that do not affect the result of a run."""
-_SOURCES = (".json", ".obj", ".py", ".toml")
+_SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
 """Folders of a robot project that the robot does not read."""
 

@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import json
 import math
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -75,6 +76,8 @@ class Experiment:
     """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None: the game's robot."""
     project: str | None = None
     """Folder of a robot project, whose own code plays, each run in its own process."""
+    command: tuple[str, ...] = ()
+    """Command of the project's program in any language, stepped over the bridge; empty: its robot.py."""
     scatter: Scatter | None = None
     """Sizes of the spreads; None: runs of a setup differ only by what the seed decides anyway."""
     factors: tuple[Factor, ...] = ()
@@ -95,7 +98,7 @@ class Experiment:
         if isinstance(self.metrics, Sequence) and not isinstance(self.metrics, str):
             object.__setattr__(self, "metrics", tuple(metric_name(metric) for metric in self.metrics))
         require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT, seeds=[_SEED])
-        for name in ("options", "factors", "seeds"):
+        for name in ("options", "factors", "seeds", "command"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         if self.robot is not None and self.project is not None:
             raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
@@ -204,6 +207,7 @@ def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
     """
     projects = [data["project"], *(v for f in data["factors"] if f["name"] == PROJECT for v in f["values"])]
     found = [Path(project, "robot.py").resolve() for project in projects if project is not None]
+    found += [Path(shutil.which(word) or word).resolve() for word in data.get("command", ())[:1]]
     for name in (data["game"], data["robot"], *data["metrics"]):
         module = str(name).partition(":")[0].partition(".")[0]  # of the package; a deeper search would import it
         if name is not None and ":" in name and module.isidentifier() and (spec := find_spec(module)) is not None:

@@ -23,6 +23,7 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.reader import read_settings
+from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import CONFIGS, PLAYED, PROJECT, RunSetup, vary, vary_scatter
@@ -207,8 +208,9 @@ def _require_project(experiment: Experiment) -> None:
     """
     folders = {str(experiment.project), *(str(v) for f in experiment.factors if f.name == PROJECT for v in f.values)}
     for folder in map(Path, sorted(folders)):
-        if not (folder / "robot.py").is_file():
-            raise ConfigError(f"project: there is no robot.py in {folder}; name the folder that it is in")
+        file = ROBOT_FILE if experiment.command else "robot.py"
+        if not (folder / file).is_file():
+            raise ConfigError(f"project: there is no {file} in {folder}; name the folder that it is in")
     for factor in experiment.factors:
         first = factor.name.partition(".")[0]
         if first == PROJECT:
@@ -230,7 +232,9 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
         VendorError: If RobotPy is not installed.
     """
     try:
-        adapter = import_module("simcore.robotcode.sim.project_run")
+        adapter = import_module(
+            "simcore.bridge.served_run" if experiment.command else "simcore.robotcode.sim.project_run"
+        )
     except ImportError as error:
         raise VendorError(f"robot projects need RobotPy: {install_command('robotpy')}") from error
     values = planned.values
@@ -250,6 +254,7 @@ def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None)
             },
             "metrics": experiment.metrics,
             "log": None if log is None else str(log.resolve()),
+            "command": experiment.command,
         }
     )
     return measured

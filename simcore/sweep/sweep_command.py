@@ -36,10 +36,12 @@ from simcore.world.engine_choice import add_engine_option
 
 __all__ = [
     "PAGE_NAME", "add_arguments", "add_played_options", "chosen_scatter", "experiment_fields", "play_aloud",
-    "progress", "run", "scatter_option", "sigterm_as_interrupt",
+    "progress", "run", "scatter_option", "sigterm_as_interrupt", "takes_command",
 ]  # fmt: skip
 
 PAGE_NAME = "page.html"
+takes_command = True
+"""Words behind `--` are the command of `--serve`."""
 _COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
@@ -56,6 +58,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
     parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
     parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
+    parser.add_argument(
+        "--serve", action="store_true", help="the project has a program in any language; its command follows behind --"
+    )
     parser.add_argument(
         "--robot", metavar="FILE.toml", help=f"robot in place of the game's: a {ROBOT_FILE}, or module:function"
     )
@@ -181,11 +186,16 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 def _experiment(options: argparse.Namespace) -> Experiment:
+    if options.serve != bool(options.behind):
+        raise ConfigError("--serve and a command behind -- belong together: --serve -- ./gradlew simulateJavaRelease")
+    if options.serve and options.project is None:
+        options.project = Path()
     if options.success:
         _require_columns(options.success, options)
     is_drawn = any(factor.distribution is not None for factor in options.factors)
     return Experiment(
         **experiment_fields(options),
+        command=tuple(options.behind),
         scatter=chosen_scatter(options),
         factors=tuple(options.factors),
         samples=options.samples or (_SAMPLES if is_drawn else 0),

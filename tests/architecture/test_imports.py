@@ -16,7 +16,7 @@ from each_case import each
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"robotcode", "show"}
+ADAPTERS = {"bridge", "robotcode", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"channel", "errors", "quantities", "units", "typing", "install_text", "season"}
@@ -49,6 +49,7 @@ ALLOWED = {
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed
     "show": CORE | {"robotcode.networktables"},
+    "bridge": CORE | {"robot_file", "robotcode.program", "robotcode.sim", "show", "sweep"},
     "robotcode.networktables": CORE,
     "robotcode.program": CORE | {"robot_file"},  # makers are loaded by name
     "robotcode.makers": CORE | {"robot_file", "robotcode.program", "robotcode.emulator", "robotcode.networktables"},

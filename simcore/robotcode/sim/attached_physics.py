@@ -62,6 +62,8 @@ class AttachedPhysics(RobotPhysics):
 
     folder: ClassVar[Path] = Path()
     """Folder of robot.py."""
+    file_name: ClassVar[str] = FILE_NAME
+    """Name of the file in it that describes the robot."""
     game_name: ClassVar[str | None] = None
     """Value of the flag `--game`; None: it was not given."""
     engine_name: ClassVar[str | None] = None
@@ -75,7 +77,7 @@ class AttachedPhysics(RobotPhysics):
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         require_distinct_devices()
-        path = self.folder / FILE_NAME
+        path = self.folder / self.file_name
         settings = with_configuration(read_settings(path))
         drivetrain: MakersDrivetrain
         try:

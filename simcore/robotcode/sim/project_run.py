@@ -22,7 +22,7 @@ from simcore.sweep.run_metrics import measure
 from simcore.telemetry.wpilog import WpilogSink
 from simcore.units import TICK
 
-__all__ = ["ProjectRun", "play_project", "test_auto"]
+__all__ = ["ProjectRun", "play_auto", "play_project", "test_auto"]
 
 
 class ProjectRun:
@@ -52,21 +52,22 @@ class ProjectRun:
     def play(self, sim: RobotTest) -> None:
         """Play the auto with the robot of a test."""
         try:
-            self.answer = self._played(sim)
+            self.answer = play_auto(sim, self._task)
         except (Exception, pytest.fail.Exception) as error:  # the latter are errors that a project must fix
             self.answer = {"error": _sentence(error, self._folder)}
 
-    def _played(self, sim: RobotTest) -> dict[str, Any]:
-        task = self._task
-        sim.alliance(task["alliance"])
-        if task["log"] is not None:
-            sim.add_sink(WpilogSink(task["log"]))
-        sim.start()
-        seconds = task["seconds"] or auto_seconds(sim.match.game)
-        sim.autonomous(task["auto"], seconds=0.0)
-        sim.run(max(1, round(seconds / TICK)) * TICK)
-        metrics = measure(sim.match, task["metrics"])
-        return {**metrics, "digest": sim.digest}
+
+def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
+    """Play the auto of a task with the robot of a test, and return its metrics and digest."""
+    sim.alliance(task["alliance"])
+    if task["log"] is not None:
+        sim.add_sink(WpilogSink(task["log"]))
+    sim.start()
+    seconds = task["seconds"] or auto_seconds(sim.match.game)
+    sim.autonomous(task["auto"], seconds=0.0)
+    sim.run(max(1, round(seconds / TICK)) * TICK)
+    metrics = measure(sim.match, task["metrics"])
+    return {**metrics, "digest": sim.digest}
 
 
 def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:

@@ -179,6 +179,11 @@ class RobotPhysics:
         """Control of the field: resets it, adds pieces, places robots, from the next tick on."""
         return self.match.control
 
+    @property
+    def part(self) -> float:
+        """How long the parts are in which a tick is done [s]."""
+        return self._h
+
     def after_tick(self) -> None:
         """Run after each tick of 20 ms; subclasses override it, e.g. to log or to feed cameras."""
 
