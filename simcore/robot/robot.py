@@ -334,7 +334,7 @@ class Robot:
         self.setpoints: dict[str, float] = {}
         """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """What robot code wants of the modules of a swerve drive, as `SwerveDrive.module_setpoints`; None: no code."""
+        """Speed [m/s] and angle [rad] that robot code wants of each module of a swerve drive; None: no code."""
         self.estimated_pose: tuple[float, float, float] | None = None
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self.require_place: Callable[[Pose], object] | None = None

@@ -25,6 +25,7 @@ __all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targ
 
 NO_STATES: FloatArray = np.empty((0, 2))
 """Of modules that nothing is wanted of."""
+NO_STATES.setflags(write=False)
 
 
 @dataclass(slots=True)
@@ -260,16 +261,6 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """Rotor turns per turn of the wheel, `drive`, and of the azimuth, `steer`, module by module [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
-
-    def module_states(self) -> FloatArray:
-        """Speed over ground [m/s] and angle [rad] of each module, as its encoders show them, shape (n, 2)."""
-        n, shafts = self._n, self.shafts
-        return np.column_stack((shafts["speed"][:n] * shafts["model"]["known_radius"][:n], shafts["position"][n:]))
-
-    def module_setpoints(self) -> FloatArray:
-        """The same as the loops on board want it; no rows where the motors are told volts or nothing."""
-        n, request = self._n, self.shafts["request"]
-        return request["value"].reshape(2, n).T if self.enabled and request["mode"][0] == TARGET else NO_STATES
 
     @property
     def steer_angles(self) -> FloatArray:
