@@ -250,7 +250,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def wheel_angles(self) -> list[float]:
         """Azimuth of each module, counter-clockwise from forward, any number of turns [rad]."""
-        return list(self.state.steer_angle.tolist())
+        angles: list[float] = self.shafts["position"][self._n :].tolist()
+        return angles
 
     def motor_currents(self) -> dict[str, list[float]]:
         """Stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
@@ -298,8 +299,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
-        steers, request = self.shafts[self._n :], self.shafts["request"][self._n :]
-        return list((request["value"] if request["mode"][0] == TARGET else steers["position"]).tolist())
+        request = self.shafts["request"][self._n :]
+        targets: list[float] = request["value"].tolist()
+        return targets if request["mode"][0] == TARGET else self.wheel_angles()
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         require_count(what, values, self._n, "modules")

@@ -313,8 +313,9 @@ class Recording:
         elif values.flags.writeable or values.base is not None:
             values = values.copy()  # somebody may change it
         values.setflags(write=False)
-        if kept and np.array_equal(kept[-1][1], values):
-            values = kept[-1][1]  # nothing moved: share it
+        before = kept[-1][1] if kept else None
+        if before is not None and before.shape == values.shape and before.tobytes() == values.tobytes():
+            values = before  # nothing moved: share it
         kept.append((time, values))
 
     def _kept_at(self, key: str, time: float) -> _Rows:
