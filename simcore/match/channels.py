@@ -58,11 +58,12 @@ MATCH = (
     Channel("Sim/Score/Blue", "int", lambda m: m.score.blue, "points of blue"),
     Channel("Sim/Performance/SubSteps", "int", lambda m: m.substeps,
             "steps of the engine in the tick: 4, and more while pieces that are not balls move"),
-    Channel("Sim/Performance/AwakePieces", "int", lambda m: len(m.pieces.awake),
+    Channel("Sim/Performance/AwakePieces", "int",
+             lambda m: m.pieces.count(PieceStatus.AWAKE) + m.pieces.count(PieceStatus.IN_FLIGHT),
             "pieces that move: the next two together"),
     Channel("Sim/Performance/FlyingPieces", "int", lambda m: m.pieces.count(PieceStatus.IN_FLIGHT),
             "pieces in the air, which touch nothing"),
-    Channel("Sim/Performance/PiecesInContact", "int", lambda m: len(m.pieces.in_contact),
+    Channel("Sim/Performance/PiecesInContact", "int", lambda m: m.pieces.count(PieceStatus.AWAKE),
             "pieces that move and touch something"),
     Channel("Sim/Performance/SleepingPieces", "int", lambda m: m.pieces.count(PieceStatus.ASLEEP),
             "pieces at rest, which wake when something reaches them"),
@@ -115,14 +116,14 @@ PIECES = (
 """Channels of each kind of piece."""
 
 ROBOT = (
-    Channel("Robot/Pose3d", "Pose3d", lambda f: f.places,
+    Channel("Robot/Pose3d", "Pose3d", lambda f: f.view.places,
             "true pose of the robot; its origin is on the carpet under the center", "m", 6),
     Channel("Robot/ComponentPoses", "Pose3d[]", lambda f: f.components.poses(f.shafts),
             "moving parts in the robot frame, in the order of `RobotConfig.components`"),
-    Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.module_states,
+    Channel("Robot/SwerveStates", "SwerveModuleState[]", lambda f: f.view.module_states,
             "for a swerve drive: speed over ground [m/s] and angle [rad] of each module, in the order of its "
             "configuration, from its encoders; to 1 mm/s and 1 mrad"),
-    Channel("Robot/SwerveSetpoints", "SwerveModuleState[]", lambda f: f.module_setpoints,
+    Channel("Robot/SwerveSetpoints", "SwerveModuleState[]", lambda f: f.view.module_setpoints,
             "commanded module states: by scripts, CTRE's `SwerveDrivetrain`, or closed loops of both motors of "
             "each module; empty without a command, as with drive motors in voltage control"),
     Channel("Robot/GroundClearance", "double", lambda f: f.clearance,
@@ -130,7 +131,7 @@ ROBOT = (
     Channel("Robot/IsAirborne", "boolean", lambda f: f.clearance > _AIRBORNE, "no wheel touches"),
     Channel("Robot/IsRed", "boolean", lambda f: [side == "red" for side in f.match.alliances],
             "the robot plays for the red alliance"),
-    Channel("Robot/WheelSlip", "double", lambda f: f.wheel_slip,
+    Channel("Robot/WheelSlip", "double", lambda f: f.view.slips,
             "speed of the fastest sliding tire over the ground; 0 while none slides", "m/s"),
     Channel("Robot/DistanceDriven", "double", lambda f: [record.distance for record in f.records],
             "distance driven so far, without moves by people", "m", 6),
@@ -140,7 +141,7 @@ ROBOT = (
             "`start`, `carried` (its gyro kept its reading) or `reset`, and where"),
     Channel("Robot/Player", "string", lambda f: [record.player or None for record in f.records],
             "in a match of scripted players: its role and level, e.g. `collector:3`"),
-    Channel("Robot/EstimatedPose", "Pose3d", lambda f: f.believed,
+    Channel("Robot/EstimatedPose", "Pose3d", lambda f: f.view.believed,
             "pose that robot code believes: a Phoenix 6 drivetrain's own pose estimate, else wheel "
             "odometry from encoders and gyro; to 1 mm and 1 mrad", "m", 6),
     Channel("Intake/HeldCount", "int", lambda f: f.held, "pieces in the robot"),

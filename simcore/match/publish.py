@@ -10,19 +10,20 @@ import numpy as np
 
 from simcore.channel import FIELD_OF, Channel
 from simcore.errors import ConfigError
+from simcore.loop.compiled import compiled
 from simcore.match.camera_rig import CameraRig
 from simcore.match.channels import MATCH, MECHANISM, PART, PIECES, ROBOT
 from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Score
 from simcore.robot.chassis import ground_clearance
 from simcore.robot.components import Components, carried
+from simcore.robot.fleet_view import FleetView
 from simcore.robot.mechanisms import PistonSim, RackSim, ShaftSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
-from simcore.robot.swerve_drive import SwerveDrive
 from simcore.telemetry.columns import FIELDS, GAP, Columns, Table
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Publisher"]
 
@@ -127,14 +128,12 @@ class Publisher:
         has_columns, is_open = source.field in FIELDS, "<" in keys[0]
         (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
-    def _decimals(self, name: str) -> tuple[IntArray, FloatArray, BoolArray]:
-        """Return columns of fixed values, a power of ten for each, and whether they are rounded."""
-        sources, shape = self._fixed[name], (-1, *(1 for _ in FIELDS[name][1]))
+    def _decimals(self, name: str) -> tuple[IntArray, FloatArray]:
+        """Return columns of fixed values, and a power of ten to which each is rounded, 0 of those that are not."""
+        sources = self._fixed[name]
         columns = [self._tables[name].place(key) for one in sources for key in one.keys]
-        decimals = [one.decimals for one in sources for _ in one.keys]
-        scales = np.array([1.0 if d is None else 10.0**d for d in decimals])
-        is_rounded = np.array([d is not None for d in decimals], bool)
-        return np.array(columns, np.int64), scales.reshape(shape), is_rounded.reshape(shape)
+        scales = [0.0 if one.decimals is None else 10.0**one.decimals for one in sources for _ in one.keys]
+        return np.array(columns, np.int64), np.array(scales)
 
     def snapshot(self) -> Snapshot:
         """Return the telemetry of the last tick."""
@@ -142,7 +141,7 @@ class Publisher:
         if self._programs != [len(robot.channels) for robot in match.robots]:
             self._add_programs()
         self._robots.read()
-        self._pieces.read(self._robots.places, self._robots.slots)
+        self._pieces.read(self._robots.view.places, self._robots.slots)
         found: dict[str, Any] = {name: {} for name in FIELD_OF.values() if name not in FIELDS}
         for name, keys, decimals, values in self._others:
             rows = found[name]
@@ -170,14 +169,16 @@ class Publisher:
         return known[1]
 
     def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
-        """Return the values of a field: its fixed columns, and further values with their columns."""
-        table, (columns, scales, is_rounded) = self._tables[name], self._rounding[name]
+        """Return the values of a field: those of its fixed columns, and others with theirs."""
+        table, (columns, scales) = self._tables[name], self._rounding[name]
         block = table.empty()
         if len(columns):
             values = np.concatenate([one.values() for one in self._fixed[name]])
-            if is_rounded.any():
-                np.copyto(values, np.rint(values * scales) / scales + 0.0, where=is_rounded)  # no -0.0: another value
-            block[columns] = values
+            if table.dtype == np.float64:
+                width = values.size // len(values)
+                _put_rounded(values.reshape(-1, width), scales, columns, block.reshape(-1, width))
+            else:
+                block[columns] = values
         for columns, values in late:
             block[columns] = values
         return Columns(table, block)
@@ -232,30 +233,21 @@ class _Robots:
     def __init__(self, match: PublishedMatch) -> None:
         self.match, self.robots, self.records = match, match.robots, match.record.robots
         loop = match.world.robots.robots
-        self._first_wheel = loop["first_wheel"].astype(np.int64)
+        self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
         """Row of each mechanism among the shafts of the loop, by its `id`."""
-        drives: dict[tuple[int, bool], list[tuple[int, int]]] = {}  # by number of shafts, and whether they are swerve
+        drives: dict[int, list[tuple[int, int]]] = {}  # by number of shafts
         for robot, first in zip(self.robots, loop["first_shaft"].tolist(), strict=True):
             count = len(robot.drive.shafts)
-            drives.setdefault((count, isinstance(robot.drive, SwerveDrive)), []).append((robot.number, first))
+            drives.setdefault(count, []).append((robot.number, first))
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
         """Numbers of robots with equal numbers of drive shafts, and rows of these."""
-        self._swerves: list[tuple[IntArray, IntArray, IntArray]] = []
-        """Numbers of swerve robots, and rows of drive and steer shafts."""
-        for (count, is_swerve), some in drives.items():
+        for count, some in drives.items():
             numbers, firsts = np.array(some).T
-            rows = firsts[:, None] + np.arange(count)
-            self._drives.append((numbers, rows))
-            if is_swerve:
-                self._swerves.append((numbers, rows[:, : count // 2], rows[:, count // 2 :]))
+            self._drives.append((numbers, firsts[:, None] + np.arange(count)))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
-        soles = [robot.chassis.soles for robot in self.robots]
-        self._soles = np.concatenate(soles)
-        self._sole_of = np.repeat(np.arange(len(soles)), [len(one) for one in soles])
-        self._first_sole = np.searchsorted(self._sole_of, np.arange(len(soles)))
 
     def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
         """Return the function that gives the values of a channel of robots, mechanisms or their parts."""
@@ -265,40 +257,16 @@ class _Robots:
 
     def read(self) -> None:
         """Read the present state of the robots."""
-        fleet = self.match.world.robots.fleet
-        self.shafts, self.wheels = fleet.shafts, fleet.wheels
-        self.batteries, self._state = fleet.batteries, fleet.robots
-        self.places = np.array([(*r.chassis.pos, r.chassis.quat[3], *r.chassis.quat[:3]) for r in self.robots])
-        """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
+        world = self.match.world
+        self.shafts, self.batteries = world.robots.fleet.shafts, world.robots.fleet.batteries
+        self.view.look(world.robots.fleet, world.bodies.records)
         self.slots = [robot.held for robot in self.robots]
         self.held = [len(slots) for slots in self.slots]
         """Number of pieces in each robot."""
-        modules = self._modules()
-        self.module_states, self.module_setpoints = modules[: len(self.robots)], modules[len(self.robots) :]
-        self.clearance = self._clearance()
+        self.clearance = self.view.heights
         """Height of the lowest wheel above the ground [m]."""
-
-    def _clearance(self) -> FloatArray:
-        places = self.places
-        w, x, y, z = places[self._sole_of, 3:].T
-        heights = self._soles[:, 0] * (2.0 * (x * z - w * y)) + self._soles[:, 1] * (2.0 * (y * z + w * x))
-        low: FloatArray = np.minimum.reduceat(heights + places[self._sole_of, 2], self._first_sole)
-        for number in np.nonzero(~self.match.world.are_flat(places[:, :2], self._reach))[0].tolist():
-            low[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
-        return low
-
-    @property
-    def believed(self) -> FloatArray:
-        """Poses that programs believe, to 1 mm and 1 mrad: a gyro's noise would change them at rest."""
-        x, y, yaw = np.round([robot.believed_pose for robot in self.robots], 3).T
-        zero = np.zeros(len(x))
-        return np.array((x, y, zero, np.cos(0.5 * yaw), zero, zero, np.sin(0.5 * yaw))).T
-
-    @property
-    def wheel_slip(self) -> FloatArray:
-        """Speed of the fastest sliding tire [m/s]."""
-        slip = np.maximum.reduceat(self.wheels["slip"], self._first_wheel)
-        return np.where(self._state["is_sliding"], slip, 0.0)
+        for number in np.nonzero(~world.are_flat(self.view.places[:, :2], self._reach))[0].tolist():
+            self.clearance[number] = ground_clearance(*self.robots[number].chassis.wheel_ground()).height
 
     @property
     def drive_currents(self) -> FloatArray:
@@ -306,27 +274,6 @@ class _Robots:
         found = np.empty(len(self.robots))
         for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
-        return found
-
-    def _modules(self) -> list[FloatArray | None]:
-        """Return speed and angle of the modules of each swerve drive, from encoders, then as commanded."""
-        found: list[FloatArray | None] = [None] * len(self.robots)
-        for numbers, wheels, azimuths in self._swerves:
-            speeds = self.shafts["speed"][wheels] * self.shafts["model"]["known_radius"][wheels]
-            states = np.stack((speeds, self.shafts["position"][azimuths]), axis=-1)
-            for number, rows in zip(numbers.tolist(), states, strict=True):
-                found[number] = rows
-        for robot in self.robots:
-            wanted = robot.module_setpoints
-            if wanted is None and isinstance(robot.drive, SwerveDrive):
-                wanted = robot.drive.module_setpoints()
-            found.append(wanted if isinstance(robot.drive, SwerveDrive) else None)
-        states = _module_states(np.concatenate([_NO_STATES, *(rows for rows in found if rows is not None)]))
-        last = 0
-        for place, rows in enumerate(found):
-            if rows is not None:
-                first, last = last, last + len(rows)
-                found[place] = states[first:last]
         return found
 
     @property
@@ -395,16 +342,18 @@ class _Pieces:
         return held_slots, carried(rows, owners, places)
 
 
+@compiled
+def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, block: FloatArray) -> None:
+    """Write rows into columns of a block, rounded without -0.0, which would be another value; scale 0: as they are."""
+    for k in range(len(values)):
+        for j in range(values.shape[1]):
+            value = values[k, j]
+            block[columns[k], j] = np.rint(value * scales[k]) / scales[k] + 0.0 if scales[k] > 0.0 else value
+
+
 def _rounded(values: Any, decimals: int | None) -> Any:
     """Round an array to a number of decimals, without -0.0, which would be another value; None: as it is."""
     return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
-
-
-def _module_states(rows: FloatArray) -> FloatArray:
-    """Round module states to 1 mm/s and 1 mrad, with angles within half a turn."""
-    turned = np.stack((rows[..., 0], np.arctan2(np.sin(rows[..., 1]), np.cos(rows[..., 1]))), axis=-1)
-    states: FloatArray = _frozen(np.round(turned, 3) + 0.0)
-    return states
 
 
 def _frozen(values: Any) -> Any:
@@ -412,5 +361,5 @@ def _frozen(values: Any) -> Any:
     return values
 
 
-_NO_POSES, _NO_STATES = _frozen(np.empty((0, 7))), _frozen(np.empty((0, 2)))
+_NO_POSES = _frozen(np.empty((0, 7)))
 _NO_IDS = _frozen(np.empty(0, np.int64))

@@ -549,7 +549,8 @@ class GamePieceManager:
             moving = (self.state.status[slots] == _AWAKE) | (self.state.status[slots] == _IN_FLIGHT)
             for slot in slots[moving & ~self._is_ball[slots]].tolist():
                 quat[slot] = self._world.engine.pose(self._pool.rows[slot])[1]
-        rows: FloatArray = quat[slots][:, [3, 0, 1, 2]]
+        taken, rows = quat.take(slots, axis=0), np.empty((len(slots), 4))
+        rows[:, 0], rows[:, 1:] = taken[:, 3], taken[:, :3]
         return rows
 
     @property
@@ -577,10 +578,10 @@ class GamePieceManager:
 
     def count(self, status: PieceStatus, name: str | None = None) -> int:
         """Count the pieces in a status."""
-        mask: BoolArray = self.state.status == status
+        mask: BoolArray = self.state.status == int(status)
         if name is not None:
             mask &= self.state.kind == self._kind(name)
-        return int(mask.sum())
+        return int(np.count_nonzero(mask))
 
     # --- one tick -------------------------------------------------------------------------------------------------
 
@@ -594,7 +595,9 @@ class GamePieceManager:
         state, self._robots = self.state, list(robots)
         self._start[:] = state.pos
         awake = self.awake
-        self.fastest = float(np.sqrt(_squares(state.vel[awake]).max(initial=0.0))) + self._world.gravity * dt
+        self.fastest = (
+            float(np.sqrt(_squares(state.vel.take(awake, axis=0)).max(initial=0.0))) + self._world.gravity * dt
+        )
         if not len(self._others):
             self._world.balls.begin_tick([row for row, _, _ in self._world.hanging], [])
             return math.inf
@@ -632,7 +635,8 @@ class GamePieceManager:
         self._pool.changes += 1
         moving = awake[self._is_ball[awake]]
         state.status[moving] = np.where(balls.contacts[moving] > 0, _AWAKE, _IN_FLIGHT)
-        within = (state.pos[awake] > self._outer[0]) & (state.pos[awake] < self._outer[1])  # False for NaN
+        places = state.pos.take(awake, axis=0)
+        within = (places > self._outer[0]) & (places < self._outer[1])  # False for NaN
         if not within.all():
             self._put_back(awake[~within.all(axis=1)])
 

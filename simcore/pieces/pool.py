@@ -253,7 +253,7 @@ class ShownPieces:
         if kind not in self._kept:
             slots = np.array((pool.is_on_field & (pool.state.kind == kind)).nonzero()[0])
             rows = np.empty((len(slots), 7))
-            rows[:, :3] = pool.state.pos[slots]
+            rows[:, :3] = pool.state.pos.take(slots, axis=0)  # 1 us of 400, pos[slots] 14
             rows[:, 3:] = self._attitudes(slots)
             slots.setflags(write=False)
             rows.setflags(write=False)

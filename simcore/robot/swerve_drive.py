@@ -25,6 +25,7 @@ __all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targ
 
 NO_STATES: FloatArray = np.empty((0, 2))
 """States of no modules: nothing is commanded."""
+NO_STATES.setflags(write=False)
 
 
 @dataclass(slots=True)
@@ -251,7 +252,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def wheel_angles(self) -> list[float]:
         """Return the azimuth of each module, counter-clockwise from forward, continuous over turns [rad]."""
-        return list(self.state.steer_angle.tolist())
+        angles: list[float] = self.shafts["position"][self._n :].tolist()
+        return angles
 
     def motor_currents(self) -> dict[str, list[float]]:
         """Return stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
@@ -262,16 +264,6 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """Rotor turns per turn of the wheel (`drive`) and of the azimuth (`steer`), module by module [-]."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
-
-    def module_states(self) -> FloatArray:
-        """Return ground speed [m/s] and angle [rad] of each module, as its encoders show them, shape (n, 2)."""
-        n, shafts = self._n, self.shafts
-        return np.column_stack((shafts["speed"][:n] * shafts["model"]["known_radius"][:n], shafts["position"][n:]))
-
-    def module_setpoints(self) -> FloatArray:
-        """Return the states that the on-board loops are commanded to; no rows with other commands or when disabled."""
-        n, request = self._n, self.shafts["request"]
-        return request["value"].reshape(2, n).T if self.enabled and request["mode"][0] == TARGET else NO_STATES
 
     @property
     def steer_angles(self) -> FloatArray:
@@ -309,8 +301,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _present_angles(self) -> list[float]:
         """Return the angles that modules without a direction keep: their targets if any, else the current ones."""
-        steers, request = self.shafts[self._n :], self.shafts["request"][self._n :]
-        return list((request["value"] if request["mode"][0] == TARGET else steers["position"]).tolist())
+        request = self.shafts["request"][self._n :]
+        targets: list[float] = request["value"].tolist()
+        return targets if request["mode"][0] == TARGET else self.wheel_angles()
 
     def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         require_count(what, values, self._n, "modules")

@@ -111,11 +111,8 @@ class Columns(Mapping[str, Any]):
     @property
     def _values(self) -> dict[str, Any]:
         if self._made is None:
-            table, block = self.table, self.block
-            values = (
-                block if table.shape else block.astype(bool).tolist() if table.dtype == np.uint8 else block.tolist()
-            )
-            rows = zip(table.keys, values, table.gaps(block).tolist(), strict=False)  # the table may have grown
+            values, gaps = self.table.values(self.block), self.table.gaps(self.block).tolist()
+            rows = zip(self.table.keys, values, gaps, strict=False)  # the table may have grown
             self._made = {key: value for key, value, is_gap in rows if not is_gap}
         return self._made
 

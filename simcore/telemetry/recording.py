@@ -90,12 +90,36 @@ class Recording:
         self._ticks.append(snapshot.tick)
         for arrays in (snapshot.pose_arrays, snapshot.state_arrays, snapshot.integer_arrays):
             for key, values in arrays.items():
-                kept = self._arrays.setdefault(key, [])
-                is_long = is_bulk(key, len(values)) or arrays is snapshot.state_arrays
-                if bulk or not is_long or not kept:
-                    self._add_array(key, time, values, is_long)
+                self._add_array(key, time, values, bulk, is_state=arrays is snapshot.state_arrays)
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
+
+    def fill(self, times: FloatArray, columns: Sequence[tuple[str, str, Sequence[Any], IntArray]]) -> None:
+        """Keep a whole run at once, as `write` keeps it tick by tick.
+
+        Args:
+            times: Of its ticks, rising [s], shape (n,).
+            columns: Field of a snapshot, key, all values, and which of them each tick has, -1 for none, shape (n,).
+        """
+        self._forget_all()
+        self._times, self._ticks = array("d", times.tolist()), array("q", range(len(times)))
+        bulk = [self._bulk_cadence.take(time) for time in self._times]
+        texts: list[dict[str, str]] = [{} for _ in self._times]
+        for field, key, *_ in columns:
+            if field in FIELDS:
+                self._tables[field].place(key)
+        self._blocks = {field: table.empty(len(times)) for field, table in self._tables.items()}
+        for field, key, values, rows in columns:
+            ticks = np.nonzero(rows >= 0)[0]
+            if field in FIELDS and len(ticks):
+                self._blocks[field][ticks, self._tables[field].places[key]] = np.array(values)[rows[ticks]]
+            elif field == "strings":
+                for tick in ticks.tolist():
+                    texts[tick][key] = values[rows[tick]]
+            elif field not in FIELDS:
+                for tick in ticks.tolist():
+                    self._add_array(key, self._times[tick], values[rows[tick]], bulk[tick], field == "state_arrays")
+        self._texts = [(tick, one) for tick, one in enumerate(texts) if not tick or one != texts[tick - 1]]
 
     def close(self) -> None:
         """Take no more; what was kept stays."""
@@ -273,8 +297,12 @@ class Recording:
         ends = [*(row for row, _ in self._texts[1:]), len(self._times)]
         return [texts for (first, texts), last in zip(self._texts, ends, strict=False) for _ in range(first, last)]
 
-    def _add_array(self, key: str, time: float, values: _Rows, is_long: bool) -> None:
-        kept, given = self._arrays[key], values
+    def _add_array(self, key: str, time: float, values: _Rows, bulk: bool, is_state: bool) -> None:
+        """Keep an array; long ones and states only if they are due (`bulk`), and when they are the first."""
+        kept, given = self._arrays.setdefault(key, []), values
+        is_long = is_state or is_bulk(key, len(values))
+        if kept and is_long and not bulk:
+            return
         if kept and not given.flags.writeable and self._given.get(key) is given:
             kept.append((time, kept[-1][1]))
             return
@@ -285,8 +313,9 @@ class Recording:
         elif values.flags.writeable or values.base is not None:
             values = values.copy()  # somebody may change it
         values.setflags(write=False)
-        if kept and np.array_equal(kept[-1][1], values):
-            values = kept[-1][1]  # nothing moved: share it
+        before = kept[-1][1] if kept else None
+        if before is not None and before.shape == values.shape and before.tobytes() == values.tobytes():
+            values = before  # nothing moved: share it
         kept.append((time, values))
 
     def _kept_at(self, key: str, time: float) -> _Rows:

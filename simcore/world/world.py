@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
+from simcore.world.footprints import corners, overlaps
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
+from simcore.loop.compiled import compiled
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
 from simcore.loop.step import advance
@@ -456,9 +459,8 @@ class PhysicsWorld:
         """Return `is_flat` for several places [m], shapes (n, 2) and (n,)."""
         if self.floor is None:
             return np.zeros(len(places), dtype=bool)
-        ramps = self._ramps
-        away = np.maximum(np.maximum(ramps[:, :2] - places[:, None], places[:, None] - ramps[:, 3:5]), 0.0)
-        flat: BoolArray = ~(np.einsum("nij,nij->ni", away, away) < np.square(reach)[:, None]).any(axis=1)
+        flat: BoolArray = np.ones(len(places), dtype=bool)
+        _find_ramps(self._ramps, places, reach, flat)
         for row, pivot, far in self.hanging:
             if row not in self._hanging:
                 flat &= ~(np.hypot(*(places - pivot[:2]).T) < reach + far)
@@ -617,3 +619,16 @@ def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
     if len(pos) != 3 or not all(map(math.isfinite, pos)):
         raise NonFiniteError(f"{name}: position must be three finite numbers [m], got {tuple(pos)}")
     return (float(pos[0]), float(pos[1]), float(pos[2]))
+
+
+@compiled
+def _find_ramps(ramps: FloatArray, places: FloatArray, reach: FloatArray, flat: BoolArray) -> None:
+    """Clear the marks of places that have a ramp within reach; see `PhysicsWorld.are_flat`."""
+    for k in range(len(places)):
+        x, y = places[k, 0], places[k, 1]
+        for i in range(len(ramps)):
+            dx = max(ramps[i, 0] - x, x - ramps[i, 3], 0.0)
+            dy = max(ramps[i, 1] - y, y - ramps[i, 4], 0.0)
+            if dx * dx + dy * dy < reach[k] * reach[k]:
+                flat[k] = False
+                break

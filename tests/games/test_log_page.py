@@ -43,6 +43,21 @@ def test_numbers_poses_and_pieces_are_read_back(depot):
         assert back.array_at(key, time) == pytest.approx(live.array_at(key, time), abs=1e-5)
 
 
+def test_the_columns_of_a_log_are_what_its_snapshots_say(depot):
+    log = read_log(depot[2])
+    back = recording_of(log)
+    rows = [0, 1, 7, 200, len(back) - 1]
+    for row, snapshot in zip(rows, back.snapshots(rows), strict=True):
+        want = log.snapshot_at(snapshot.time + 1e-6)
+        assert snapshot.tick == row
+        for field in ("doubles", "integers", "booleans", "strings"):
+            assert getattr(snapshot, field) == getattr(want, field), field
+        for field, is_kept in (("poses", True), ("integer_arrays", False)):  # long arrays are kept less often
+            for key, values in getattr(want, field).items():
+                if is_kept or len(values) <= 64:
+                    assert getattr(snapshot, field)[key].tolist() == values.tolist(), key
+
+
 def test_shots_are_read_back_with_the_flights_of_the_engine(depot):
     scene, live, log, truth = depot
     back = recording_of(read_log(log))

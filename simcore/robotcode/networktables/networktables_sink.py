@@ -24,6 +24,7 @@ from simcore.telemetry.snapshot import (
     struct_array_bytes,
 )
 from simcore.world.rotation import yaw_of
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
 
@@ -72,6 +73,7 @@ class NetworkTablesSink:
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
+        self._arrays: dict[str, FloatArray | IntArray] = {}  # last published
         self._changes = {field: Changes(field) for field in _COLUMNS}
         self._stays = stays
         self._field, self._field_cadence = field, Cadence(_FIELD_PERIOD)
@@ -97,15 +99,14 @@ class NetworkTablesSink:
         self._set_columns("poses", snapshot.poses)
         for type_name, arrays in snapshot.struct_arrays:
             for key, rows in arrays.items():
-                self._publisher(key, type_name).set(struct_array_bytes(type_name, key, rows))
+                if self._is_new(key, rows):
+                    self._publisher(key, type_name).set(struct_array_bytes(type_name, key, rows))
         self._set_columns("doubles", snapshot.doubles)
         self._set_columns("integers", snapshot.integers)
         self._set_columns("booleans", snapshot.booleans)
         self._set_all("string", snapshot.strings)
-        self._set_all(
-            "int[]", {key: checked_integers(key, ids).tolist() for key, ids in snapshot.integer_arrays.items()}
-        )
-
+        new = {key: ids for key, ids in snapshot.integer_arrays.items() if self._is_new(key, ids)}
+        self._set_all("int[]", {key: checked_integers(key, ids).tolist() for key, ids in new.items()})
         if self._field is not None and self._field_cadence.take(snapshot.time):
             self._write_field(self._field, snapshot)
 
@@ -145,6 +146,12 @@ class NetworkTablesSink:
         for column, value in zip(columns.tolist(), changes.table.values(block), strict=True):
             publisher = self._publisher(changes.table.keys[column], type_name)
             publisher.set(value.tobytes() if type_name == POSE_TYPE else value)
+
+    def _is_new(self, key: str, rows: FloatArray | IntArray) -> bool:
+        """Whether an array is not the very one that was published last, so that it need not be looked into."""
+        is_new = self._arrays.get(key) is not rows or rows.flags.writeable
+        self._arrays[key] = rows
+        return is_new
 
     def _set_all(self, type_name: str, values: Mapping[str, object]) -> None:
         last = self._values
