@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
-from simcore.world.footprints import corners, overlaps
-from simcore.world.rotation import IDENTITY, Quaternion, Vector, from_yaw, matrix
 from simcore.loop.compiled import compiled
 from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits

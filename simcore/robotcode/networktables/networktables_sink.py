@@ -23,8 +23,8 @@ from simcore.telemetry.snapshot import (
     checked_integers,
     struct_array_bytes,
 )
-from simcore.world.rotation import yaw_of
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import yaw_of
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
 
