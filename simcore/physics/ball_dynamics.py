@@ -9,7 +9,6 @@ import numpy as np
 
 from simcore.geometry.rotation import IDENTITY, Vector, matrix
 from simcore.loop.balls import depth_at
-from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.robot_state import BODY, no_robots, records
 from simcore.loop.solids import Solids
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
@@ -50,8 +49,8 @@ class StandingField(NamedTuple):
         return cls(builder.solids, Floor(GRAVITY, True, *factors(floor), False))
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
-        """Move balls of their own, which remember their friction, for h [s]."""
-        advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, DAMPING_RATIOS, h)
+        """Move balls of their own, which remember their contacts, for h [s]."""
+        advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
 class BallDynamics:
