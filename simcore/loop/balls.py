@@ -57,7 +57,7 @@ __all__ = ["advance_balls", "any_moves", "depth_at", "drift_balls", "end_balls",
 _STANDING = 1e-3  # [m/s, rad/s]; a body that is slower stands
 _MOST_SURFACES = 12  # of a ball with solids at one instant
 _FLOOR, _PAIR = -2, -3  # in the memory of a ball: its contact with the floor; less than -3: with another ball
-_COMES = 1.5 * STEP  # [s]; who meets so soon has a say in the next step
+_COMES = 1.5 * STEP  # [s]; stiff pairs that meet so soon cut the next step
 _COPLANAR = 5e-4  # [m]; an edge this near to the plane of a face that is touched is no edge of what is touched
 _QUIET_SPEED = 0.03  # [m/s]; slower balls count as still
 _GAINS = 0.004  # [m/s]; a ball that has gained so much since it is slow starts again to count as still
@@ -272,30 +272,29 @@ def _closing(vel, a, b, nx, ny, nz):
 
 
 @compiled
-def first_step(balls, pairs, h):
-    """Return the longest step, of h [s] at most, that the pairs of balls allow which touch or soon will [s]."""
-    first, second, count = pairs
-    pos, vel, radii, status, longest = balls.pos, balls.vel, balls.radius, balls.status, h * h
+def first_step(balls, pairs, step, h):
+    """Return the longest step, of `step` [s] at most, that the pairs of balls allow which touch or soon will [s].
+
+    Mark the pairs that may need shorter ones within h [s], because they are stiff, deep or fast.
+    """
+    first, second, count, is_stiff = pairs
+    pos, vel, radii, status, longest = balls.pos, balls.vel, balls.radius, balls.status, step * step
     foam, surface, masses = balls.foam, balls.surface, balls.mass
     for p in range(count):
         a, b = first[p], second[p]
         nx, ny, nz = pos[a, 0] - pos[b, 0], pos[a, 1] - pos[b, 1], pos[a, 2] - pos[b, 2]
-        reach, square, closing = radii[a] + radii[b], nx * nx + ny * ny + nz * nz, _closing(vel, a, b, nx, ny, nz)
-        if square >= reach * reach:
-            if closing <= 0.0:
-                continue
-            comes = reach + closing / reach * _COMES
-            if square >= comes * comes:
-                continue
-        if not (sleeps(status, a) and sleeps(status, b)):
-            distance = math.sqrt(square)
-            closing /= max(distance, 1e-9)
-            longest = _pair_limit(longest, foam, surface, masses, a, b, reach - distance, closing, h)
+        distance = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
+        depth, uncut, fastest = radii[a] + radii[b] - distance, STEP * STEP, speed(vel, a) + speed(vel, b)
+        is_stiff[p] = _pair_limit(uncut, foam, surface, masses, a, b, depth, fastest, h) < uncut
+        if is_stiff[p] and not (sleeps(status, a) and sleeps(status, b)):
+            closing = _closing(vel, a, b, nx, ny, nz) / distance
+            if depth > -max(0.0, closing) * _COMES:
+                longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, step)
     return math.sqrt(longest)
 
 
 @compiled
-def _collide(balls, memory, gravity, first, second, pairs, force, h):
+def _collide(balls, memory, gravity, pairs, force, h):
     """Add the forces of balls on each other in h [s], and return the longest next step their contacts allow [s].
 
     `force` has of each ball force and torque [N, N m], number of contacts and largest push [N], shape (n, 8).
@@ -303,8 +302,9 @@ def _collide(balls, memory, gravity, first, second, pairs, force, h):
     status, pos, vel, spin, radii, masses = balls.status, balls.pos, balls.vel, balls.spin, balls.radius, balls.mass
     foam, surface, still, hold, press = balls.foam, balls.surface, balls.still, balls.hold, balls.press
     key, stamp, spring, now, is_put = memory.key, memory.stamp, memory.spring, memory.clock[0], balls.is_put
-    longest = STEP * STEP
-    for p in range(pairs):
+    first, second, count, is_stiff = pairs
+    longest, slowing = STEP * STEP, 0.4 * _STOPPING / h
+    for p in range(count):
         a, b = first[p], second[p]
         sleeper = a if sleeps(status, a) else b if sleeps(status, b) else NOBODY
         if sleeper == a and sleeps(status, b):
@@ -316,10 +316,9 @@ def _collide(balls, memory, gravity, first, second, pairs, force, h):
                 _wake(status, still, hold, sleeper)
                 sleeper = NOBODY
         if square >= reach * reach:
-            closing = _closing(vel, a, b, nx, ny, nz)
-            if closing > 0.0:
-                closing /= reach
-                comes = reach + closing * _COMES
+            if is_stiff[p]:
+                closing = _closing(vel, a, b, nx, ny, nz) / reach
+                comes = reach + max(0.0, closing) * _COMES
                 if square < comes * comes:
                     longest = _pair_limit(longest, foam, surface, masses, a, b, 0.0, closing, h)
             continue
@@ -339,7 +338,8 @@ def _collide(balls, memory, gravity, first, second, pairs, force, h):
         closing = -(ux * nx + uy * ny + uz * nz)
         linear, cubic, hard_from, hard = _pair_foam(foam, a, b)
         mass = masses[a] * masses[b] / (masses[a] + masses[b])
-        longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, h)
+        if is_stiff[p]:
+            longest = _pair_limit(longest, foam, surface, masses, a, b, depth, closing, h)
         i, j = (a, b) if a < b else (b, a)  # the lower row remembers; its spring is that of the other turned round
         s = _slot(key, stamp, i, _PAIR - j)
         is_new = stamp[i, s] < now - 1 or is_put[a] == JUST_PUT or is_put[b] == JUST_PUT
@@ -363,7 +363,7 @@ def _collide(balls, memory, gravity, first, second, pairs, force, h):
         tx, ty, tz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
         wx, wy, wz = spin[a, 0] - spin[b, 0], spin[a, 1] - spin[b, 1], spin[a, 2] - spin[b, 2]
         smaller, turning = min(radii[a], radii[b]), wx * wx + wy * wy + wz * wz
-        brake = _STOPPING * 0.4 * mass * smaller * smaller / h  # most torque over the relative spin
+        brake = slowing * mass * smaller * smaller  # most torque over the relative spin
         if turning > 1e-12:
             brake = min(brake, rolling_resistance(push, turning, depth, radii[a] * radii[b] / reach, bounce))
         force[a, 0] += fx
@@ -458,7 +458,7 @@ def find_contacts(balls, solids, bodies, floor, listed, first, last, late, h):
 
 @compiled
 def choose_step(balls, solids, floor, listed, h):
-    """Choose into how many steps listed balls cut one of h [s]: so many as their speed and contacts together need.
+    """Choose into how many steps listed balls cut one of h [s]: so many as their speed and stiffest contact need.
 
     Args:
         balls: All of them.
@@ -487,7 +487,7 @@ def choose_step(balls, solids, floor, listed, h):
             closing = -(vx * found[k, q, 0] + vy * found[k, q, 1] + vz * found[k, q, 2])
             depth = found[k, q, 3] + max(0.0, closing) * h
             restitution = own * (material[which[k, q, 0], 1] if which[k, q, 0] >= 0 else on_floor)
-            stiffness += hardened(foam_slope(depth, k1, k3, hard_from, hard), restitution)
+            stiffness = max(stiffness, hardened(foam_slope(depth, k1, k3, hard_from, hard), restitution))
         steps[q] = max(most, steps_for(stiffness, mass, h))
 
 
@@ -659,7 +659,7 @@ def list_contacts(balls, bodies, solids, with_pairs, h):
         np.empty((_MOST_SURFACES, count, 2), np.int64), np.zeros(count, np.uint8), np.zeros(count), np.zeros(count),
         np.zeros(count, np.int64), np.ones(count, np.int64),
     )  # fmt: skip
-    return listed, (first, second, pairs)
+    return listed, (first, second, pairs, np.zeros(pairs, np.uint8))
 
 
 @compiled
@@ -692,7 +692,7 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
         Length of the next step, 0 for none [s].
     """
     memory.clock[0] += 1
-    longest = _collide(balls, memory, floor.gravity, pairs[0], pairs[1], pairs[2], force, h)
+    longest = _collide(balls, memory, floor.gravity, pairs, force, h)
     following = left / math.ceil(left / longest - 1e-9) if left > 1e-9 else 0.0
     find_contacts(balls, solids, bodies, floor, listed, 0, listed.size, 0.0, h)
     choose_step(balls, solids, floor, listed, h)

@@ -33,7 +33,7 @@ STIFFEST = 0.05
 """Most of k h^2 / m of a contact in its step [-]: half a period then has ten steps."""
 
 _THINNEST = 0.003  # band of foam that gives nothing back: it gives back 0.04 of the speed
-_TURNING = 0.14
+_TURNING = 0.12
 """Square of the restitution below which a contact needs shorter steps [-]: its stiffness is 4 / e^2 times that of the
 foam as its memory turns."""
 _FORGETS = 0.15

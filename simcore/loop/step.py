@@ -66,7 +66,7 @@ def _advance_listed(fleet, bodies, balls, memory, solids, floor, h, call):
     force = np.zeros((balls.pos.shape[0] if has_balls else 0, 8))
     step = dt  # of the balls
     if has_balls:
-        step = dt / math.ceil(dt / first_step(balls, pairs, dt) - 1e-9)
+        step = dt / math.ceil(dt / first_step(balls, pairs, dt, h) - 1e-9)
         drift_balls(balls, listed, 0.5 * step)
     for number in range(steps):
         advance_robots(fleet, bodies, solids, floor.is_there, floor.gravity, dt, dt / call)
