@@ -33,6 +33,7 @@ __all__ = ["GamePieceConfig", "PieceVariation"]
 
 _MOST_PARTS = 32
 _DENSE_FROM, _DENSE_TO, _DENSE_ENERGY = 0.6, 0.9, 300.0  # of the radius, and [J]; see `GamePieceConfig.foam`
+_STIFFEST = 2.5e6  # k / m of a ball [1/s^2]; a stiffer one thrown at another may overlap it deeply within a step
 _OFF_CENTER = 0.01  # fraction of the bounding radius that the center of mass may be off the origin
 _THINNEST = 0.003  # [m]; PyBullet rounds the edges of hulls with 1 mm
 
@@ -54,8 +55,9 @@ class GamePieceConfig:
     """Restitution factor; a pair has the product of both [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm of the piece itself [m]; the surface adds its own."""
-    stiffness: float | FoamStiffness = FOAM_STIFFNESS
-    """Contact stiffness on one side: for balls that of foam; for other shapes force over depth [N/m]."""
+    stiffness: float | FoamStiffness | None = None
+    """Contact stiffness on one side: for balls that of foam; for other shapes force over depth [N/m]. A ball has at
+    most 2.5e6 N/m per kg at a compression of a tenth of its radius. None: 1e5 N/m, or that limit below 40 g."""
     color: str = "#f2c511"
     """Color of its drawings, `#rrggbb`."""
     aerodynamics: Aerodynamics | None = None
@@ -67,16 +69,29 @@ class GamePieceConfig:
             raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
             raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
-        if not isinstance(self.stiffness, FoamStiffness):
+        if isinstance(self.stiffness, FoamStiffness):
+            if not isinstance(self.shape, Sphere):
+                raise ConfigError(f"{self.name}: a FoamStiffness is for spheres, got a {type(self.shape).__name__}")
+        elif self.stiffness is not None:
             require(self.name, "stiffness", self.stiffness, STIFFNESS)
-        elif not isinstance(self.shape, Sphere):
-            raise ConfigError(f"{self.name}: a FoamStiffness is for spheres, got a {type(self.shape).__name__}")
-        if not isinstance(self.shape, Sphere | Cylinder | Box):
+        if isinstance(self.shape, Sphere):
+            self._check_foam()
+        elif not isinstance(self.shape, Cylinder | Box):
             self._check_shape()
         require(self.name, "radius around its shape", self.bounding_radius, ROBOT_LENGTH)
         if self.air.lift > 0.0 and not isinstance(self.shape, Sphere):
             raise ConfigError(f"{self.name}: spin lift is for spheres, got a {type(self.shape).__name__}")
         self.surface  # noqa: B018  (checks friction and restitution)
+
+    def _check_foam(self) -> None:
+        """Refuse a ball that is too stiff for its mass: no step of the loop holds it."""
+        linear, cubic, _, _ = self.foam
+        stiffness = linear + 3.0 * cubic * (0.1 * self.bounding_radius) ** 2
+        if stiffness > _STIFFEST * self.mass:
+            raise ConfigError(
+                f"{self.name}: a stiffness of {stiffness:.3g} N/m is too much for a ball of {self.mass:.3g} kg; at "
+                f"most {_STIFFEST * self.mass:.3g} N/m can be simulated, or at least {stiffness / _STIFFEST:.3g} kg"
+            )
 
     def _check_shape(self) -> None:
         """Refuse shapes that engines do not simulate well."""
@@ -106,7 +121,7 @@ class GamePieceConfig:
         Foam squeezed by more than 60 % of the radius becomes dense and hard: so hard that 300 J, half of a robot's
         energy at 4.6 m/s, squeeze it by 90 %. Estimate: there is no published figure for where foam balls bottom out.
         """
-        s, radius = self.stiffness, self.bounding_radius
+        s, radius = self._one_side, self.bounding_radius
         linear, cubic = (s.linear, s.cubic) if isinstance(s, FoamStiffness) else (s, 0.0)
         return linear, cubic, _DENSE_FROM * radius, 3.0 * _DENSE_ENERGY / ((_DENSE_TO - _DENSE_FROM) * radius) ** 3
 
@@ -118,8 +133,15 @@ class GamePieceConfig:
             friction=self.friction,
             restitution=self.restitution,
             rolling=self.rolling,
-            stiffness=None if isinstance(self.stiffness, FoamStiffness) else self.stiffness,
+            stiffness=None if isinstance(self._one_side, FoamStiffness) else self._one_side,
         )
+
+    @property
+    def _one_side(self) -> float | FoamStiffness:
+        """How it gives way, where its config does not say as well."""
+        if self.stiffness is not None:
+            return self.stiffness
+        return min(FOAM_STIFFNESS, _STIFFEST * self.mass) if isinstance(self.shape, Sphere) else FOAM_STIFFNESS
 
     @property
     def bounding_radius(self) -> float:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from simcore.loop.balls import depth_at
-from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.robot_state import BODY, no_robots, records
 from simcore.loop.solids import Solids
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
@@ -51,7 +50,7 @@ class StandingField(NamedTuple):
 
     def fly(self, balls: Balls, memory: Memory, h: float) -> None:
         """Move separate balls by h [s]; `memory` keeps their friction state."""
-        advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, DAMPING_RATIOS, h)
+        advance(_NO_ROBOTS, _NO_BODIES, balls, memory, self.solids, self.floor, h)
 
 
 class BallDynamics:

@@ -153,10 +153,10 @@ def contact_spring(restitution: float, friction: float, stiffness: float, mass: 
         mass: Mass of the lighter body [kg].
         h: Longest step in which it is computed [s].
     """
-    from simcore.loop.contact import DAMPING_RATIOS  # imported here, so that reading a material needs no Numba
+    from simcore.loop.bumpers import DAMPING_RATIOS  # imported here, so that reading a material needs no Numba
 
-    places = np.linspace(0.0, 1.0, len(DAMPING_RATIOS[0]))
-    ratio = min(1.0, float(np.interp(restitution, places, DAMPING_RATIOS[0])))
+    places = np.linspace(0.0, 1.0, len(DAMPING_RATIOS))
+    ratio = min(1.0, float(np.interp(restitution, places, DAMPING_RATIOS)))
     strongest = _STRONGEST[friction + restitution > 0.0] / h
     spring = min(stiffness / mass, (0.5 * strongest / max(ratio, _LEAST_RATIO)) ** 2)
     return spring, 2.0 * ratio * math.sqrt(spring)

@@ -16,7 +16,6 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.loop.compiled import compiled
-from simcore.loop.contact import DAMPING_RATIOS
 from simcore.loop.solids import FIELD, Solids, find_in_box, first_hits
 from simcore.loop.step import advance
 from simcore.quantities import MASS, require
@@ -590,9 +589,8 @@ class PhysicsWorld:
             self._before = np.hstack((bodies.records["pos"], bodies.records["quat"]))
         self.robots.choose_outlines()
         lost = advance(
-            self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor,
-            DAMPING_RATIOS, h,
-        )  # fmt: skip
+            self.robots.fleet, bodies.records, self.balls.balls, self.balls.memory, self.solids, self.balls.floor, h
+        )
         if lost >= 0:
             self.robots.fail(lost)
         self.robots.report_brownouts()

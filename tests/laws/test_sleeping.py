@@ -14,6 +14,7 @@ from simcore.match.motion import Motion
 from simcore.pieces.piece_manager import Footprint, GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.testing.benches import LoneChassis
+from simcore.units import GRAVITY
 from simcore.world.contact_law import WALL
 from simcore.world.shapes import Box, Sphere
 from simcore.world.world import PhysicsWorld
@@ -171,12 +172,17 @@ def shoot_at_row(count: int, gap: float, speed: float, awake: bool):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 4.0, 20.0, 40.0])
 @pytest.mark.parametrize("gap", [0.0, 0.0024, 0.05])
 def test_a_ball_meets_a_sleeping_row_as_if_all_were_awake(speed, gap):
-    """Within 5 mm and 3 % of the way: awake ones have settled into the carpet by half a millimeter."""
+    """Within 5 mm and 3 % of the way: awake ones have settled into the carpet by half a millimeter.
+
+    None passes another: the carpet holds a row together with 1.7 N a ball, so the middle of nine with 7.6 N at most,
+    which squeeze two by 3 mm. Of touching ones each hands (1 + e) / 2 of its speed on: of 4 m/s the last gets 0.13,
+    and rolls 18 mm.
+    """
     asleep, awake = shoot_at_row(8, gap, speed, False), shoot_at_row(8, gap, speed, True)
-    assert (np.diff(asleep[:, 0]) > 2 * RADIUS - 0.002).all(), "none passed another"
+    assert (np.diff(asleep[:, 0]) > 2 * RADIUS - 0.003).all(), "none passed another"
     assert asleep[:, 0] == pytest.approx(awake[:, 0], abs=0.005 + 0.03 * speed)
     if gap == 0.0 and speed >= 4.0:
-        assert asleep[-1, 0] > 5.0 + 7 * 2 * RADIUS + 0.02, "the last one rolls away"
+        assert asleep[-1, 0] > 5.0 + 7 * 2 * RADIUS + 0.012, "the last one rolls away"
 
 
 @pytest.mark.parametrize("speed", [0.7, 1.5, 2.4])
@@ -184,12 +190,13 @@ def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed):
     """2 m into 12 x 5 fuel: its way is the same within 2 %, and so is that of the fuel.
 
     Means over eight blocks whose balls are up to 0.4 mm off their places: in a perfect one all rows do the same, and
-    which of two ways that is the last bit decides.
+    which of two ways that is the last bit decides. All are as deep in the carpet as their weight presses them.
     """
     from simcore.robot.chassis import ChassisSimulation
     from simcore.robot.chassis_config import ChassisConfig
 
-    lattice = np.array([[5.0 + 0.1512 * i, 4.0 + 0.1512 * (j - 5.5), RADIUS] for i in range(5) for j in range(12)])
+    height = RADIUS - FUEL.mass * GRAVITY / FUEL.foam[0]
+    lattice = np.array([[5.0 + 0.1512 * i, 4.0 + 0.1512 * (j - 5.5), height] for i in range(5) for j in range(12)])
     ways = {False: [], True: []}
     for awake, seed in itertools.product(ways, range(1, 9)):
         jitter = np.random.default_rng(seed).uniform(-4e-4, 4e-4, (60, 2))
