@@ -45,6 +45,7 @@ _FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m] of whole numbers of vertices
 _FINE, _COARSE = 400, 150  # parts of a curve, of one robot and of several
 _CHASSIS = (0.05, 0.17)  # [m]; heights of the bumpers of a robot of which nothing is known
 _PAINT = {"blue": "#1e54b7", "red": "#c42828"}
+_FRAMES = ("", "#2f3640", "#d9a441", "#5aa69a")  # frames of an alliance's robots; empty: as the model has it
 
 
 class Block:
@@ -134,13 +135,13 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     mesh = _solids(None if field is None else field.body, prefixes)
     models: list[dict[str, Any]] = []
     seen: dict[int, int] = {}
-    robots = []
-    for look, one in zip(scene.robots, solids, strict=True):
+    robots: list[dict[str, Any]] = []
+    for one in solids:
         identity = hash(_identity(one))
         if identity not in seen:
             seen[identity] = len(models)
             models.append(_model_data(one, block))
-        robots.append(_robot_data(look, one, seen[identity], _path_ink(scene, look)))
+        robots.append(_robot_data(scene, len(robots), one, seen[identity]))
     return {
         "field": {
             "size": [length, width],
@@ -239,18 +240,22 @@ def _solid_data(solid: Solid, block: Block, step: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _robot_data(look: RobotLook, one: RobotSolids, model: int, ink: str) -> dict[str, Any]:
+def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict[str, Any]:
+    look = scene.robots[number]
     low, high = _CHASSIS
     if look.config is not None:
         low, high = look.config.body.clearance, look.config.body.bumper_top
     elif bumpers := [solid for solid in one.body if solid.name == "bumper"]:
         low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
+    same = [number for number, other in enumerate(scene.robots) if other.alliance == look.alliance]
     return {
-        "name": look.name, "alliance": look.alliance, "size": list(look.bumpers), "heights": [low, high],
-        "model": model, "parts": len(one.parts), "ink": ink,
+        "label": look.name or str(number), "name": look.name, "alliance": look.alliance,
+        "size": list(look.bumpers), "heights": [low, high],
+        "model": model, "parts": len(one.parts), "ink": _path_ink(scene, look),
         "own_ink": look.ink and color(look.ink), "is_run": bool(look.score_key),
         "intakes": [np.round(zone, 3).tolist() for zone in look.intakes],
         "bumper": COLORS[look.ink][0] if look.ink else _PAINT.get(look.alliance, "#666e78"),
+        "frame": _FRAMES[same.index(number) % len(_FRAMES)] if len(scene.robots) > 1 else "",
     }  # fmt: skip
 
 
@@ -261,10 +266,9 @@ def _path_ink(scene: Scene, robot: RobotLook) -> str:
     return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
 
 
-def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, str, list[list[float]]]:
-    """Return an element of the field from above: name, whose it is, color in three dimensions, corners [m]."""
-    side = alliance_in(name) or "neutral"
-    return name, side, COLORS[f"{side}-fill"][0], np.round(corners, 3).tolist()
+def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, list[list[float]]]:
+    """Return an element of the field from above: name, whose it is, corners [m]."""
+    return name, alliance_in(name) or "neutral", np.round(corners, 3).tolist()
 
 
 def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:

@@ -1,15 +1,13 @@
 // A run as it happens: frames and the state of the run over one socket, what a person drives with, and buttons for the field.
 import { inflate } from "./data.js";
 import { make } from "./dom.js";
-import { Charts, drawEvents, drawTables, tableOf } from "./panels.js";
+import { tableOf } from "./panels.js";
 import { Player } from "./player.js";
-import { keyOf } from "./symbols.js";
 
 const BEHIND = 0.012;  // [s] that pictures are behind the newest frame, to be drawn between two
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms] between two messages of a driver whose keys stay as they are
 const find = (selector) => document.querySelector(selector);
-const clockOf = (seconds) => `${Math.floor(Math.max(0, seconds) / 60)}:${String(Math.floor(Math.max(0, seconds) % 60)).padStart(2, "0")}`;
 
 export class Live {
   constructor() {
@@ -101,16 +99,8 @@ export class Live {
     this.clock = clock;
     this.say([paused ? "paused" : `running at ${reached}`, ...this.isDriving && find(".sticks").hidden ? [this.meta.drive.help] : [], ...says]);
     if (!this.isOver) this.player.button.textContent = !this.player.isFollowing ? "Live" : paused ? "Go on" : "Pause";
-    const big = find(".clock");
-    big.hidden = !clock;
-    if (clock) {
-      find(".clock b").textContent = clockOf(Math.ceil(clock.left - 1e-6));
-      find(".clock span").textContent = clock.period;
-      find(".clock .blue").textContent = clock.blue ?? "";
-      find(".clock .red").textContent = clock.red ?? "";
-      this.player.sounds.see({ ...clock, time: clock.time });
-    }
-    this.player.range();
+    if (clock) this.player.sounds.see(clock);
+    this.player.line.update();
   }
 
   step(stamp) {
@@ -138,18 +128,12 @@ export class Live {
     Object.assign(run.meta, { events: meta.events, tables: meta.tables, facts: meta.facts, phases: meta.phases, shots: meta.shots, taken: meta.taken, charts: meta.charts });
     run.bytes = bytes;
     const go = (time) => player.jump(time);
-    drawEvents(find(".timeline"), find(".events"), run, go);
-    drawTables(find(".tables"), run, go);
-    player.charts = new Charts(find(".charts-home"), run, go);
-    find(".key").replaceChildren(...keyOf(run));
-    player.heat();
-    find(".facts").replaceChildren(...meta.facts.map(([name, value]) => make("li", {}, make("span", {}, name), make("b", {}, value))));
+    player.report(go);
     const sheet = find(".sheet");
     sheet.replaceChildren(make("h2", {}, meta.verdict), ...meta.tables.slice(0, 1).map((table) => tableOf(table, go)),
       make("p", {}, make("button", { type: "button", onclick: () => this.again() }, "again (R)"), " ",
         make("button", { type: "button", onclick: () => { sheet.hidden = true; } }, "look at the run")));
     sheet.hidden = false;
-    player.range();
     player.show(run.end);
   }
 

@@ -8,8 +8,7 @@ const { AWAY, Run, inflate, rowAt, turned, unpack, valueAt, yawOf } = await impo
 const { ticks, words } = await import(new URL("charts.js", player).href);
 const { shadow } = await import(new URL("robot_views.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
-const { viewOf } = await import(new URL("symbols.js", player).href);
-const { rectangle } = await import(new URL("top.js", player).href);
+const { rectangle, squares, viewOf } = await import(new URL("top.js", player).href);
 
 const near = (seen, wanted, within) => wanted.forEach((value, k) =>
   assert.ok(Math.abs(seen[k] - value) <= within, `[${seen}] is not [${wanted}]`));
@@ -72,8 +71,8 @@ test("a line of a board is not there before its first value, nor after it has en
   const level = { times: [163, 165], values: ["Level1", null] };
   assert.deepEqual([0.5, 162.99, 163, 164.9, 165, 900].map((time) => valueAt(level, time)), [null, null, "Level1", "Level1", null, null]);
   assert.deepEqual([valueAt(undefined, 1), valueAt({ times: [], values: [] }, 1)], [null, null]);
-  const lit = new Run({ ...meta, lamps: { goal: { times: [1], values: [true] } } }, new Uint8Array(run.bytes));
-  assert.deepEqual([lit.lampIsOn("goal", 0.9), lit.lampIsOn("goal", 1.1)], [false, true]);
+  const lit = new Run({ ...meta, lamps: { goal: { times: [1], values: ["pulsing"] } } }, new Uint8Array(run.bytes));
+  assert.deepEqual([lit.lamp("goal", 0.9), lit.lamp("goal", 1.1)], [null, "pulsing"]);
 });
 
 test("scales have round numbers", () => {
@@ -104,11 +103,15 @@ test("a box from above is the rectangle along its longest edge", () => {
   near(rectangle([0.1, 0.2, 0.6], [0, 0, 0, 1]).slice(0, 2), [0.2, 0.1], 1e-9);
 });
 
+test("squares of a heat map count every place once, those beside the field at its edge", () => {
+  assert.deepEqual(squares([8, 4], [[0.1, 0.1], [0.4, 0.3], [-2, 0.2], [7.9, 9]]), [[0, 0, 3], [7.5, 3.5, 1]]);
+});
+
 test("what stands across the field's edge is seen to its end, and what is far away does not shrink the field", () => {
-  const outline = (...corners) => ["name", "blue", "#9db4dd", corners];
+  const outline = (...corners) => ["name", "blue", corners];
   const size = [8, 4], station = outline([-0.7, 3], [1, 4.6], [0, 5]), far = outline([8, 0], [38, 0], [8, -30]);
-  const [left, top, width, height] = viewOf({ ...meta.field, size, outlines: [station, far] });
-  assert.deepEqual([left, top, left + width, top + height], [-97.5, -100, 950, 550]);
+  const seen = viewOf({ ...meta.field, size, outlines: [station, far] });
+  near(seen, [-0.975, -1.5, 9.5, 5], 1e-9);
 });
 
 test("a match sounds when it begins, changes and ends, and not when time is moved", () => {

@@ -12,7 +12,7 @@ interface Changes<T> { times: number[]; values: T[] }
 interface ColumnGroup { width: number; times?: Place; rows?: Place }
 interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
 interface RobotData {
-  name: string; alliance: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
+  label: string; name: string; alliance: string; frame: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
   own_ink: string; is_run: boolean; intakes: [number, number][][];
 }
 interface KindData {
@@ -35,12 +35,12 @@ interface Meta {
   title: string; notes: string[]; live: boolean; start: number; end: number;
   groups: Record<string, ColumnGroup>;
   field: {
-    size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, color: string, corners: [number, number][]][]; stations: [number, number][];
+    size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, corners: [number, number][]][]; stations: [number, number][];
     tags: [id: number, x: number, y: number, z: number, qw: number, qx: number, qy: number, qz: number][]; tag_size: number;
   };
   models: { body: SolidData[]; parts: SolidData[][] }[];
   robots: RobotData[]; kinds: KindData[]; looks: { name: string; box: boolean; color: string; edge: string }[];
-  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string | null>)[]; lamps: Record<string, Changes<boolean>>;
+  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string | null>)[]; lamps: Record<string, Changes<string>>;
   phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
   tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: [time: number, x: number, y: number][]; levels: LevelData[]; cells: Record<string, Changes<number>>;
   // of a live run
