@@ -15,7 +15,7 @@ import numpy as np
 from simcore.errors import SimcoreError
 from simcore.match.match import Match
 from simcore.show.charts import value_at
-from simcore.show.frames import FrameLayout, PieceKind
+from simcore.show.frames import FrameLayout, PieceKind, hanging_kinds
 from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.page import packed, page_html
 from simcore.show.run_data import Block, layout_of, report_data, scene_data
@@ -160,8 +160,7 @@ class LiveView:
             PieceKind(supply.kind.name, np.nonzero(kind_of == number)[0], scene.look(supply.kind.name).size is None)
             for number, supply in enumerate(match.game.pieces)
         ]
-        if match.hanging:
-            self._kinds.append(PieceKind("Hanging", np.arange(len(match.hanging)), False, "Sim/Hanging"))
+        self._kinds += hanging_kinds(scene, len(match.hanging))
         self._layout, solids = layout_of(scene, self._kinds, snapshot)
         recording, block = Recording(), Block()
         recording.write(snapshot)

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
+from simcore.physics.shapes import Box
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
+from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, kind_look, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
 from simcore.show.palette import COLORS, color, tint
 from simcore.show.run_events import (
@@ -32,7 +33,7 @@ from simcore.show.run_events import (
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import LevelLook, PieceLook, RobotLook, Scene
 from simcore.show.shots import ShotTrace, shots_of
-from simcore.show.solids import RobotSolids, Solid, model_solids, robot_solids
+from simcore.show.solids import RobotSolids, Solid, element_solids, model_solids, robot_solids, shape_solids
 from simcore.show.view_models import FieldModels, Model, ViewModels, load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
@@ -132,7 +133,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
     rows = [[i, *np.round(pose, 4).tolist()] for i, pose in zip(tags.id_list, _tag_poses(tags), strict=True)]
     names = sorted({name.lower() for name, _ in scene.field_outlines if name.lower().startswith(("blue_", "red_"))})
     prefixes = sorted({"_".join(name.split("_")[:2]) for name in names})
-    mesh = _solids(None if field is None else field.body, prefixes)
+    mesh = _solids(None if field is None else field.body, prefixes) or element_solids(scene, prefixes)
     models: list[dict[str, Any]] = []
     seen: dict[int, int] = {}
     robots: list[dict[str, Any]] = []
@@ -153,7 +154,7 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
         },
         "models": models,
         "robots": robots,
-        "kinds": [_kind_data(kind, scene.look(kind.name), field, block) for kind in kinds],
+        "kinds": [_kind_data(kind, kind_look(scene, kind), field, block) for kind in kinds],
         "looks": [
             {"name": name.lower(), "box": look.size is not None, "color": look.color, "edge": look.edge_color}
             for name, look in scene.pieces.items()
@@ -249,7 +250,7 @@ def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict
         low, high = (float(f(bumpers[0].vertices[:, 2])) for f in (np.min, np.max))
     same = [number for number, other in enumerate(scene.robots) if other.alliance == look.alliance]
     return {
-        "label": look.name or str(number), "name": look.name, "alliance": look.alliance,
+        "label": look.name or look.team or str(number), "name": look.name, "alliance": look.alliance,
         "size": list(look.bumpers), "heights": [low, high],
         "model": model, "parts": len(one.parts), "ink": _path_ink(scene, look),
         "own_ink": look.ink and color(look.ink), "is_run": bool(look.score_key),
@@ -272,12 +273,12 @@ def _outline_data(name: str, corners: FloatArray) -> tuple[str, str, list[list[f
 
 
 def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, block: Block) -> dict[str, Any]:
-    model = field.pieces.get(kind.name) if field is not None else None
-    solids = [] if kind.is_round else _solids(model)
+    model = field.pieces.get(kind.name.split()[0]) if field is not None else None
     size = look.size or (2.0 * look.reach,) * 3
+    solids = [] if kind.is_round else _solids(model) or shape_solids(look.shape or Box(size), look.color)
     return {
         "name": kind.name, "count": len(kind.ids), "round": kind.is_round, "radius": look.reach, "size": list(size),
-        "color": look.color, "air": look.air_color, "edge": look.edge_color,
+        "color": look.color, "air": look.air_color, "edge": look.edge_color, "hole": look.hole,
         "solids": [_solid_data(solid, block, _ROBOT_STEP) for solid in solids],
     }  # fmt: skip
 

@@ -207,7 +207,8 @@ def test_ground_key_heat_map_and_boards_are_drawn_of_data(browser, tmp_path) -> 
     hovered = page.evaluate(
         "(() => { const { canvas, at, scale } = simcore.top, box = canvas.getBoundingClientRect();"
         " const k = box.width / canvas.width;"
-        " const event = { clientX: box.left + k * (at[0] + 0.2 * scale), clientY: box.top + k * (at[1] - 0.2 * scale) };"
+        " const x = box.left + k * (at[0] + 0.2 * scale), y = box.top + k * (at[1] - 0.2 * scale);"
+        " const event = { clientX: x, clientY: y };"
         " canvas.dispatchEvent(new PointerEvent('pointermove', event)); return canvas.title; })()"
     )
     assert hovered == "box <1>"

@@ -532,7 +532,7 @@ function grain() {
   const dots = pen.createImageData(96, 96);
   for (let k = 0, seed = 7; k < dots.data.length; k += 4) {
     seed = seed * 16807 % 2147483647;
-    dots.data.set(seed % 2 ? [255, 255, 255, seed % 23] : [0, 0, 0, seed % 43], k);
+    dots.data.set(seed % 2 ? [255, 255, 255, seed % 13] : [0, 0, 0, seed % 23], k);
   }
   pen.putImageData(dots, 0, 0);
   return canvas;

@@ -216,7 +216,7 @@ export class Top {
 
   turnedPiece(look, x, y, quat, scale) {
     const { pen } = this, [length, width, heading] = rectangle(look.size, quat), cos = scale * Math.cos(heading) / 2, sin = scale * Math.sin(heading) / 2;
-    if (!look.turned) return this.shape([[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([u, v]) => [x + u * length * cos - v * width * sin, y + u * length * sin + v * width * cos]));
+    if (look.hole === null) return this.shape([[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([u, v]) => [x + u * length * cos - v * width * sin, y + u * length * sin + v * width * cos]));
     // a body of revolution: its edge is an ellipse, and the hole of a ring another one
     const [a, b, c, d] = quat, up = Math.abs(1 - 2 * (a * a + b * b)), tilt = Math.atan2(2 * (b * c - d * a), 2 * (a * c + d * b));
     for (const [r, flat] of [[look.size[0] / 2, Math.sqrt(1 - up * up) * look.size[2] / 2], [look.hole, 0]]) {

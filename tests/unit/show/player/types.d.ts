@@ -16,7 +16,7 @@ interface RobotData {
   own_ink: string; is_run: boolean; intakes: [number, number][][];
 }
 interface KindData {
-  name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
+  name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; hole: number | null; solids: SolidData[];
 }
 interface CurveData {
   label: string; color: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
