@@ -26,6 +26,7 @@ from simcore.show.run_events import (
     counts_now,
     ending_of,
     events_of,
+    failure_of,
     lamps_now,
     phases_of,
     score_keys,
@@ -173,6 +174,7 @@ def report_data(
     return {
         "title": title,
         "notes": [text for text in (subtitle, *ending_of(recording)) if text],
+        "failure": failure_of(recording),
         "start": round(start, 3),
         "end": round(end, 3),
         "facts": _facts(track, shots),

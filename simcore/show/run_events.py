@@ -21,7 +21,7 @@ from simcore.units import TICK
 
 __all__ = [
     "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "changing_times", "counts_now", "ending_of",
-    "events_of", "lamps_now", "phases_of", "score_keys",
+    "events_of", "failure_of", "lamps_now", "phases_of", "score_keys",
 ]  # fmt: skip
 
 EventKind = Literal[
@@ -36,6 +36,9 @@ _MOST_LIGHTS = 24  # squares of a strip
 _TOLD = frozenset(f"Sim/Match/{name}" for name in ("Time", "TimeLeft", "Period", "Enabled", "Game", "LastFoul"))
 _LIGHTS = re.compile(r"^Sim/(?:Robots/\d+/)?Lights/([^/]+)/Colors$")
 _LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)(Active|Light)$")
+_OBJECT = re.compile(r"<(?:\w+\.)*(\w+) object at 0x[0-9a-f]+>")
+_WANTED = re.compile(r"assert ([^<>=!]+) (>=|<=|==|>|<) ([^<>=!]+)")
+_SIGNS = {">=": "at least", "<=": "at most", "==": "exactly", ">": "more than", "<": "less than"}
 _TOGETHER = 0.5  # [s]; what happens again within this time is one event
 BROWNOUT = 6.75
 """Voltage at which a roboRIO 2 holds outputs off, for logs that do not say whether it did [V]."""
@@ -179,8 +182,20 @@ def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
 
 
 def ending_of(recording: Recording) -> list[str]:
-    """What a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
-    return [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
+    """Return what a test of the run failed of, and what was warned of meanwhile; none of a run without a test."""
+    texts = [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
+    return [_OBJECT.sub(r"\1", text) for text in texts]
+
+
+def failure_of(recording: Recording) -> str:
+    """Return in one sentence what a test of the run failed of, and when; empty: it did not."""
+    if not recording.has("Sim/Failure"):
+        return ""
+    said = recording.strings("Sim/Failure")[1][-1].partition("\n")[0].removeprefix("AssertionError: ")
+    if match := _WANTED.fullmatch(said):
+        got, sign, wanted = match.groups()
+        said = f"got {got}, wanted {_SIGNS[sign]} {wanted}"
+    return f"{said}, at {recording.times[-1]:.2f} s"
 
 
 # --- inside -------------------------------------------------------------------------------------------------------

@@ -36,7 +36,8 @@ export class Player {
     const { meta } = this.run, go = (time) => this.jump(time);
     document.title = meta.title;
     find("h1").textContent = meta.title;
-    find(".notes").replaceChildren(...meta.notes.map((text) => make("p", { class: "note" }, text)));
+    const notes = meta.notes.map((text) => make("p", { class: "note" }, text));
+    find(".notes").replaceChildren(...meta.failure ? [make("p", { class: "failure" }, meta.failure), make("details", {}, make("summary", {}, "what the test says"), ...notes)] : notes);
     this.top = new Top(find(".top"), this.run);
     this.score = new Score(find(".score"), this.run);
     this.board = new Board(find(".board"), this.run);

@@ -7,7 +7,7 @@ const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures that are 
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff9a3d, GHOST = 0xd81b8c;
 const SIDES = { blue: 0x3d8bff, red: 0xff3b30, purple: 0xb04cff };
 const FRAME = /^#(9ea5ae|70767f)$/;  // colors of a frame, which differ between the robots of a match
-const THEMES = { light: { sky: ["#7f9dbd", "#cfdce9", "#e6edf4"], haze: 0xd6e0ea, hall: 0xaab4be, sun: 2.1, light: 1.75, carpet: "#565c66" },
+export const THEMES = { light: { sky: ["#7f9dbd", "#cfdce9", "#e6edf4"], haze: 0xd6e0ea, hall: 0xaab4be, sun: 2.1, light: 1.75, carpet: "#565c66" },
   dark: { sky: ["#0a0e15", "#182230", "#232f3e"], haze: 0x1a232e, hall: 0x1c232c, sun: 1.9, light: 1.35, carpet: "#464c56" } };
 
 export class Solid {
@@ -148,7 +148,7 @@ export class Solid {
 void main() {
   if (uCut > 0.0 && vAt.z > 0.05) {
     vec3 way = uTo - cameraPosition; float t = dot(vAt - cameraPosition, way) / dot(way, way);
-    if (t < 0.92 && distance(vAt, cameraPosition + t * way) < 0.35 + 0.65 * t && mod(floor(gl_FragCoord.x) + 2.0 * floor(gl_FragCoord.y), 4.0) > 0.5) discard;
+    if (t < 0.92 && distance(vAt, cameraPosition + t * way) < 0.35 + 0.65 * t && mod(floor(gl_FragCoord.x), 3.0) + mod(floor(gl_FragCoord.y), 3.0) > 0.5) discard;
   }`);
     };
   }
@@ -483,16 +483,21 @@ void main() {
 }
 
 /** Triangles of a solid. @param {Uint8Array} bytes @param {SolidData} solid */
-export function geometryOf(bytes, { vertices, faces, scale }) {
-  const points = unpack(bytes, vertices), corners = unpack(bytes, faces), found = new THREE.BufferGeometry();
-  found.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(points, (value) => value * scale), 3));
-  found.setIndex(new THREE.BufferAttribute(new Uint16Array(corners.buffer), 1));
+function geometryOf(bytes, { vertices, faces, scale }) {
+  return shaped(Float32Array.from(unpack(bytes, vertices), (value) => value * scale), new THREE.BufferAttribute(new Uint16Array(unpack(bytes, faces).buffer), 1));
+}
+
+/** Triangles of corners [m] and an index. */
+export function shaped(points, index) {
+  const found = new THREE.BufferGeometry();
+  found.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  found.setIndex(index);
   found.computeVertexNormals();
   return found;
 }
 
 /** Whether there is no graphics card: shadows, smooth edges and fine balls would take most of the time. */
-function drawsInSoftware() {
+export function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2"), info = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
   if (context) context.getExtension("WEBGL_lose_context")?.loseContext();
@@ -539,7 +544,7 @@ function grain() {
 }
 
 /** A material with a text in its middle. */
-function written(text, paper, ink, size, wide = 1) {
+export function written(text, paper, ink, size, wide = 1) {
   const tall = 96, texture = drawn(tall * wide, tall, (pen) => {
     const { width } = pen.canvas;
     if (paper !== "transparent") {

@@ -6,7 +6,7 @@ import { test } from "node:test";
 const player = new URL("../../../../simcore/show/player/", import.meta.url);
 const { AWAY, Run, inflate, rowAt, turned, unpack, valueAt, yawOf } = await import(new URL("data.js", player).href);
 const { ticks, words } = await import(new URL("charts.js", player).href);
-const { shadow } = await import(new URL("robot_views.js", player).href);
+const { reach } = await import(new URL("robot_model.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
 const { rectangle, squares, viewOf } = await import(new URL("top.js", player).href);
 
@@ -84,10 +84,8 @@ test("values are written shortly, and none for what there is not", () => {
   assert.deepEqual([null, Infinity, 3, 0.00123, 2.345, 1234.5].map(words), ["", "", "3", "0.0012", "2.35", "1235"]);
 });
 
-test("triangles of a shadow turn one way, and those seen from their edge are left out", () => {
-  const places = [[0, 0], [1, 0], [0, 1], [2, 0]];
-  assert.equal(shadow(places, [[0, 1, 2], [0, 2, 1]]), "M0.0 0.0L1.0 0.0L0.0 1.0Z".repeat(2));
-  assert.equal(shadow(places, [[0, 1, 3]]), "");
+test("measures go from the lowest to the highest corner", () => {
+  assert.deepEqual(reach([[1, 5, 0], [-1, 2, 3], [0, 9, 1]]), [[-1, 2, 0], [1, 9, 3]]);
 });
 
 test("a box from above is the rectangle along its longest edge", () => {

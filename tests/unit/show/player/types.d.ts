@@ -32,7 +32,7 @@ interface TableData { title: string; head: string[]; rows: Cell[][]; open: boole
 interface ShotData { time: number; end: number; robot: number; result: "hit" | "miss" | "pass" | "flying"; piece: number }
 
 interface Meta {
-  title: string; notes: string[]; live: boolean; start: number; end: number;
+  title: string; notes: string[]; failure: string; live: boolean; start: number; end: number;
   groups: Record<string, ColumnGroup>;
   field: {
     size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, corners: [number, number][]][]; stations: [number, number][];
@@ -59,6 +59,7 @@ interface ChartSpec extends DrawingSpec {
   xRange?: [number, number] | null; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
 }
 interface RobotSpec extends DrawingSpec {
+  bumpers: [length: number, width: number];
   solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
 }
 type ReportBlock = { kind: string } & Record<string, any>;
