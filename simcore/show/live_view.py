@@ -167,14 +167,14 @@ class LiveView:
         meta = scene_data(scene, self._kinds, solids, block)
         meta |= report_data(recording, scene, block, self._kinds, self._title)
         self._curves = [curve.pop("key") for chart in meta["charts"] for curve in chart["curves"]]
-        at_once = self._driving is not None and self._driving.data["at_once"]
+        driving = {} if self._driving is None else self._driving.data
+        camera = "free" if not driving.get("at_once") else "follow" if driving["free"] else "station"
         meta |= {
             "live": True, "facts": [], "events": [], "lamps": {}, "seed": self._seed, "run": self._runs,
             "groups": {name: {"width": width} for name, width in self._layout.widths.items()},
             "spawn": [supply.kind.name for supply in match.game.pieces],
             "people": [[action.name, action.summary] for action in match.rules.human_actions()],
-            "drive": {"robots": []} if self._driving is None else self._driving.data,
-            "view": "solid" if at_once else "both", "camera": "station" if at_once else "free",
+            "drive": driving or {"robots": []}, "view": "both", "camera": camera,
         }  # fmt: skip
         self._greeting = []
         self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)

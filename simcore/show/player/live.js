@@ -75,10 +75,26 @@ export class Live {
     this.touch();
     if (meta.drive.robots.length) {
       this.driveButton.hidden = false;
-      if (meta.drive.at_once) this.drive(true);
+      if (meta.drive.at_once) { this.drive(true); this.countDown(3); }
     }
+    player.onScore = () => this.rumble();
+    if (player.solid) player.solid.isDriven = Boolean(meta.drive.at_once);
     document.body.classList.add("live");
   }
+
+  /** Three, two, one, with the run on hold. */
+  countDown(left) {
+    this.send({ do: "pause", value: left > 0 });
+    find(".count").textContent = left > 0 ? String(left) : "";
+    this.player.sounds.play(left > 0 ? "count" : "start");
+    if (left > 0) setTimeout(() => this.countDown(left - 1), 700);
+  }
+
+  /** The standard gamepad that is there, or undefined. */
+  get pad() { return (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard"); }
+
+  /** A driver feels points. */
+  rumble() { if (this.isDriving) this.pad?.vibrationActuator?.playEffect("dual-rumble", { duration: 120, strongMagnitude: 0.6, weakMagnitude: 0.8 }); }
 
   state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
     const { meta } = this.player.run;
@@ -162,6 +178,7 @@ export class Live {
     if (on === this.isDriving) return;
     this.isDriving = on;
     this.down.clear();
+    if (on && navigator.userActivation?.isActive) this.player.sounds.first();
     this.driveButton.textContent = on ? "stop driving" : "drive";
     this.driveButton.setAttribute("aria-pressed", String(on));
     document.body.classList.toggle("driving", on);
@@ -184,6 +201,7 @@ export class Live {
         event.preventDefault();
         event.stopImmediatePropagation();
         this.down.add(event.code);
+        this.player.sounds.first();
         this.sendInput();
         return;
       }
@@ -206,7 +224,7 @@ export class Live {
   sendInput() {
     if (!this.isDriving || document.hidden || !document.hasFocus() || this.socket.readyState !== WebSocket.OPEN) return;
     const rounded = (value) => Math.round(1000 * Math.max(-1, Math.min(1, value))) / 1000;
-    const pad = (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard");
+    const { pad } = this;
     const input = { robot: this.player && this.player.solid ? this.player.solid.robot : 0, keys: [...this.down] };
     if (pad) Object.assign(input, { axes: [...pad.axes].slice(0, 4).map(rounded), buttons: [...pad.buttons].slice(0, 8).map((one) => rounded(one.value)) });
     else if (this.sticks.used) Object.assign(input, { axes: this.sticks.axes.map(rounded), buttons: this.sticks.buttons });

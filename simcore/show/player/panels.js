@@ -20,7 +20,8 @@ export class Score {
   /** What it says at a time. @param {number} time */
   at(time) {
     const { run } = this, states = Object.keys(run.meta.lamps).map((name) => [name.split("_")[0], run.lamp(name, time)]);
-    return { clock: run.text("time left", time) ?? "", period: run.text("period", time) ?? "", sides: this.sides.map(({ label, side }) => ({
+    const isFree = run.meta.drive && run.meta.drive.free;
+    return { clock: isFree ? "free" : run.text("time left", time) ?? "", period: isFree ? "driving" : run.text("period", time) ?? "", sides: this.sides.map(({ label, side }) => ({
       text: run.text(label, time) ?? "", name: side ? "" : label, lit: states.find(([whose, state]) => whose === side && state && state !== "off")?.[1] ?? "" })) };
   }
 

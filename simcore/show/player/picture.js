@@ -10,6 +10,12 @@ export function compose(pen, player) {
   const [width, height] = SHARED, { solid, top, run, isPlan } = player, now = player.score.at(player.now);
   Object.assign(pen, { fillStyle: ink("paper"), textBaseline: "middle", textAlign: "center", shadowBlur: 0 });
   pen.fillRect(0, 0, width, height);
+  if (!isPlan) {
+    const sky = pen.createLinearGradient(0, 0, 0, height);
+    solid.theme.sky.forEach((color, k) => sky.addColorStop(k / 2, color));
+    pen.fillStyle = sky;
+    pen.fillRect(0, 0, width, height);
+  }
   pen.drawImage(isPlan ? top.canvas : solid.canvas, 0, 0, width, height);
   const text = (words, x, y, font, color) => { Object.assign(pen, { fillStyle: color, font: `${font} ${FONT}` }); pen.fillText(words, x, y); };
   const [left, ...rest] = now.sides, middle = width / 2, wide = now.clock ? 62 : 4;

@@ -18,11 +18,12 @@ export class Solid {
     this.camera = "free";
     this.robot = 0;
     this.chosen = null;
+    this.isDriven = false;  // sticks are of the field: who drives looks away from their own station
     this.previews = [];
     this.flashes = [];
     this.isPlain = drawsInSoftware();
     this.theme = THEMES[matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"];
-    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain });
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.isPlain, alpha: true });  // the sky is the page's
     this.finest = this.isPlain ? 1 : Math.min(devicePixelRatio, 2);
     this.renderer.setPixelRatio(this.finest);
     this.pace = 1000 / 60;  // [ms] between pictures, a mean
@@ -65,6 +66,8 @@ export class Solid {
     this.lamps = {};
     for (const solid of meta.field.solids) {
       const mesh = this.mesh(solid);
+      mesh.geometry.computeBoundingBox();
+      if (mesh.geometry.boundingBox.max.z < 0) continue;  // a carpet
       this.fadeable(mesh.material);
       if (solid.name) (this.lamps[solid.name] ??= []).push(mesh);
       this.scene.add(mesh);
@@ -87,7 +90,7 @@ export class Solid {
       return { group, parts };
     });
     this.kinds = meta.kinds.map((kind) => {
-      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [10, 7] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
+      const geometries = kind.round ? [[new THREE.SphereGeometry(kind.radius, ...this.isPlain ? [kind.count > 100 ? 8 : 14, kind.count > 100 ? 6 : 10] : kind.count > 100 ? [16, 12] : [28, 20]), kind.color, 1]] :
         kind.solids.map((solid) => [this.geometry(solid), solid.color, solid.opacity]);
       return geometries.map(([geometry, color, opacity]) => this.instances(geometry, this.paint({ color, opacity, transparent: opacity < 1 }), kind.count));
     });
@@ -114,7 +117,7 @@ export class Solid {
   }
 
   /** A dull surface; without a graphics card one that costs less. */
-  paint(look) { return this.isPlain ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ roughness: 0.75, ...look }); }
+  paint(look) { return this.isPlain ? new THREE.MeshLambertMaterial({ fog: false, ...look }) : new THREE.MeshStandardMaterial({ roughness: 0.75, ...look }); }
 
   instances(geometry, material, count) {
     const meshes = new THREE.InstancedMesh(geometry, material, Math.max(1, count));
@@ -156,15 +159,11 @@ void main() {
   /** Everything around the elements: sky, a floor that fades into haze, and the carpet with grain, seams and soft shade under what stands on it. */
   hall() {
     const { size: [length, width], outlines } = this.run.meta.field, { theme } = this, middle = [length / 2, width / 2];
-    const sky = drawn(4, 256, (pen) => {
-      const fade = pen.createLinearGradient(0, 0, 0, 256);
-      theme.sky.forEach((color, k) => fade.addColorStop(k / 2, color));
-      pen.fillStyle = fade;
-      pen.fillRect(0, 0, 4, 256);
-    });
-    this.scene.background = sky;
+    this.home.style.background = `linear-gradient(${theme.sky.join()})`;
     this.scene.fog = new THREE.Fog(theme.haze, 24, 48);
-    const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), this.paint({ color: theme.hall }));
+    // large and level: without a graphics card their light is worked out once
+    const flat = (look) => this.isPlain ? new THREE.MeshBasicMaterial(look) : this.paint(look);
+    const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), flat({ color: theme.hall }));
     floor.position.set(...middle, -0.05);
     floor.receiveShadow = true;
     const dots = 64, carpet = drawn(dots * Math.ceil(length), dots * Math.ceil(width), (pen) => {
@@ -183,8 +182,9 @@ void main() {
         pen.fill();
       }
     });
-    carpet.anisotropy = 8;
-    const cloth = new THREE.Mesh(new THREE.PlaneGeometry(length, width), this.paint({ map: carpet }));
+    if (!this.isPlain) carpet.anisotropy = 8;
+    const cloth = new THREE.Mesh(new THREE.PlaneGeometry(length, width), flat({ map: carpet, fog: false }));
+    [cloth.renderOrder, floor.renderOrder] = [1, 2];  // last of all, where they are not covered
     cloth.position.set(...middle, -0.0005);
     cloth.receiveShadow = true;
     this.scene.add(floor, cloth);
@@ -296,7 +296,7 @@ void main() {
       }
       for (const meshes of this.kinds[kind]) meshes.setMatrixAt(this.order[row], matrix);
       if (!this.isPlain) return;
-      const wide = state && state < 3 ? 2 * look.radius * (1.5 + 0.5 * z) : 0;  // a shadow that grows fainter is larger
+      const wide = state && state < 3 ? 2 * look.radius * (1.15 + 0.6 * z) : 0;  // a shadow that grows fainter is larger
       this.shades[kind].setMatrixAt(this.order[row], wide ? this.matrix.compose(this.place.set(x, y, 0.004), this.level, this.size.set(wide, wide, 1)) : this.hidden);
     });
     for (const meshes of [...this.kinds.flat(), ...this.shades]) meshes.instanceMatrix.needsUpdate = true;
@@ -443,7 +443,7 @@ void main() {
     else {
       const before = isFollow ? this.run.robot(this.robot, Math.max(this.run.start, time - 0.8)) : null;
       const [u, v] = before ? [x - before.place[0], y - before.place[1]] : [0, 0], isMoving = Math.hypot(u, v) > 0.25 && Math.hypot(u, v) < 6;
-      const wanted = !isFollow ? yawOf(pose.quat) : isMoving ? Math.atan2(v, u) : this.seenAt === null ? (side < 0 ? Math.PI : 0) : this.course;
+      const wanted = isFollow && this.isDriven ? (side < 0 ? Math.PI : 0) : !isFollow ? yawOf(pose.quat) : isMoving ? Math.atan2(v, u) : this.seenAt === null ? (side < 0 ? Math.PI : 0) : this.course;
       const since = this.seenAt === null ? -1 : time - this.seenAt, k = since < 0 || since > 0.5 ? 1 : 1 - Math.exp(-(isFollow ? 2.5 : 9) * since);
       this.course = (k === 1 ? 0 : this.course) + (k === 1 ? wanted : k * Math.atan2(Math.sin(wanted - this.course), Math.cos(wanted - this.course)));
       this.seenAt = time;

@@ -45,7 +45,7 @@ interface Meta {
   tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: [time: number, x: number, y: number][]; levels: LevelData[]; cells: Record<string, Changes<number>>;
   // of a live run
   seed?: number; run?: number; spawn?: string[]; people?: [name: string, summary: string][]; view?: string; camera?: string;
-  drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
+  drive?: { robots: number[]; at_once?: boolean; free?: boolean; keys?: string[]; actions?: string[]; help?: string };
 }
 
 // What a report lists (simcore/show/report.py), and what charts.js draws.
