@@ -11,6 +11,7 @@ from made_up_run import SCENE, recorded
 from page_reader import PageReader
 
 from games.rebuilt import REBUILT
+from simcore import Match
 from simcore.match.runner import play_auto
 from simcore.show.page import write_page
 from simcore.show.scene import LevelLook, scene_of
@@ -56,6 +57,7 @@ def complaints(page) -> list[str]:
 def test_a_file_plays_without_a_request_by_keyboard_and_its_first_screen_has_all(browser, run) -> None:
     path, _ = run
     page = opened(browser, path, query="#t=2.5")
+    assert path.stat().st_size < 330_000
     assert page.evaluate("document.querySelector('output').textContent") == "2.50 s"
     assert page.evaluate("document.querySelector('h1').textContent") == "<b>my run</b>", "a text"
     said = []
@@ -159,6 +161,46 @@ def test_from_above_and_solid_agree_with_telemetry(browser, run) -> None:
         cos, sin = math.cos(yaw), math.sin(yaw)
         moved.append((cos * (x - pose[0]) + sin * (y - pose[1]), cos * (y - pose[1]) - sin * (x - pose[0])))
     assert np.std(moved, axis=0).max() < 0.01, "the same spot of the robot at all instants, to the centimeter"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("camera", ["follow", "behind"])
+def test_a_camera_that_follows_stays_between_the_walls_and_sees_the_robot(browser, run, camera) -> None:
+    page = opened(browser, run[0])
+    page.evaluate(f"simcore.setView('solid'); simcore.setCamera('{camera}'); 1")
+    length, width = REBUILT.field.size
+    for time in np.linspace(0.1, 7.9, 20):
+        x, y, z, u, v = page.evaluate(
+            f"(() => {{ simcore.show({time}); const s = simcore.solid, at = s.robots[0].group.position.clone();"
+            " at.project(s.eye); return [...s.eye.position, at.x, at.y]; })()"
+        )
+        assert 0.2 < x < length - 0.2 and 0.2 < y < width - 0.2 and 0.5 < z < 6.0
+        assert abs(u) < 0.5 and abs(v) < 0.75, "the robot is in the middle of the picture"
+    assert page.evaluate("simcore.solid.cut.uCut.value") == 1, "what stands between is seen through"
+
+
+@pytest.mark.slow
+def test_points_rise_where_they_are_made_and_only_while_it_plays(browser, run) -> None:
+    path, recording = run
+    page = opened(browser, path)
+    times, points = recording.series("Sim/Score/Blue")
+    row = int(np.nonzero(np.diff(points) > 0)[0][0]) + 1
+    first, rise = float(times[row]), int(points[row] - points[row - 1])
+    page.evaluate(
+        "window.risen = []; simcore.solid.score = (text, side, place) => risen.push([text, side, ...place]); 1"
+    )
+    page.evaluate(f"simcore.show({first - 0.3}); simcore.show({first + 5.0}); 1")
+    assert page.evaluate("risen") == [], "who jumps sees no points"
+    page.evaluate(f"for (let t = {first - 0.5}; t < {first + 0.1}; t += 0.02) simcore.show(t); 1")
+    text, side, x, y, _ = page.evaluate("risen")[0]
+    assert (text, side) == (f"+{rise}", "blue")
+    hub = next(goal.center for goal in scene_goals() if goal.alliance == "blue")
+    assert math.hypot(x - hub[0], y - hub[1]) < 1.0, "in the hub"
+
+
+def scene_goals():
+    with Match(REBUILT) as match:
+        return scene_of(match).goals
 
 
 @pytest.mark.slow

@@ -149,7 +149,7 @@ export class Solid {
         .replace("#include <project_vertex>", "#include <project_vertex>\nvAt = (modelMatrix * vec4(transformed, 1.0)).xyz;");
       shader.fragmentShader = shader.fragmentShader.replace("void main() {", `varying vec3 vAt; uniform vec3 uTo; uniform float uCut;
 void main() {
-  if (uCut > 0.0 && vAt.z > 0.05) {
+  if (uCut > 0.0 && vAt.z > 0.3) {
     vec3 way = uTo - cameraPosition; float t = dot(vAt - cameraPosition, way) / dot(way, way);
     if (t < 0.92 && distance(vAt, cameraPosition + t * way) < 0.35 + 0.65 * t && mod(floor(gl_FragCoord.x), 3.0) + mod(floor(gl_FragCoord.y), 3.0) > 0.5) discard;
   }`);
@@ -447,13 +447,13 @@ void main() {
       const since = this.seenAt === null ? -1 : time - this.seenAt, k = since < 0 || since > 0.5 ? 1 : 1 - Math.exp(-(isFollow ? 2.5 : 9) * since);
       this.course = (k === 1 ? 0 : this.course) + (k === 1 ? wanted : k * Math.atan2(Math.sin(wanted - this.course), Math.cos(wanted - this.course)));
       this.seenAt = time;
-      const [far, up] = isFollow ? [3.6, 2.2] : [2.6, 1.5], at = [x - far * Math.cos(this.course), y - far * Math.sin(this.course)];
+      const [far, up] = isFollow ? [3.6, 2.2] : [3.0, 1.7], at = [x - far * Math.cos(this.course), y - far * Math.sin(this.course)];
       const inside = at.map((one, q) => Math.min(Math.max(one, 0.25), size[q] - 0.25));
       eye.position.set(...inside, z + up + 0.7 * Math.hypot(at[0] - inside[0], at[1] - inside[1]));
     }
     this.kept = target;
     control.target.copy(target);
-    const ahead = isFollow ? 0.6 : 1.2;
+    const ahead = isFollow ? 0.6 : 0.8;
     eye.lookAt(x + ahead * Math.cos(this.course ?? 0), y + ahead * Math.sin(this.course ?? 0), z + 0.3);
     if (this.isHeld) eye.lookAt(target);
   }

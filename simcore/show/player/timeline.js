@@ -29,7 +29,8 @@ export class TimeLine {
     const { start, end, meta } = this.run;
     Object.assign(this.slider, { min: start, max: end, step: 0.02 });
     this.shots = meta.shots.map((shot) => ({ ...shot, robot: meta.robots[shot.robot] }));
-    this.marks = meta.events.filter(([, kind]) => !QUIET.includes(kind));
+    const quiet = [...QUIET, ...meta.robots.length > 2 ? ["slip"] : []];  // of six robots somebody always slides
+    this.marks = meta.events.filter(([, kind]) => !quiet.includes(kind));
     const texts = meta.events.map(([time, kind, text]) => ({ time, kind, title: `${time.toFixed(2)} s: ${text}` }));
     this.spots = texts.filter(({ kind }) => kind !== "score");
     this.draw();
@@ -58,12 +59,9 @@ export class TimeLine {
       const until = times[k + 1] ?? run.end, x = this.x(Math.max(from, run.start)), wide = this.x(until) - x, words = values[k] || "";
       pen.fillStyle = color(/disabled/.test(words) || !words ? "soft" : `${this.whose((from + until) / 2)}-fill`);
       pen.fillRect(x, 0, Math.max(0, wide - 1), BAND - 2);
-      pen.save();
-      pen.beginPath();
-      pen.rect(x, 0, wide - 4, BAND);
-      pen.clip();
-      if (wide > 26) text(words.replace(", disabled", ""), x + 5, BAND / 2 - 0.5, 11, /disabled/.test(words) ? "muted" : "ink");
-      pen.restore();
+      const shown = words.replace(", disabled", "");
+      pen.font = "11px system-ui, sans-serif";
+      if (pen.measureText(shown).width < wide - 8) text(shown, x + 5, BAND / 2 - 0.5, 11, /disabled/.test(words) ? "muted" : "ink");
     });
     pen.fillStyle = color("grid");
     if (rows[1]) pen.fillRect(0, BAND + TICKS / 2, width, 1);

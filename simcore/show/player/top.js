@@ -204,9 +204,9 @@ export class Top {
   /** Pieces of [kind, x, y, quaternion or null, scale]. */
   pieces(list, color) {
     this.run.meta.kinds.forEach((look, kind) => {
-      const mine = list.filter((one) => one[0] === kind), r = look.radius;
+      const mine = list.filter((one) => one[0] === kind), r = this.hasWords ? look.radius : 0.8 * look.radius;
       if (!mine.length) return;
-      this.paint({ fill: look[color], stroke: this.hasWords ? look.edge : "", wide: 0.013 }, () => {
+      this.paint({ fill: look[this.hasWords ? color : "air"], stroke: this.hasWords ? look.edge : "", wide: 0.013 }, () => {
         for (const [, x, y, quat, scale] of mine) {
           if (look.round) { this.pen.moveTo(x + scale * r, y); this.pen.arc(x, y, scale * r, 0, TURN); } else this.turnedPiece(look, x, y, quat, scale);
         }
@@ -254,7 +254,7 @@ export class Top {
       this.paint({ fill: edge, stroke: "paper", wide: 0.01 }, () => this.arrow(robot.size));
     });
     if (this.run.meta.robots.length < 2) return;
-    const [x, y] = pose.place, size = this.hasWords ? 0.27 : 0.42, reach = Math.max(0.63, 0.3 * robot.label.length + 0.22) * size;
+    const [x, y] = pose.place, size = Math.max(this.hasWords ? 0.27 : 0.42, 11 / this.scale), reach = Math.max(0.63, 0.3 * robot.label.length + 0.22) * size;
     this.paint({ fill: "paper", stroke: edge, wide: 0.02 }, () => pen.roundRect(x - reach, y - 0.63 * size, 2 * reach, 1.26 * size, 0.6 * size));
     this.words(x, y - 0.02, size, robot.label, { color: "ink", bold: true });
   }
