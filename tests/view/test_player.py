@@ -191,7 +191,7 @@ def test_points_rise_where_they_are_made_and_only_while_it_plays(browser, run) -
     )
     page.evaluate(f"simcore.show({first - 0.3}); simcore.show({first + 5.0}); 1")
     assert page.evaluate("risen") == [], "who jumps sees no points"
-    page.evaluate(f"for (let t = {first - 0.5}; t < {first + 0.1}; t += 0.02) simcore.show(t); 1")
+    page.evaluate(f"for (let t = {first - 0.5}; t < {first + 0.6}; t += 0.02) simcore.show(t); 1")
     text, side, x, y, _ = page.evaluate("risen")[0]
     assert (text, side) == (f"+{rise}", "blue")
     hub = next(goal.center for goal in scene_goals() if goal.alliance == "blue")

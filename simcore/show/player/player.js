@@ -28,6 +28,7 @@ export class Player {
     this.places = new Float32Array(3 * this.run.pieces.length);
     this.gone = [];  // [time, place] of pieces that went in flight
     this.points = {};
+    this.rises = [];  // [time, side, points] whose place is not known yet
     this.drawnAt = null;
     this.build();
   }
@@ -181,27 +182,29 @@ export class Player {
       if (state) this.places.set([x, y, z], 3 * row);
     });
     this.gone = this.gone.filter(([when]) => Math.abs(time - when) < LATELY);
-    let rises = 0;
+    let points = 0;
     for (const { label, side } of this.run.sides) {
-      const points = Number(this.run.text(label, time) ?? 0), rise = points - (this.points[label] ?? points);
-      this.points[label] = points;
-      if (!isNear || rise <= 0) continue;
-      rises += rise;
-      const place = this.placeOfScore(side, time);
-      if (place && this.solid) this.solid.score(`+${rise}`, side, place);
+      const now = Number(this.run.text(label, time) ?? 0), rise = now - (this.points[label] ?? now);
+      this.points[label] = now;
+      if (isNear && rise > 0) { points += rise; this.rises.push([time, side, rise]); }
     }
+    this.rises = this.rises.filter(([when, side, rise]) => {
+      const isLate = time - when > LATELY, place = Math.abs(time - when) > 2 * LATELY ? null : this.placeOfScore(side, time, isLate);
+      if (place && this.solid) this.solid.score(`+${rise}`, side, place);
+      return !place && !isLate && time >= when;
+    });
     this.drawnAt = time;
-    if (rises) { this.sounds.play("scored"); this.onScore(rises); }
+    if (points) { this.sounds.play("scored"); this.onScore(points); }
   }
 
   onScore(_points) {}
 
-  /** Where a side has scored: where a piece went on its half, else at its only robot. */
-  placeOfScore(side, time) {
+  /** Where a side has scored: where a piece went on its half, of what goes nowhere at its only robot. */
+  placeOfScore(side, time, isLate) {
     const { robots, field } = this.run.meta, mine = robots.map((_, k) => k).filter((k) => !side || robots[k].alliance === side);
     const near = this.gone.filter(([, [x]]) => !side || (x < field.size[0] / 2) === (side === "blue"));
     if (near.length) return near.at(-1)[1];
-    const pose = mine.length === 1 ? this.run.robot(mine[0], time) : null;
+    const pose = isLate && mine.length === 1 ? this.run.robot(mine[0], time) : null;
     return pose && [pose.place[0], pose.place[1], pose.place[2] + 0.5];
   }
 
