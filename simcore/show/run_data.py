@@ -254,6 +254,7 @@ def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict
     return {
         "label": look.name or look.team or str(number), "name": look.name, "alliance": look.alliance,
         "size": list(look.bumpers), "heights": [low, high],
+        "open": look.config is not None and look.config.body.bay is not None,
         "model": model, "parts": len(one.parts), "ink": _path_ink(scene, look),
         "own_ink": look.ink and color(look.ink), "is_run": bool(look.score_key),
         "intakes": [np.round(zone, 3).tolist() for zone in look.intakes],

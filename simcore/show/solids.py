@@ -215,9 +215,11 @@ def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
         )
         if is_outside and isinstance(element.shape, Box):
             corners = box_corners(low + element.position, high + element.position)
-            board = corners.copy()
-            board[:, 2] = np.minimum(board[:, 2], _BOARD if side else 0.25 * _BOARD)
-            solids = [_hull("", _FIELD_COLORS[side], 1.0, board), _hull("", _GLASS, 0.24, corners)]
+            board, glass, edge = corners.copy(), corners, _BOARD if side else 0.25 * _BOARD
+            board[:, 2] = np.minimum(board[:, 2], edge)
+            glass[:, 2] = np.maximum(glass[:, 2], edge)
+            solids = [_hull("", _FIELD_COLORS[side], 1.0, board)]
+            solids += [_hull("", _GLASS, 0.24, glass)] if np.ptp(glass[:, 2]) > 0.0 else []
         found += solids
     return _joined(found)
 

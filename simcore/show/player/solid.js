@@ -39,7 +39,7 @@ export class Solid {
     this.eye.up.set(0, 0, 1);
     this.control = new THREE.OrbitControls(this.eye, this.canvas);
     this.control.maxPolarAngle = 1.55;
-    this.control.addEventListener("start", () => { if (this.camera === "follow") this.isHeld = true; else if (this.camera !== "free") this.look("free", true); });
+    this.control.addEventListener("start", () => { if (["follow", "free"].includes(this.camera)) this.isHeld = true; else this.look("free", true); });
     this.control.addEventListener("change", () => this.onMove());
     this.onMove = () => {};
     this.onCamera = (/** @type {string} */ _name) => {};
@@ -232,9 +232,9 @@ void main() {
   }
 
   /** The robot's number on its bumpers. */
-  number(group, { size: [length, width], heights: [low, high], label }) {
+  number(group, { size: [length, width], heights: [low, high], label, open }) {
     const tall = 0.92 * (high - low), wide = label.length > 2 ? 4 : 2, material = written(label, "transparent", "#fff", 0.8, wide);
-    for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], [-1, 0, -Math.PI / 2]]) {
+    for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], ...open ? [] : [[-1, 0, -Math.PI / 2]]]) {
       const plate = new THREE.Mesh(new THREE.PlaneGeometry(tall * wide, tall), material);
       plate.geometry.rotateX(Math.PI / 2);
       plate.geometry.rotateZ(turn);
@@ -380,12 +380,13 @@ void main() {
     this.camera = name;
     const [length, width] = this.run.meta.field.size;
     if (name === "free" && !stays) {
-      this.eye.position.set(length / 2, 0.46 * width - 0.56, 0.83);  // 56 degrees down
+      const down = (56 + 28 * Math.min(0.6, Math.max(0, 2.25 - this.eye.aspect))) * Math.PI / 180;  // steeper in a picture that is less wide
+      this.eye.position.set(length / 2, 0.46 * width - Math.cos(down), Math.sin(down));
       this.control.target.set(length / 2, 0.46 * width, 0);
       this.fit();
     }
     this.kept = null;
-    this.isHeld = false;
+    this.isHeld = stays;
     this.seenAt = null;
     this.control.enabled = name !== "above";
     this.eye.fov = name === "station" ? 62 : 45;
@@ -478,7 +479,7 @@ void main() {
     const before = this.eye.aspect;
     this.eye.aspect = width / height;
     this.eye.updateProjectionMatrix();
-    if (this.camera === "free" && Math.abs(before - this.eye.aspect) > 0.01) this.fit();
+    if (this.camera === "free" && Math.abs(before - this.eye.aspect) > 0.01) this.isHeld ? this.fit() : this.look("free");
   }
 }
 

@@ -12,7 +12,7 @@ interface Changes<T> { times: number[]; values: T[] }
 interface ColumnGroup { width: number; times?: Place; rows?: Place }
 interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
 interface RobotData {
-  label: string; name: string; alliance: string; frame: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
+  label: string; name: string; alliance: string; frame: string; open: boolean; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
   own_ink: string; is_run: boolean; intakes: [number, number][][];
 }
 interface KindData {
