@@ -1,6 +1,6 @@
-"""Take the picture of a page for the docs: play the auto depot and open its page in a headless Chromium.
+"""Take the picture of a page for the docs: play the start of a match and open its page in a headless Chromium.
 
-    python scripts/take_picture.py [PICTURE.png] [--page PAGE.html] [--at 9.3] [--size 1366x720]
+    python scripts/take_picture.py [PICTURE.png] [--page PAGE.html] [--at 45] [--size 1200x640]
 
 It needs Chromium or Chrome, which simcore itself does not.
 """
@@ -15,8 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from simcore.match.players.lineup import lineup, play_match
 from simcore.match.registry import find_game
-from simcore.match.runner import play_auto
 from simcore.show.page import write_page
 from simcore.show.scene import scene_of
 from simcore.telemetry.recording import Recording
@@ -71,17 +71,18 @@ def main(argv: list[str] | None = None) -> int:
     """Take the picture and return 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("picture", type=Path, nargs="?", default=ROOT / "docs" / "images" / "page.png")
-    parser.add_argument("--page", type=Path, help="page of a run (default: play the auto depot)")
-    parser.add_argument("--at", type=float, default=9.3, help="time of the run [s]")
-    parser.add_argument("--size", default="1366x720", help="size of the window [px]")
+    parser.add_argument("--page", type=Path, help="page of a run (default: play the start of a match)")
+    parser.add_argument("--at", type=float, default=45.0, help="time of the run [s]")
+    parser.add_argument("--size", default="1200x640", help="size of the window [px]")
     options = parser.parse_args(argv)
     find_browser()  # before a run is played in vain
     with tempfile.TemporaryDirectory() as folder:
-        page = options.page or Path(folder) / "depot.html"
+        page = options.page or Path(folder) / "match.html"
         if options.page is None:
-            recording = Recording()
-            run = play_auto(find_game("rebuilt"), "depot", seconds=20.0, sinks=[recording])
-            write_page(page, recording, scene_of(run.match), title="REBUILT, auto 'depot', blue, seed 0")
+            recording, game = Recording(), find_game("rebuilt")
+            seats = lineup(game, blue="collector:3,shuttle,collector:2", red="collector:3,collector:2,defender")
+            run = play_match(game, seats, seed=4, seconds=options.at + 15.0, sinks=[recording])
+            write_page(page, recording, scene_of(run.match), title="REBUILT, match, seed 4")
             run.match.close()
         width, height = map(int, options.size.split("x"))
         take_picture(page, options.picture, at=options.at, size=(width, height))

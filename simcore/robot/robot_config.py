@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -160,6 +161,10 @@ class RobotConfig:
     """Parts with their own models, in the order of the model files."""
     moving_masses: tuple[MovingMass, ...] = ()
     """Parts of the robot's mass that mechanisms move; the rest is its body."""
+    team: int | None = None
+    """Number on its bumpers; None: its number in the match."""
+    models: Path | None = None
+    """Folder with its own model, as AdvantageScope has them; None: the game's, or drawn by this config."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))

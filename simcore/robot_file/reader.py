@@ -45,6 +45,10 @@ TOP = KeyTable("at the top", "for the whole file", (
     Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (
+    Key("team", Quantity("", 1, 99_999, is_whole=True), None, "number on the bumpers; left out: the robot's in the "
+        "match", 9999),
+    Key("models", str, None, "folder beside this file with Robot_... of AdvantageScope, drawn in pages; left out: what "
+        "this file describes is drawn", "ascope_assets"),
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
     Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
         needs=("bumper_width", "<m>")),
@@ -116,6 +120,7 @@ def read_settings(path: Path) -> RobotSettings:
         raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
     bumper = body.pop("bumper_length"), body.pop("bumper_width")
     bay = body.pop("bay_depth"), body.pop("bay_width")
+    body["models"] = None if body["models"] is None else _models(robot, path.parent / body["models"])
     cameras, headset = read_cameras(file)
     autos = file.named_tables("autos")
     names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
@@ -155,6 +160,13 @@ def read_settings(path: Path) -> RobotSettings:
     if capacity is not None and settings.preload > capacity:
         raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
+
+
+def _models(robot: Table, folder: Path) -> Path:
+    """Return the folder of the robot's own model."""
+    if not any(folder.glob("Robot_*")):
+        raise robot.error("models", f"must be a folder with a Robot_... in it, but {folder} has none")
+    return folder.resolve()
 
 
 def _scatter(t: Table | None) -> Scatter | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -182,6 +183,10 @@ class RobotSettings:
     """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the floor [m]."""
+    team: int | None = None
+    """Number on the bumpers; None: the robot's number in the match."""
+    models: Path | None = None
+    """Folder with the robot's own model; None: there is none."""
     real: bool = False
     """Whether `RobotBase.isReal()` returns True to the program."""
     serial_number: str = ""
@@ -320,6 +325,8 @@ class RobotSettings:
             components=self.components,
             moving_masses=self.moving_masses,
             cameras=self.cameras,
+            team=self.team,
+            models=self.models,
         )
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:

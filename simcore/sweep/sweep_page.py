@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from simcore.match.registry import installed_games
-from simcore.show.report import chart, headline, report_page, series, table
+from simcore.show.report import chart, headline, report_page, series, share, table
 from simcore.sweep.results import MOST_VALUES, Condition, Results
 from simcore.sweep.sweep_statistics import PERCENTILES, PairedDifference, percentiles
 from simcore.typing import FloatArray
@@ -24,6 +24,7 @@ _MOST_RUNS = 10
 _MOST_ERRORS = 20
 _MOST_DISTRIBUTIONS = 6
 _BINS = 24
+_SEEN = 1e-3
 _NAMES = {
     "score": "points", "distance_m": "way driven [m]", "min_battery_v": "lowest battery voltage [V]",
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
@@ -72,12 +73,15 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
         folder: Folder of the store, for the command that repeats a run.
     """
     blocks = [_headline(results, condition)]
+    if condition and (found := results.success(condition)).n:
+        text = f"{found.value:.0%} of {found.n} runs, black: 95 % interval"
+        blocks.append(share(found.value, found.lower, found.upper, text))
     main = _main_metric(results, condition)
     for factor in results.factors:
         blocks += _responses(results, factor, condition, main)
+    blocks += [_distribution(metric, {"": results}) for metric in _spread_metrics(results)[:_MOST_DISTRIBUTIONS]]
     if rows := _percentile_rows(results):
         blocks.append(table(_HEADS, rows, "Metrics of all runs"))
-    blocks += [_distribution(metric, {"": results}) for metric in _varied_metrics(results)[:_MOST_DISTRIBUTIONS]]
     return report_page(_title(results), [*blocks, *_run_tables(results, main, folder)])
 
 
@@ -100,10 +104,10 @@ def comparison_page(results: Results, metric: str, difference: PairedDifference,
     verdict = "A clear difference" if difference.is_clear else "No clear difference"
     blocks = [
         headline(f"{verdict}: {metric} {difference.mean:+.3g}", f"{metric}, {new} less {old}: {difference}"),
-        table((*_HEADS, "runs"), medians, f"{metric} of each"),
     ]
-    varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_varied_metrics(results)])
+    varied = dict.fromkeys([*(name for name in [metric] if name in results.metrics), *_spread_metrics(results)])
     blocks += [_distribution(name, sides) for name in [*varied][:_MOST_DISTRIBUTIONS]]
+    blocks.append(table((*_HEADS, "runs"), medians, f"{metric} of each"))
     return report_page(f"{old} against {new}", [*blocks, *_run_tables(results, "", folder)])
 
 
@@ -184,6 +188,17 @@ def _varied_metrics(results: Results) -> list[str]:
         if len({*values} - {None}) > 1:
             found.setdefault(values, name)
     return list(found.values())
+
+
+def _spread_metrics(results: Results) -> list[str]:
+    """Return metrics that differ between runs by what a reader would see: a thousandth of their size, and of 1."""
+    found = []
+    for name in _varied_metrics(results):
+        values = results.values(name)
+        values = values[np.isfinite(values)]
+        if len(values) and np.ptp(values) > _SEEN * max(1.0, float(np.abs(values).max())):
+            found.append(name)
+    return found
 
 
 def _percentile_rows(results: Results) -> list[list[Any]]:

@@ -131,8 +131,9 @@ def test_shots_and_pieces_are_the_same_everywhere(told):
     rows = {row[0]: row[1:] for row in page.table("Robots")[1:]}
     assert rows["alliance"] == ["blue"] * 3 + ["red"] * 3
     assert [" ".join(both) for both in zip(rows["alliance"], rows["plays"], strict=True)] == data["players"]
+    prefixes = ("Sim", *(f"Sim/Robots/{k}" for k in range(1, 6)))
     assert page.board("held", SECONDS) == ", ".join(
-        str(end.integers[f"{prefix}/Intake/HeldCount"]) for prefix in ("Sim", *(f"Sim/Robots/{k}" for k in range(1, 6)))
+        f"robot {k} {end.integers[f'{prefix}/Intake/HeldCount']}" for k, prefix in enumerate(prefixes)
     )
     if not shots:
         assert "shots hit" not in page.facts and "hits" not in rows

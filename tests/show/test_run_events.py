@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from simcore.show.run_events import ChangeRecord, board_now, changing_rows, counts_now, lamps_now
+from simcore.show.run_events import (
+    ChangeRecord,
+    board_now,
+    changing_rows,
+    counts_now,
+    ending_of,
+    failure_of,
+    lamps_now,
+)
 from simcore.show.scene import LevelLook, RobotLook, Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
@@ -63,3 +71,25 @@ def test_boards_change_only_in_the_rows_that_are_told(robots):
     assert found[0] == found[1]
     assert {"time left", "period", "count", "Strip", "held"} <= found[0][0].keys()
     assert len(rows) < 40  # every seventh tick, and each second
+
+
+@pytest.mark.parametrize(
+    ("said", "sentence"),
+    [
+        ("AssertionError: assert 8 >= 12\n +  where 8 = x", "got 8, wanted at least 12, at 0.04 s"),
+        ("assert 2.5 == 3", "got 2.5, wanted exactly 3, at 0.04 s"),
+        ("TimeoutError: not within 5 s", "TimeoutError: not within 5 s, at 0.04 s"),
+        ("AssertionError: assert f(1 < 2) >= 3", "assert f(1 < 2) >= 3, at 0.04 s"),
+    ],
+)
+def test_a_failure_is_one_sentence(said, sentence):
+    run = Recording()
+    for tick in range(2):
+        run.write(Snapshot(time=0.02 * (tick + 1), tick=tick, strings={"Sim/Failure": said} if tick else {}))
+    assert failure_of(run) == sentence
+
+
+def test_no_address_of_an_object_is_told():
+    run = Recording()
+    run.write(Snapshot(time=0.02, tick=0, strings={"Sim/Failure": "where <simcore.sim.RobotTest object at 0x7f5e>.x"}))
+    assert ending_of(run) == ["where RobotTest.x"]

@@ -24,14 +24,15 @@ def results():
 
 def test_the_page_shows_the_share_of_success_first_then_factors_and_metrics(results, tmp_path):
     page = sweep_page(results, CONDITION, tmp_path / "two words")
-    head, *blocks = made_sweep.blocks_of(page)
+    head, bar, *blocks = made_sweep.blocks_of(page)
     share = results.success(CONDITION)
     assert head["text"] == f"{share.k} of 120, {share.interval}" and head["detail"].startswith("score >= 25; 95 %")
+    assert (bar["kind"], bar["value"], bar["low"], bar["high"]) == ("share", share.value, share.lower, share.upper)
     assert [block.get("title") or block.get("caption").partition(";")[0] for block in blocks] == [
         "score >= 25 over battery.charge", "points over battery.charge", "score >= 25 over robot.mass",
-        "points over robot.mass", "Metrics of all runs", "points of all runs",
+        "points over robot.mass", "points of all runs",
         "lowest battery voltage [V] of all runs",  # hits are the score here, and not drawn again
-        "Runs with the lowest points", "Runs that ended with an error",
+        "Metrics of all runs", "Runs with the lowest points", "Runs that ended with an error",
     ]  # fmt: skip
     (over,) = (block["series"] for block in blocks if block.get("title") == "points over battery.charge")
     scores = [row["score"] for row in results.finished if row["battery.charge"] == 0.65]
@@ -50,7 +51,8 @@ def test_two_variants_are_on_one_axis(results, tmp_path):
     both = replace(results, rows=[row for row in rows if row["battery.charge"] != 0.65],
                    experiment=made_sweep.described("auto", "robot.mass"))  # fmt: skip
     difference = both.paired("auto", "old", "new", "score")
-    head, table, *blocks = made_sweep.blocks_of(comparison_page(both, "score", difference, tmp_path))
+    head, *blocks = made_sweep.blocks_of(comparison_page(both, "score", difference, tmp_path))
+    table = next(block for block in blocks if block["kind"] == "table")
     assert head["text"] == f"A clear difference: score {difference.mean:+.3g}" and str(difference) in head["detail"]
     assert [row[0] for row in table["rows"]] == ["old", "new"] and [row[-1] for row in table["rows"]] == [39, 40]
     charts = [block for block in blocks if block["kind"] == "chart"]

@@ -37,7 +37,7 @@ from simcore.robot_file.robot_findings import (
 )
 from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
-from simcore.show.report import chart, headline, paragraph, report_page, robot_views, series, table
+from simcore.show.report import chart, headline, paragraph, report_page, robot_model, series, table
 from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _page(
 
     blocks = [headline(verdict.capitalize(), subject.about)]
     blocks += [table(("", "finding"), said)] if said else []
-    blocks.append(robot_views("As described", described_solids(subject.config)))
+    blocks.append(robot_model("As described", subject.config.bumper, described_solids(subject.config)))
     blocks += [table(rows[0], rows[1:])] if rows else []
     for shooter in subject.config.shooters:
         needs = _needs(shooter, subject)

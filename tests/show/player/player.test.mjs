@@ -6,10 +6,9 @@ import { test } from "node:test";
 const player = new URL("../../../simcore/show/player/", import.meta.url);
 const { AWAY, Run, inflate, rowAt, turned, unpack, valueAt, yawOf } = await import(new URL("data.js", player).href);
 const { ticks, words } = await import(new URL("charts.js", player).href);
-const { shadow } = await import(new URL("robot_views.js", player).href);
+const { reach } = await import(new URL("robot_model.js", player).href);
 const { cueOf } = await import(new URL("sound.js", player).href);
-const { viewOf } = await import(new URL("symbols.js", player).href);
-const { rectangle } = await import(new URL("top.js", player).href);
+const { rectangle, squares, viewOf } = await import(new URL("top.js", player).href);
 
 const near = (seen, wanted, within) => wanted.forEach((value, k) =>
   assert.ok(Math.abs(seen[k] - value) <= within, `[${seen}] is not [${wanted}]`));
@@ -72,8 +71,8 @@ test("a line of a board is not there before its first value, nor after it has en
   const level = { times: [163, 165], values: ["Level1", null] };
   assert.deepEqual([0.5, 162.99, 163, 164.9, 165, 900].map((time) => valueAt(level, time)), [null, null, "Level1", "Level1", null, null]);
   assert.deepEqual([valueAt(undefined, 1), valueAt({ times: [], values: [] }, 1)], [null, null]);
-  const lit = new Run({ ...meta, lamps: { goal: { times: [1], values: [true] } } }, new Uint8Array(run.bytes));
-  assert.deepEqual([lit.lampIsOn("goal", 0.9), lit.lampIsOn("goal", 1.1)], [false, true]);
+  const lit = new Run({ ...meta, lamps: { goal: { times: [1], values: ["pulsing"] } } }, new Uint8Array(run.bytes));
+  assert.deepEqual([lit.lamp("goal", 0.9), lit.lamp("goal", 1.1)], [null, "pulsing"]);
 });
 
 test("scales have round numbers", () => {
@@ -85,10 +84,8 @@ test("values are written shortly, and none for what there is not", () => {
   assert.deepEqual([null, Infinity, 3, 0.00123, 2.345, 1234.5].map(words), ["", "", "3", "0.0012", "2.35", "1235"]);
 });
 
-test("triangles of a shadow turn one way, and those seen from their edge are left out", () => {
-  const places = [[0, 0], [1, 0], [0, 1], [2, 0]];
-  assert.equal(shadow(places, [[0, 1, 2], [0, 2, 1]]), "M0.0 0.0L1.0 0.0L0.0 1.0Z".repeat(2));
-  assert.equal(shadow(places, [[0, 1, 3]]), "");
+test("measures go from the lowest to the highest corner", () => {
+  assert.deepEqual(reach([[1, 5, 0], [-1, 2, 3], [0, 9, 1]]), [[-1, 2, 0], [1, 9, 3]]);
 });
 
 test("a box from above is the rectangle along its longest edge", () => {
@@ -104,11 +101,15 @@ test("a box from above is the rectangle along its longest edge", () => {
   near(rectangle([0.1, 0.2, 0.6], [0, 0, 0, 1]).slice(0, 2), [0.2, 0.1], 1e-9);
 });
 
+test("squares of a heat map count every place once, those beside the field at its edge", () => {
+  assert.deepEqual(squares([8, 4], [[0.1, 0.1], [0.4, 0.3], [-2, 0.2], [7.9, 9]]), [[0, 0, 3], [7.5, 3.5, 1]]);
+});
+
 test("what stands across the field's edge is seen to its end, and what is far away does not shrink the field", () => {
-  const outline = (...corners) => ["name", "blue", "#9db4dd", corners];
+  const outline = (...corners) => ["name", "blue", corners];
   const size = [8, 4], station = outline([-0.7, 3], [1, 4.6], [0, 5]), far = outline([8, 0], [38, 0], [8, -30]);
-  const [left, top, width, height] = viewOf({ ...meta.field, size, outlines: [station, far] });
-  assert.deepEqual([left, top, left + width, top + height], [-97.5, -100, 950, 550]);
+  const seen = viewOf({ ...meta.field, size, outlines: [station, far] });
+  near(seen, [-0.975, -1.5, 9.5, 5], 1e-9);
 });
 
 test("a match sounds when it begins, changes and ends, and not when time is moved", () => {

@@ -12,11 +12,11 @@ interface Changes<T> { times: number[]; values: T[] }
 interface ColumnGroup { width: number; times?: Place; rows?: Place }
 interface SolidData { name: string; color: string; opacity: number; scale: number; vertices: Place; faces: Place }
 interface RobotData {
-  name: string; alliance: string; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
+  label: string; name: string; alliance: string; frame: string; open: boolean; size: [number, number]; heights: [number, number]; model: number; parts: number; ink: string; bumper: string;
   own_ink: string; is_run: boolean; intakes: [number, number][][];
 }
 interface KindData {
-  name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; solids: SolidData[];
+  name: string; count: number; round: boolean; radius: number; size: Point; color: string; air: string; edge: string; hole: number | null; solids: SolidData[];
 }
 interface CurveData {
   label: string; color: string; stepped: boolean; key?: string; low?: number; scale?: number; data?: Place;
@@ -32,20 +32,20 @@ interface TableData { title: string; head: string[]; rows: Cell[][]; open: boole
 interface ShotData { time: number; end: number; robot: number; result: "hit" | "miss" | "pass" | "flying"; piece: number }
 
 interface Meta {
-  title: string; notes: string[]; live: boolean; start: number; end: number;
+  title: string; notes: string[]; failure: string; live: boolean; start: number; end: number;
   groups: Record<string, ColumnGroup>;
   field: {
-    size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, color: string, corners: [number, number][]][]; stations: [number, number][];
+    size: [number, number]; solids: SolidData[]; outlines: [name: string, side: string, corners: [number, number][]][]; stations: [number, number][];
     tags: [id: number, x: number, y: number, z: number, qw: number, qx: number, qy: number, qz: number][]; tag_size: number;
   };
   models: { body: SolidData[]; parts: SolidData[][] }[];
   robots: RobotData[]; kinds: KindData[]; looks: { name: string; box: boolean; color: string; edge: string }[];
-  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string | null>)[]; lamps: Record<string, Changes<boolean>>;
+  facts: [string, string][]; verdict: string; board: ({ label: string } & Changes<string | null>)[]; lamps: Record<string, Changes<string>>;
   phases: [time: number, words: string, left: number][]; events: [time: number, kind: string, text: string][];
   tables: TableData[]; charts: ChartData[]; shots: ShotData[]; taken: [time: number, x: number, y: number][]; levels: LevelData[]; cells: Record<string, Changes<number>>;
   // of a live run
   seed?: number; run?: number; spawn?: string[]; people?: [name: string, summary: string][]; view?: string; camera?: string;
-  drive?: { robots: number[]; at_once?: boolean; keys?: string[]; actions?: string[]; help?: string };
+  drive?: { robots: number[]; at_once?: boolean; free?: boolean; keys?: string[]; actions?: string[]; help?: string };
 }
 
 // What a report lists (simcore/show/report.py), and what charts.js draws.
@@ -59,6 +59,7 @@ interface ChartSpec extends DrawingSpec {
   xRange?: [number, number] | null; yRange?: [number, number]; fromZero?: boolean; cursor?: number | null; onPick?: (x: number) => void;
 }
 interface RobotSpec extends DrawingSpec {
+  bumpers: [length: number, width: number];
   solids: { name: string; color: string; opacity: number; points: Point[]; faces: Point[] }[];
 }
 type ReportBlock = { kind: string } & Record<string, any>;
