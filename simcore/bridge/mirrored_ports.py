@@ -65,15 +65,15 @@ class MirroredPorts:
         self._take: dict[str, Callable[[int, int, float], None]] = {
             "GetPWMSpeed": lambda n, _, value: sim.PWMSim(n).setSpeed(value),
             "GetPWMPosition": lambda n, _, value: sim.PWMSim(n).setPosition(value),
-            "GetPWMPulseMicrosecond": lambda n, _, value: sim.PWMSim(n).setPulseMicrosecond(int(value)),
+            "GetPWMPulseMicrosecond": lambda n, _, value: sim.PWMSim(n).set_pulse_microsecond(int(value)),
             "GetDIOValue": self._take_dio,
             "GetAnalogGyroAngle": self._take_gyro,
             "GetRelayForward": lambda n, _, value: sim.RelaySim(n).setForward(bool(value)),
             "GetRelayReverse": lambda n, _, value: sim.RelaySim(n).setReverse(bool(value)),
             "GetEncoderDistancePerPulse": self._take_distance,
             "GetEncoderReset": self._take_reset,
-            "GetCTREPCMSolenoidOutput": lambda n, s, value: sim.CTREPCMSim(n).setSolenoidOutput(s, bool(value)),
-            "GetREVPHSolenoidOutput": lambda n, s, value: sim.REVPHSim(n).setSolenoidOutput(s, bool(value)),
+            "GetCTREPCMSolenoidOutput": lambda n, s, value: sim.CTREPCMSim(n).set_solenoid_output(s, bool(value)),
+            "GetREVPHSolenoidOutput": lambda n, s, value: sim.REVPHSim(n).set_solenoid_output(s, bool(value)),
         }
         if follows:
             self._take |= {name: self._follow(name) for name in OUTPUTS if name.startswith("GetDriverStation")}
@@ -124,15 +124,15 @@ class MirroredPorts:
 
     def _take_dio(self, number: int, _: int, value: float) -> None:
         if not self._now("GetDIOIsInput", number):
-            sim.DIOSim(number).setValue(bool(value))
+            sim.DIOSim(number).set_value(bool(value))
 
     def _take_distance(self, number: int, _: int, value: float) -> None:
         if encoder := self._open.get(("Encoder", number)):
-            encoder.setDistancePerPulse(value)
+            encoder.set_distance_per_pulse(value)
 
     def _take_reset(self, number: int, _: int, value: float) -> None:
         if value and (encoder := self._open.get(("Encoder", number))):
-            sim.EncoderSim(encoder).setReset(True)
+            sim.EncoderSim(encoder).set_reset(True)
 
     def _take_gyro(self, number: int, _: int, value: float) -> None:
         """Reset a gyro that the program has reset: its angle is zero, and nobody has sent that."""
@@ -170,14 +170,14 @@ class MirroredPorts:
             if made := self._make("Encoder", n, wpilib.Encoder, *channels):
                 self._open |= dict.fromkeys((("DIO", channel) for channel in channels), made)
                 encoder = sim.EncoderSim(made)
-                self._add("SetEncoderCount", n, encoder.getCount)
-                self._add("SetEncoderPeriod", n, encoder.getPeriod)
-                self._add("SetEncoderDirection", n, encoder.getDirection)
+                self._add("SetEncoderCount", n, encoder.get_count)
+                self._add("SetEncoderPeriod", n, encoder.get_period)
+                self._add("SetEncoderDirection", n, encoder.get_direction)
         for n in self._opened("GetDutyCycleInitialized"):
             channel = int(self._now("GetDutyCycleDigitalChannel", n))
             if made := self._make("DutyCycle", n, self._duty_cycle, channel):
                 self._open["DIO", channel] = made
-                self._add("SetDutyCycleOutput", n, sim.DutyCycleSim.createForChannel(channel).getOutput)
+                self._add("SetDutyCycleOutput", n, sim.DutyCycleSim.create_for_channel(channel).get_output)
         for n in self._opened("GetAnalogGyroInitialized"):
             if made := self._make("AnalogGyro", n, wpilib.AnalogGyro, n):
                 self._open["Analog", n] = made
@@ -186,12 +186,12 @@ class MirroredPorts:
         for n in self._opened("GetAnalogInInitialized"):
             build = wpilib.AnalogEncoder if self._has_device(f"AnalogEncoder[{n}]") else wpilib.AnalogInput
             if self._make("Analog", n, build, n):
-                self._add("SetAnalogInVoltage", n, sim.AnalogInputSim(n).getVoltage)
+                self._add("SetAnalogInVoltage", n, sim.AnalogInputSim(n).get_voltage)
         for n in self._opened("GetDIOInitialized"):
             is_input = bool(self._now("GetDIOIsInput", n))
             build = wpilib.DigitalInput if is_input else wpilib.DigitalOutput
             if self._make("DIO", n, build, n) and is_input:
-                self._add("SetDIOValue", n, sim.DIOSim(n).getValue)
+                self._add("SetDIOValue", n, sim.DIOSim(n).get_value)
         for n in {*self._opened("GetRelayInitializedForward"), *self._opened("GetRelayInitializedReverse")}:
             self._make("Relay", n, wpilib.Relay, n)
         for m in self._settings.mechanisms:  # of a module's coils the HAL does not know which are opened
@@ -218,13 +218,13 @@ class MirroredPorts:
             type_name, make = _VALUE_TYPES[code]
             if device not in self._devices:
                 gyro = _GYROS.get(re.sub(r"\[.*", "", device))
-                is_there = device in sim.SimDeviceSim.enumerateDevices("")
+                is_there = device in sim.SimDeviceSim.enumerate_devices("")
                 build = hal.SimDevice if gyro is None else lambda _, gyro=gyro: getattr(wpilib, gyro)()
                 self._devices[device] = None if is_there else build(device)
             made, there = self._devices[device], sim.SimDeviceSim(device)
             if isinstance(made, hal.SimDevice):
                 self._kept.append(getattr(made, f"create{type_name}")(name, 2, make(value)))
-            elif name not in [known for known, _ in there.enumerateValues()]:
+            elif name not in [known for known, _ in there.enumerate_values()]:
                 continue  # another port than that of the gyro here
             shown = getattr(there, f"get{type_name}")(name)
             shown.set(make(value))
@@ -254,10 +254,9 @@ class MirroredPorts:
 
     def driver_station(self) -> list[Record]:
         """Return a packet of the driver station: `inputs`, and joysticks and texts that have changed."""
-        station = wpilib.DriverStation
-        station.refreshData()
+        hal.refreshDSData()
         found = self.inputs()
-        said = station.getGameSpecificMessage(), station.getEventName()
+        said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()
         for name, text in zip(_TEXTS, said, strict=True):
             if self._texts[name] != text:
                 self._texts[name] = text
@@ -279,8 +278,8 @@ class MirroredPorts:
         self._sent.append(math.nan)
 
     def _add_driver_station(self) -> None:
-        station, match = sim.DriverStationSim, wpilib.DriverStation
-        self._add("SetRoboRioVInVoltage", 0, sim.RoboRioSim.getVInVoltage)
+        station, match = sim.DriverStationSim, wpilib.MatchState
+        self._add("SetRoboRioVInVoltage", 0, sim.RoboRioSim.get_vin_voltage)
         if self._follows:
             return
         for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached", "DsAttached", "MatchTime"):
@@ -307,4 +306,4 @@ class MirroredPorts:
         self._choices.setdefault(key, "")
         for name, text in ((".type", model), ("default", default), ("active", active)):
             table.get_entry(f"{key}/{name}").set_string(text)
-        table.get_entry(f"{key}/options").setStringArray(list(options))
+        table.get_entry(f"{key}/options").set_string_array(list(options))
