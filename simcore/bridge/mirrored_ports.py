@@ -1,4 +1,4 @@
-"""Ports of a program in another process, in the HAL of this one: opened as there, outputs as there, inputs sent there.
+"""Ports of a program in another process, mirrored in the HAL of this process: outputs come in, inputs go out.
 
 So `simcore.toml`, drivetrains and mechanisms on ports work as for a Python program. The class of what is on a PWM port
 is not known here, and neither is whether the program has inverted it: signs are those of the signal.
@@ -28,7 +28,7 @@ _JOYSTICKS = range(6)
 _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
     1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
 }  # fmt: skip
-"""By the HAL's code of a type: its name in WPILib, and what makes one of a number; an enumeration is its number."""
+"""Name in WPILib and conversion from a number, by the HAL's code of a type; an enumeration is its number."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
 """Gyros by the first part of their SimDevice."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
@@ -37,7 +37,7 @@ _TEXTS = ("SetGameSpecificMessage", "SetEventName")
 
 
 class MirroredPorts:
-    """What a program has opened, here.
+    """Ports that a program in another process has opened, in the HAL of this process.
 
     Args:
         settings: Of simcore.toml, which names solenoids.
@@ -50,7 +50,7 @@ class MirroredPorts:
         self.has_started = False
         """Whether the program has come to its loop."""
         self.errors: list[str] = []
-        """What the program has reported; who reads it clears it."""
+        """Errors and warnings that the program has reported; the reader clears the list."""
         self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
@@ -58,7 +58,7 @@ class MirroredPorts:
         self._texts = dict.fromkeys(_TEXTS, "")
         self._choices: dict[str, str] = {}
         self._names: dict[int, tuple[str, str, int, float]] = {}
-        """By handle: SimDevice, value, type and what it was at first."""
+        """SimDevice, value name, type and first value, by handle."""
         self._values: dict[int, Any] = {}
         self._devices: dict[str, Any] = {}
         self._kept: list[Any] = []
@@ -82,7 +82,7 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Take what has changed in the program; from its start on, what it opens is opened here."""
+        """Take changes from the program; from its start on, open the ports that it opens."""
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False
@@ -141,7 +141,7 @@ class MirroredPorts:
             gyro.reset()
 
     def _follow(self, name: str) -> Callable[[int, int, float], None]:
-        """Return what does as the driver station of the program does."""
+        """Return a setter that follows the driver station of the program."""
         show = getattr(sim.DriverStationSim, name.replace("GetDriverStation", "set"))
         make = hal.AllianceStationID if name.endswith("Id") else bool
         return lambda number, sub, value: show(make(int(value)))
@@ -162,7 +162,7 @@ class MirroredPorts:
         return self._open[what, number]
 
     def _open_ports(self) -> None:
-        """Open what has several ports first: an encoder has digital inputs of its own."""
+        """Open devices with several ports first: an encoder has its own digital inputs."""
         for n in self._opened("GetPWMInitialized"):
             self._make("PWM", n, wpilib.PWMSparkMax, n)
         for n in self._opened("GetEncoderInitialized"):
@@ -243,7 +243,7 @@ class MirroredPorts:
     # --- to the program -------------------------------------------------------------------------------------------
 
     def inputs(self) -> list[Record]:
-        """Return what has changed here since the last call."""
+        """Return the values that have changed in this process since the last call."""
         found = []
         for row, (code, sub, number, get) in enumerate(self._inputs):
             value = float(get())
@@ -253,7 +253,7 @@ class MirroredPorts:
         return found
 
     def driver_station(self) -> list[Record]:
-        """Return a packet of the driver station: `inputs`, and joysticks and texts that have changed."""
+        """Return a packet of the driver station: `inputs`, and changed joysticks and texts."""
         hal.refreshDSData()
         found = self.inputs()
         said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()
