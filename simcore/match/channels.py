@@ -177,7 +177,7 @@ MECHANISM = (
     Channel("VelocityRPS", "double", lambda m: m["speed"] / math.tau, "speed of the mechanism, after its gears",
             "turns/s", 6, ShaftSim),
     Channel("PositionRot", "double", lambda m: m["position"] / math.tau, "its position", "turns", 6, ShaftSim),
-    Channel("VoltageIn", "double", lambda m: np.where(m["request"]["mode"] == DUTY, m["volts"], m["request"]["value"]),
+    Channel("VoltageIn", "double", lambda m: np.where(m["request", "mode"] == DUTY, m["volts"], m["request", "value"]),
             "volts asked of its motors, before the battery limits them", "V", 6, ShaftSim),
     Channel("CurrentA", "double", lambda m: m["mean_supply"], "what its motors take of the battery", "A", 6, ShaftSim),
     Channel("AngleDeg", "double", lambda m: np.degrees(m["position"]), "of an arm, also of a hood or servo: angle",
