@@ -179,7 +179,7 @@ MECHANISM = (
             "turns/s", 6, ShaftSim),
     Channel("PositionRot", "double", lambda m: m["position"] / math.tau, "position of the mechanism",
             "turns", 6, ShaftSim),
-    Channel("VoltageIn", "double", lambda m: np.where(m["request"]["mode"] == DUTY, m["volts"], m["request"]["value"]),
+    Channel("VoltageIn", "double", lambda m: np.where(m["request", "mode"] == DUTY, m["volts"], m["request", "value"]),
             "voltage requested from its motors, before the battery limits it", "V", 6, ShaftSim),
     Channel("CurrentA", "double", lambda m: m["mean_supply"], "current of its motors from the battery",
             "A", 6, ShaftSim),

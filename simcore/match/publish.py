@@ -223,8 +223,11 @@ class _Mechanisms:
         self._robots, self.mechanisms = robots, mechanisms
         self._rows = np.array([robots.shaft_of[id(mechanism)] for mechanism in mechanisms])
 
-    def __getitem__(self, name: str) -> Any:
-        return self._robots.shafts[name][self._rows]
+    def __getitem__(self, names: str | tuple[str, ...]) -> Any:
+        field = self._robots.shafts
+        for name in (names,) if isinstance(names, str) else names:
+            field = field[name]
+        return field.take(self._rows)
 
 
 class _Robots:
@@ -318,13 +321,12 @@ class _Pieces:
         kinds = pieces.state.kind
         for kind in self.kinds:
             kind.slots, kind.here = pieces.shown.of(kind.number)
-            mine = flying[kinds[flying] == kind.number]
+            mine = flying[kinds[flying] == kind.number] if len(flying) else flying
             kind.flying_slots, kind.flying = _NO_IDS, _NO_POSES
             if len(mine):  # pieces in flight are among `here`, which is sorted
                 kind.flying_slots, kind.flying = _frozen(mine), _frozen(kind.here[np.searchsorted(kind.slots, mine)])
-            inside = kinds[held] == kind.number
             kind.held_slots, kind.held = _NO_IDS, _NO_POSES
-            if inside.any():
+            if len(held) and (inside := kinds[held] == kind.number).any():
                 kind.held_slots, kind.held = _frozen(held[inside]), _rounded(rows[inside], _DECIMALS)
 
     def _carried(self, places: FloatArray, slots: Sequence[list[int]]) -> tuple[IntArray, FloatArray]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from simcore.loop.body import rotate
 from simcore.loop.compiled import compiled
@@ -61,6 +62,7 @@ class Components:
         self._parts = np.array([chain for chain, _ in parts], np.int64)
         self._offsets = np.array([offset for _, offset in parts], _f).reshape(-1, 3)
         self._rows = np.full((len(parts), 7), np.nan)
+        self._moved = np.zeros(len(parts), np.uint8)
         self._views: list[FloatArray] = [self._rows[span] for span in self._spans]
 
     def poses(self, shafts: Records) -> list[FloatArray]:
@@ -71,12 +73,12 @@ class Components:
         Args:
             shafts: Records of all robots' shafts.
         """
-        rows = np.empty_like(self._rows)
-        _place(shafts, self._joints, self._chains, self._parts, self._offsets, rows)
+        rows, before = np.empty_like(self._rows), self._rows
+        _place(shafts, self._joints, self._chains, self._parts, self._offsets, before, rows, self._moved)
         rows.setflags(write=False)
-        moved, self._rows = (rows != self._rows).any(axis=1), rows
+        self._rows, moved = rows, self._moved.tolist()
         for number, span in enumerate(self._spans):
-            if moved[span].any():
+            if any(moved[span]):
                 self._views[number] = rows[span]
         return self._views
 
@@ -109,9 +111,13 @@ def _multiply(
 
 @compiled
 def _place(
-    shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray, rows: FloatArray
-) -> None:
-    """Write the pose of each part, computed along its chain of joints as in `simcore.world.linkage.part_pose`."""
+    shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray,
+    before: FloatArray, rows: FloatArray, moved: npt.NDArray[np.uint8],
+) -> None:  # fmt: skip
+    """Write the pose of each part, and whether it has moved.
+
+    Compute it along the chain of joints of the part as in `simcore.world.linkage.part_pose`.
+    """
     last = -1
     x = y = z = 0.0
     w, a, b, c = 1.0, 0.0, 0.0, 0.0
@@ -140,6 +146,10 @@ def _place(
         row = rows[part]
         row[0], row[1], row[2] = x + ox, y + oy, z + oz
         row[3], row[4], row[5], row[6] = w, a, b, c
+        moved[part] = False
+        for k in range(7):
+            if row[k] != before[part, k]:
+                moved[part] = True
 
 
 @compiled

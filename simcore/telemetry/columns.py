@@ -6,6 +6,7 @@ that no computation makes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import ConfigError
+from simcore.loop.compiled import compiled
 from simcore.typing import BoolArray, IntArray
 
 __all__ = ["FIELDS", "GAP", "Changes", "Columns", "Table"]
@@ -143,9 +145,21 @@ class Changes:
         if len(self._last) < len(row):
             last, self._last = self._last, table.empty()
             self._last[: len(last)] = last
-        bits = np.int64 if table.dtype == np.float64 else table.dtype
-        is_new = row.view(bits) != self._last.view(bits)
-        columns = np.nonzero(is_new.any(axis=1) if table.shape else is_new)[0]
-        columns = columns[~table.gaps(row[columns])]
-        self._last[columns] = row[columns]
-        return columns, row[columns]
+        is_float, found = table.dtype == np.float64, np.empty(len(row), np.int64)
+        bits, gap = (np.int64, _GAP_BITS) if is_float else (table.dtype, table.gap)
+        width = math.prod(table.shape)
+        rows, last = (block.view(bits).reshape(-1, width) for block in (row, self._last))
+        columns = found[: _note_changes(rows, last, gap, found)]
+        return columns, row.take(columns, axis=0)
+
+
+@compiled
+def _note_changes(rows: Block, last: Block, gap: int, found: IntArray) -> int:
+    """Find the rows that differ from the last ones and are no gaps, note them as the last; return how many."""
+    count = 0
+    for k in range(len(rows)):
+        if rows[k, 0] != gap and (rows[k] != last[k]).any():
+            last[k] = rows[k]
+            found[count] = k
+            count += 1
+    return count
