@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from simcore.errors import ConfigError
 from simcore.quantities import (
@@ -13,6 +13,7 @@ from simcore.quantities import (
     MOTORS,
     ROBOT_LENGTH,
     ROBOT_PLACE,
+    SPEED_SHARE,
     VOLTAGE_OR_NONE,
     require_fields,
 )
@@ -41,6 +42,9 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     """Voltage that just turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
     efficiency: float = 0.90
     """Of gearbox and chains, both ways [-]."""
+    free_speed_share: float = 1.0
+    """Free speed of the drive over that by the motors' datasheet [-]; drag of bearings, grease and chains that grows
+    with speed lowers it, as a higher back-EMF does."""
     stator_limit: float | None = None
     """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
     supply_limit: float | None = None
@@ -66,6 +70,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
             gearing=GEARING,
             friction_volts=VOLTAGE_OR_NONE,
             efficiency=EFFICIENCY,
+            free_speed_share=SPEED_SHARE,
             stator_limit=CURRENT_LIMIT,
             supply_limit=CURRENT_LIMIT,
             kp=GAIN,
@@ -85,6 +90,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
             friction_volts=self.friction_volts,
             limits=controller_limits(self.motor, self.stator_limit, self.supply_limit),
             count=count,
+            free_speed_share=self.free_speed_share,
         )
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
@@ -103,10 +109,22 @@ class TankConfig(FixedWheelConfig):
     robot stands on them and on the end toward which its load leans, so that it turns without scrubbing both ends."""
     trackwidth: float = 0.56
     """Between left and right wheels [m]."""
+    friction_volts: float = 0.65
+    """As SysId finds it, so with what rolling takes. Constants of public tanks run from .13 to 1.31 V, their median is
+    near .65; a kit chassis (4 NEO, 8.46) was measured with .7 to .8 V."""
+    rolling_resistance: float = 0.0
+    """In `friction_volts`."""
+    free_speed_share: float = 0.885
+    """As measured on that chassis; the datasheet of the NEO gives more than its energy allows (`MotorModel`)."""
     motors_per_side: int = 2
+    right_efficiency: float | None = None
+    """`efficiency` of the right side, where it differs [-]; None: that of the left one."""
 
     def __post_init__(self) -> None:
-        require_fields(self, "tank", wheel_xs=[ROBOT_PLACE], trackwidth=ROBOT_LENGTH, motors_per_side=MOTORS)
+        require_fields(
+            self, "tank", wheel_xs=[ROBOT_PLACE], trackwidth=ROBOT_LENGTH, motors_per_side=MOTORS,
+            right_efficiency=EFFICIENCY,
+        )  # fmt: skip
         if not len(self.wheel_xs):
             raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
         self.require_robot("tank")
@@ -114,6 +132,12 @@ class TankConfig(FixedWheelConfig):
             ends = min(self.wheel_xs), max(self.wheel_xs)
             lowered = tuple(k for k, (x, _) in enumerate(self.wheel_positions) if x not in ends)
             object.__setattr__(self, "lowered", lowered)
+
+    @property
+    def sides(self) -> tuple[TankConfig, TankConfig]:
+        """Left and right side, each as if the other were like it."""
+        right = self.efficiency if self.right_efficiency is None else self.right_efficiency
+        return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 
     @property
     def wheel_positions(self) -> tuple[tuple[float, float], ...]:

@@ -121,7 +121,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     def shaft_emf(self, shaft: int) -> float:
         """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
-        return float(self.shaft_speeds[shaft]) * self.config.gearing / self.config.motor.kv
+        return float(self.shaft_speeds[shaft]) * self.config.shaft_motor(1).emf
 
     def wheel_angles(self) -> list[float]:
         """Direction in which each wheel alone carries the robot [rad]; `wheel_distances` are along it."""
@@ -181,7 +181,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
             built: What motors and wheels of the left and of the right side really are; None: what the config says.
         """
         n, motors = len(config.wheel_xs), config.motors_per_side
-        sides: Sequence[FixedWheelConfig] = built or (config, config)
+        sides: Sequence[FixedWheelConfig] = built or config.sides
         super().__init__(
             config,
             battery=battery,

@@ -16,6 +16,7 @@ from simcore.quantities import (
     RATIO,
     ROBOT_HEIGHT,
     ROBOT_PLACE,
+    SPEED_SHARE,
     VOLTAGE_OR_NONE,
     Quantity,
     require_fields,
@@ -88,14 +89,16 @@ class SwerveModuleConfig(WheelConfig):
 
     steer_inertia: float = 0.004
     """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
-    drive_friction_volts: float = 0.25
+    drive_friction_volts: float = 0.22
     """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
-    rolling resistance. CTRE's generated constants say .2 to .25; real swerves were measured with .32, .555 and .743
-    (three teams' SysId; gears, belts and treads differ)."""
+    rolling resistance. The log of a real swerve (team 114, 2022) is met best with .21 to .22; CTRE's constants have
+    .2 to .25, three teams' SysId .32, .555 and .743 (gears, belts and treads differ)."""
     steer_friction_volts: float = 0.2
     """Voltage that just turns the azimuth in the air [V]."""
     drive_efficiency: float = 0.95
     """Of the drive gears, both ways: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    free_speed_share: float = 1.0
+    """Free speed of the drive over that by the motor's datasheet [-]; see `FixedWheelConfig.free_speed_share`."""
     steer_efficiency: float = 0.90
     """Of the steer gears [-]."""
 
@@ -133,6 +136,7 @@ class SwerveModuleConfig(WheelConfig):
             drive_friction_volts=VOLTAGE_OR_NONE,
             steer_friction_volts=VOLTAGE_OR_NONE,
             drive_efficiency=EFFICIENCY,
+            free_speed_share=SPEED_SHARE,
             steer_efficiency=EFFICIENCY,
             drive_stator_limit=CURRENT_LIMIT,
             drive_supply_limit=CURRENT_LIMIT,
@@ -156,6 +160,7 @@ class SwerveModuleConfig(WheelConfig):
             efficiency=self.drive_efficiency,
             friction_volts=self.drive_friction_volts,
             limits=controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit),
+            free_speed_share=self.free_speed_share,
         )
 
     @property

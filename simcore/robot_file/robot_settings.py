@@ -19,6 +19,7 @@ from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.quantities import DeviceAddress, DeviceKey
+from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig, MovingMass
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import MotorModel
@@ -192,6 +193,14 @@ class RobotSettings:
     """Friction across the wheels over that along [-]; None: as `WheelConfig` has it, like the next three."""
     drive_friction_volts: float | None = None
     """kS of the drive motors [V]."""
+    drive_efficiency: float | None = None
+    """Of the drive gears [-]."""
+    right_efficiency: float | None = None
+    """The same of a tank's right side [-]."""
+    free_speed_share: float | None = None
+    """Free speed of the drive over that of its motors' datasheet [-]."""
+    battery_resistance: float | None = None
+    """Of battery, breaker and cables [ohm]."""
     steer_friction_volts: float | None = None
     """kS of the steer motors [V]."""
     bumper_friction: float | None = None
@@ -282,6 +291,8 @@ class RobotSettings:
                 raise ConfigError(f"{where} is not of a {kind} drive")
             if said != (has.name if isinstance(has, MotorModel) else has):
                 raise ConfigError(f"{where} = {value} has no effect: the program's own constants say it; change them")
+        if kind != "tank" and self.right_efficiency is not None:
+            raise ConfigError(f"{FILE_NAME} [robot]: right_efficiency is not of a {kind} drive")
         if kind != "swerve" and (self.steer_motor or self.steer_friction_volts is not None):
             key = "steer_motor" if self.steer_motor else "steer_friction_volts"
             raise ConfigError(f"{FILE_NAME} [robot]: {key} is not of a {kind} drive")
@@ -304,12 +315,14 @@ class RobotSettings:
         drivetrain = self._tuned(drivetrain)
         own: dict[str, Any] = {} if self.bay is None else {"bay": self.bay}
         own |= {} if self.bumper_friction is None else {"bumper_friction": self.bumper_friction}
+        resistance = self.battery_resistance
         body = replace(ChassisConfig.around(drivetrain, bumper=bumper), **own) if own else None
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
             chassis=body,
             gyro=gyro_config(self.gyro_errors),
+            **({} if resistance is None else {"battery": BatteryConfig(resistance=resistance)}),
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
             storage=first,
@@ -324,12 +337,15 @@ class RobotSettings:
 
     def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
         """The drivetrain with the friction that the file states, whatever its maker's constants say."""
-        names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts")
+        names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts", "drive_efficiency", "free_speed_share")
         own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
         if isinstance(drivetrain, FixedWheelConfig):
             own.pop("steer_friction_volts", None)
-            volts = own.pop("drive_friction_volts", drivetrain.friction_volts)
-            return replace(drivetrain, friction_volts=volts, **own)
+            names_here = {"drive_friction_volts": "friction_volts", "drive_efficiency": "efficiency"}
+            own = {names_here.get(name, name): value for name, value in own.items()}
+            if isinstance(drivetrain, TankConfig) and self.right_efficiency is not None:
+                own["right_efficiency"] = self.right_efficiency
+            return replace(drivetrain, **own)
         return replace(drivetrain, modules=tuple(replace(m, **own) for m in drivetrain.modules)) if own else drivetrain
 
 

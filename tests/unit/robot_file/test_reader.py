@@ -143,7 +143,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
 @each(
     ("text", "said"),
     [
-        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
+        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: battery_resistance"),
         ("[start]\nyaw_deg = 90", "simcore.toml [start]: no key 'yaw_deg'. Did you mean 'heading_deg'? Known:"),
         ("[scatter]\nexit_sped = 1", "[scatter]: no key 'exit_sped'. Did you mean 'exit_speed'?"),
         ("[autos.left]\nstart = [1, 2, 3]\nspeed = 1", "[autos.'left']: no key 'speed'"),
