@@ -35,6 +35,10 @@ COMMANDS = {
     "sweep": Command("simcore.sweep.sweep_command", "play an auto many times: how often does it score, and what if"),
     "compare": Command("simcore.sweep.compare_command", "two versions of robot code, or two autos, on common seeds"),
     "shots": Command("simcore.shooting.shots_command", "the table of a shooter: speed and elevation by distance"),
+    "calibrate": Command(
+        "simcore.calibrate.calibrate_command",
+        "what a robot's own log says of it: values with intervals, and what they predict",
+    ),
     "view": Command("simcore.show.view_command", "the page of a log, opened in the browser"),
     "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope or Elastic, of a game or a log"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),

@@ -72,7 +72,7 @@ class ShooterConfig:
     """Where two wheels are: a difference of their speeds spins the piece about a level or an upright axis."""
     exit_efficiency: float
     """Speed of the piece over the mean speed of the wheels' rims [-]: 0.5 at most against a fixed hood, 1 at most
-    between two wheels. `simcore check --known-shot` fits it to a shot."""
+    between two wheels. `simcore calibrate --shot` fits it to shots."""
     compression: float = 0.15
     """By how much of its diameter a piece of nominal size is squeezed [-]. Estimate, within a factor of 1.5: foam balls
     of 13 to 25 cm get two to four centimeters."""

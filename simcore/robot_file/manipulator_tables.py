@@ -121,7 +121,7 @@ SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its whee
     Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
     Key("compression", EFFICIENCY, 0.15, "share of its diameter by which a piece is squeezed"),
     Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to the piece's foam [J]"),
-    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore check --known-shot` fits it; left "
+    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore calibrate` fits it; left "
         "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
     _KINDS,
 ))  # fmt: skip

@@ -31,7 +31,7 @@ from simcore.robot.mechanisms import (
     ShaftSim,
 )
 from simcore.robot.robot_config import MechanismConfig, RobotConfig, build_mechanism
-from simcore.robot_file.known_shot import goal_of, needed_speeds
+from simcore.robot_file.needed_speeds import goal_of, needed_speeds
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, inches
 

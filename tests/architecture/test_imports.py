@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
 ADAPTERS = {
-    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"),
+    *("devices", "navx", "phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show", "calibrate"),
 }
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
@@ -52,6 +52,7 @@ ALLOWED = {
     ),  # a table of names: commands are imported when they run
     "sweep": CORE | {"players", "robot_file", "show"},  # pages of results are drawn as those of runs
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; the page is a report
+    "calibrate": CORE | {"robot_file", "robotpy", "shooting", "show"},  # describes robots as check does
     "testing": CORE,
     "new_game": CORE,  # asks which games are installed
     "show": CORE | {"players"},
