@@ -53,8 +53,8 @@ class GyroConfig:
 
 
 # Drift: of the navX about 1 degree a minute, as its maker says of it; of the others an estimate, a factor of 2 either
-# way: the table in the Pigeon 2's guide could not be looked up. Rate noise: MapleSim's COTS table. Scale and tilt errors are estimates, +-50 %:
-# vendors state no figure per unit.
+# way: the table in the Pigeon 2's guide could not be looked up. Rate noise: MapleSim's COTS table. Scale and tilt
+# errors are estimates, +-50 %: vendors state no figure per unit.
 GYROS = {
     "ideal": GyroConfig(),
     "pigeon2": GyroConfig(
