@@ -61,8 +61,13 @@ def assembled(
             )
     assert volts is not None and ways is not None
     notes = list(log.notes)
-    others = {name: roles.get((name, ""), [None])[0] for name in ("yaw", "ground", "bus")}
-    amps = [name for (quantity, _), some in roles.items() if quantity == "amps" for name in some]
+    others = {
+        name: next((some[0] for (what, _), some in roles.items() if what == name), None)
+        for name in ("yaw", "ground", "bus")
+    }
+    amps, totals = ([n for (what, _), some in roles.items() if what == quantity for n in some]
+                    for quantity in ("amps", "total"))  # fmt: skip
+    totals = [name for name in totals if "total" in name.lower()][:1] or totals  # else of each motor
     runs = []
     for name, begin, end in log.tests or _drives(log, [one for some in volts for one in some]):
         times = _grid(log, ways[0][0], begin, end)
@@ -75,8 +80,10 @@ def assembled(
         for key in ("yaw", "ground"):
             if extra[key] is not None:
                 extra[key] = extra[key] - extra[key][0]  # type: ignore[index]
-        if amps:
-            extra["amps"] = np.sum([np.abs(_read(log.signals[one], times)) for one in amps], axis=0)
+        if extra["bus"] is not None and (totals or amps):  # a motor takes from the battery what power it has
+            drawn = np.sum([np.abs(_read(log.signals[one], times)) for one in totals or amps], axis=0)
+            power = np.abs(np.mean(columns, axis=0)) / np.maximum(extra["bus"], 1.0)
+            extra["amps"] = drawn if totals else drawn * power
         run = Run(name, times - times[0], np.column_stack(columns), np.column_stack(moved) - first, **extra,
                   origin=0.0 if is_speed else float(np.mean(first)))  # fmt: skip
         runs.append(thinned_run(run))
@@ -94,6 +101,8 @@ def assembled(
     unit = unit_of(ways[0][0], log.signals[ways[0][0]].unit)
     if others["yaw"] is not None and unit_of(str(others["yaw"]), log.signals[str(others["yaw"])].unit) == "deg":
         runs = [replace(run, yaw=None if run.yaw is None else run.yaw * SIZES["deg"]) for run in runs]
+    if unit == "rpm":
+        runs, unit = [replace(run, way=run.way / 60.0) for run in runs], "turns"
     runs, said_unit = _in_si(log, runs, unit, radius, seen, gearing)
     said_unit += _require_sides(log.path.name, runs)
     return [run for run in runs if run.span > _STILL], [*notes, *said_unit]

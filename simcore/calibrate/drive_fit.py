@@ -86,7 +86,7 @@ def fit_drive(config: DriveConfig, runs: Sequence[Run]) -> DriveFit:
     swift = max(float(np.abs(np.diff(increments(r, r.way.mean(axis=1)), axis=0)).max()) / _WINDOW for r in runs)
     has_mass = swift > _BRISK and _steps(runs)
     friction = config.modules[0].drive_friction_volts if isinstance(config, SwerveConfig) else config.friction_volts
-    share = config.modules[0].free_speed_share if isinstance(config, SwerveConfig) else config.free_speed_share
+    share = config.modules[0].free_speed_share if isinstance(config, SwerveConfig) else config.speed_share
     parameters = [Parameter("ks", max(friction, 0.05), 0.0, 4.0, 0.1)]
     parameters += [Parameter("mass", 0.0, -1.8, 1.8, 0.2)] if has_mass else []
     parameters += [Parameter("radius", 0.0, -0.3, 0.3, 0.02)] if has_ground else []

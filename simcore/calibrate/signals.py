@@ -31,7 +31,7 @@ class Signal:
 
 _NOT = {
     "setpoint", "goal", "target", "desired", "reference", "error", "turn", "turning", "steer", "azimuth", "absolute",
-    "temp", "temperature", "acceleration", "measured", "rate", "autospeed", "input", "supply",
+    "temp", "temperature", "acceleration", "odometry", "measured", "rate", "autospeed",
 }  # fmt: skip
 """Words of signals that are something else: wanted values, azimuths."""
 _SIDES = {
@@ -40,7 +40,6 @@ _SIDES = {
 }
 _WORDS = {
     "ground": {"ground", "truth", "tape"},
-    "bus": {"battery", "bus"},
     "yaw": {"yaw", "heading", "gyro"},
     "amps": {"current", "amps", "amp", "a", "amperes"},
     "speed": {"velocity", "speed", "vel", "mps", "rpm", "rps"},
@@ -61,6 +60,8 @@ _WORDS = {
     },
 }
 """By quantity, in the order in which a name is asked: a word of an earlier one decides."""
+_SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
+"""Words that make volts and amperes those of the battery."""
 _UNITS = {
     **dict.fromkeys(("m", "meter", "meters", "mps", "metre"), "m"),
     **dict.fromkeys(("in", "inch", "inches"), "in"),
@@ -94,6 +95,8 @@ def unit_of(name: str, said: str = "") -> str:
 def quantity_of(name: str) -> tuple[str, str]:
     """Return quantity and side of a signal by its name; empty where it says none.
 
+    Total amperes are those of the battery, whatever motors draw.
+
     >>> quantity_of("left_V"), quantity_of("Drive/LeftPositionRad"), quantity_of("SystemStats/BatteryVoltage")
     (('volts', 'left'), ('way', 'left'), ('bus', ''))
     >>> quantity_of("Drive/Module0/TurnAppliedVolts"), quantity_of("voltage-left-drive")
@@ -104,8 +107,8 @@ def quantity_of(name: str) -> tuple[str, str]:
         return "", ""
     sides = [_SIDES[word] for word in words if word in _SIDES]
     quantity = next((quantity for quantity, known in _WORDS.items() if known & {*words}), "")
-    if quantity == "bus" and not {"voltage", "volts", "volt", "v", "battery"} & {*words}:
-        quantity = ""
+    if _SUPPLIED & {*words}:
+        quantity = {"volts": "bus", "bus": "bus", "amps": "total"}.get(quantity, "")
     return quantity, sides[-1] if sides else ""
 
 

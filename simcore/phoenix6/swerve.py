@@ -29,7 +29,7 @@ from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2S
 from simcore.phoenix6.talon_motor import TalonPort
 from simcore.quantities import DeviceKey
 from simcore.robot.dc_motor import MotorModel, motor
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_config import USUAL_FRICTION, SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_config import MOST_FRICTION, plate_inertia
 from simcore.typing import FloatArray
@@ -274,11 +274,11 @@ def _module(
     steer_stator, steer_supply = _limits(steer)
     model = drive_motor or arranged_motor(constants, "drive_motor_type")
     return SwerveModuleConfig(
-        **_friction(constants, model),
         name=owner,
         x=number("location_x"),
         y=number("location_y"),
         drive_motor=model,
+        drive_friction_volts=_friction(constants, model),
         steer_motor=steer_motor or arranged_motor(constants, "steer_motor_type"),
         drive_gearing=number("drive_motor_gear_ratio"),
         steer_gearing=number("steer_motor_gear_ratio"),
@@ -292,14 +292,14 @@ def _module(
     )
 
 
-def _friction(constants: object, drive_motor: MotorModel) -> dict[str, float]:
-    """Return friction of a module by the kS of its drive gains, volts or amperes; empty where the program has none."""
+def _friction(constants: object, drive_motor: MotorModel) -> float:
+    """Return friction of a module by the kS of its drive gains, volts or amperes, or as usual where it has none [V]."""
     ks = getattr(getattr(constants, "drive_motor_gains", None), "k_s", 0.0)
     if not isinstance(ks, (int, float)) or not math.isfinite(ks) or ks == 0.0:
-        return {}
+        return USUAL_FRICTION
     output = str(getattr(getattr(constants, "drive_motor_closed_loop_output", None), "name", ""))
     volts = abs(float(ks)) * (drive_motor.winding_resistance if "TORQUE" in output else 1.0)
-    return {"drive_friction_volts": volts} if volts < MOST_FRICTION else {}
+    return volts if volts < MOST_FRICTION else USUAL_FRICTION
 
 
 def arranged_motor(constants: object, name: str) -> MotorModel:

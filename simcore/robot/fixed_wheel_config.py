@@ -22,6 +22,8 @@ from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, WheelConf
 
 __all__ = ["FixedWheelConfig", "MecanumConfig", "TankConfig"]
 
+_CONTRADICTED = 0.885
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedWheelConfig(WheelConfig, DrivetrainConfig):
@@ -42,9 +44,8 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     """Voltage that just turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
     efficiency: float = 0.90
     """Of gearbox and chains, both ways [-]."""
-    free_speed_share: float = 1.0
-    """Free speed of the drive over that by the motors' datasheet [-]; drag of bearings, grease and chains that grows
-    with speed lowers it, as a higher back-EMF does."""
+    free_speed_share: float | None = None
+    """Free speed of the drive over that by the motors' datasheet [-]; None: see `speed_share`."""
     stator_limit: float | None = None
     """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
     supply_limit: float | None = None
@@ -90,8 +91,19 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
             friction_volts=self.friction_volts,
             limits=controller_limits(self.motor, self.stator_limit, self.supply_limit),
             count=count,
-            free_speed_share=self.free_speed_share,
+            free_speed_share=self.speed_share,
         )
+
+    @property
+    def speed_share(self) -> float:
+        """Free speed over the datasheet's [-]: as given, else 1, but .885 of motors whose datasheet contradicts itself.
+
+        The NEO's has torque and speed of which both are not possible (`MotorModel`); a kit chassis on four of them was
+        measured with .87 to .89. A tank on Falcons was as fast as theirs says.
+        """
+        if self.free_speed_share is not None:
+            return self.free_speed_share
+        return _CONTRADICTED if self.motor.kt * self.motor.kv > 1.1 else 1.0
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
         """Of a shaft's wheels and geared rotors about the axle [kg m^2]."""
@@ -114,8 +126,6 @@ class TankConfig(FixedWheelConfig):
     near .65; a kit chassis (4 NEO, 8.46) was measured with .7 to .8 V."""
     rolling_resistance: float = 0.0
     """In `friction_volts`."""
-    free_speed_share: float = 0.885
-    """As measured on that chassis; the datasheet of the NEO gives more than its energy allows (`MotorModel`)."""
     motors_per_side: int = 2
     right_efficiency: float | None = None
     """`efficiency` of the right side, where it differs [-]; None: that of the left one."""

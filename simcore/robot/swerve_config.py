@@ -24,7 +24,7 @@ from simcore.quantities import (
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.wheel_config import DrivetrainConfig, LimitedMotor, WheelConfig, plate_inertia
 
-__all__ = ["SwerveConfig", "SwerveModuleConfig"]
+__all__ = ["USUAL_FRICTION", "SwerveConfig", "SwerveModuleConfig"]
 
 _log = logging.getLogger(__name__)
 
@@ -47,6 +47,8 @@ _USUAL_MODULE = {
     "slip_speed": (1e-4, 0.1),
 }
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
+USUAL_FRICTION = 0.22
+"""Of the drive motors, where nothing is known [V]; see `SwerveModuleConfig.drive_friction_volts`."""
 _UNITS = {"mass": "kg"}
 """Of the fields that people give in other units."""
 
@@ -89,7 +91,7 @@ class SwerveModuleConfig(WheelConfig):
 
     steer_inertia: float = 0.004
     """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
-    drive_friction_volts: float = 0.22
+    drive_friction_volts: float = USUAL_FRICTION
     """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
     rolling resistance. The log of a real swerve (team 114, 2022) is met best with .21 to .22; CTRE's constants have
     .2 to .25, three teams' SysId .32, .555 and .743 (gears, belts and treads differ)."""

@@ -73,7 +73,7 @@ ROBOT = KeyTable("[robot]", "your robot", (
     Key("drive_efficiency", EFFICIENCY, None, "of the drive gears; left out: 0.95, of a tank 0.9", 0.95),
     Key("right_efficiency", EFFICIENCY, None, "the same of a tank's right side; left out: as the left one's", 0.9),
     Key("free_speed_share", SPEED_SHARE, None, "free speed of the drive over that of its motors' datasheet; left out: "
-        "1, of a tank 0.885", 1.0),
+        "1, of tanks on NEOs 0.885", 1.0),
     Key("battery_resistance", RESISTANCE, None, "of battery, breaker and cables [ohm]; left out: 0.02", 0.02),
     Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same of the steer motors; left out: 0.2", 0.2),
     Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 of Cordura and "

@@ -21,12 +21,12 @@ def constants(ks, output="VOLTAGE"):
 
 def test_volts_are_friction_and_amperes_are_volts_at_the_winding():
     """U = R I; a motor that turns slowly has hardly any back-EMF."""
-    assert _friction(constants(0.31), KRAKEN) == {"drive_friction_volts": 0.31}
+    assert _friction(constants(0.31), KRAKEN) == 0.31
     amps = _friction(constants(8.0, "TORQUE_CURRENT_FOC"), KRAKEN)
-    assert amps == {"drive_friction_volts": pytest.approx(8.0 * KRAKEN.winding_resistance)}
+    assert amps == pytest.approx(8.0 * KRAKEN.winding_resistance)
 
 
 def test_a_program_without_a_ks_keeps_the_default():
-    assert _friction(constants(0.0), KRAKEN) == _friction(SimpleNamespace(), KRAKEN) == {}
-    assert _friction(constants(30.0), KRAKEN) == {}  # of another unit
-    assert SwerveModuleConfig(x=0.0, y=0.0).drive_friction_volts == 0.22
+    usual = SwerveModuleConfig(x=0.0, y=0.0).drive_friction_volts
+    assert _friction(constants(0.0), KRAKEN) == _friction(SimpleNamespace(), KRAKEN) == usual == 0.22
+    assert _friction(constants(30.0), KRAKEN) == usual  # of another unit

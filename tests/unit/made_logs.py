@@ -125,7 +125,9 @@ def advantagekit_log(path: Path, runs: Sequence[Run], *, radius: float) -> None:
                 put(f"Drive/{name}PositionRad", time, float(run.way[k, side]) / radius)
                 put(f"Drive/{name}VelocityRadPerSec", time, 0.0)
                 put(f"Drive/{name}AppliedVolts", time, float(run.volts[k, side]))
-            put("SystemStats/BatteryVoltage", time, 12.5)
+            amps = 0.0 if run.amps is None else float(run.amps[k])
+            put("SystemStats/BatteryVoltage", time, 12.5 - 0.02 * amps)
+            put("PowerDistribution/TotalCurrent", time, amps)
         start += float(run.times[-1]) + 1.0
         for name in ("Left", "Right"):
             put(f"Drive/{name}AppliedVolts", start - 1.0 + TICK, 0.0)

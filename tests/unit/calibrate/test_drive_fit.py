@@ -46,7 +46,7 @@ def test_a_steady_drive_goes_as_fast_as_its_volts_say():
     run = asked("fast-forward", seconds=6.0)
     way = drive(TANK, run).way[:, 0]
     speed = (way[-1] - way[-26]) / (run.times[-1] - run.times[-26])
-    want = (5.0 - TANK.friction_volts) * TANK.free_speed_share * TANK.motor.kv / TANK.gearing * TANK.wheel_radius
+    want = (5.0 - TANK.friction_volts) * TANK.speed_share * TANK.motor.kv / TANK.gearing * TANK.wheel_radius
     assert speed == pytest.approx(want, rel=0.002)
 
 

@@ -9,7 +9,9 @@ from each_case import each
 from made_logs import advantagekit_log, csv_text, driven, status_frame, sysid_json, sysid_log, urcl_log
 
 from simcore.calibrate.assembling import assembled
+from simcore.calibrate.drive_fit import fit_battery
 from simcore.calibrate.logs import open_log
+from simcore.calibrate.signals import quantity_of
 from simcore.calibrate.urcl import urcl_signals
 from simcore.errors import LogError
 from simcore.robot.fixed_wheel_config import TankConfig
@@ -53,6 +55,14 @@ def test_a_log_gives_the_runs_that_made_it(kind, runs, tmp_path):
     for run, made in zip(found, runs, strict=True):
         assert run.way[-1] == pytest.approx(made.way[-1], abs=1e-4)
         assert np.abs(run.volts).max() == pytest.approx(np.abs(made.volts).max(), abs=0.01)
+
+
+def test_battery_and_total_current_are_those_of_the_log(runs, tmp_path):
+    """Between two stamps values go straight, where amperes have jumped within 20 ms."""
+    found, _ = runs_of(write(tmp_path, "advantagekit", runs))
+    battery = fit_battery(found)
+    assert battery is not None and battery.value == pytest.approx(0.02, rel=1e-3)
+    assert quantity_of("URCL/left/InputVoltage") == ("bus", "left") and quantity_of("SupplyCurrentAmps")[0] == "total"
 
 
 def test_a_swerve_takes_the_mean_of_its_modules(runs, tmp_path):
