@@ -31,9 +31,20 @@ class Described:
     about: str
     devices: Mapping[str, str]
 
+    problem: str
+    """Why the program does not say what its drivetrain is; empty: it does, or there is none."""
+
     @property
     def drivetrain(self) -> DriveConfig:
-        """Its drivetrain."""
+        """Its drivetrain.
+
+        Raises:
+            ConfigError: The program does not say what it is.
+        """
+        if self.problem:
+            raise ConfigError(
+                f"{self.problem}; for a log drive_motor, drive_gearing and wheel_diameter beside kind are enough"
+            )
         return self.config.drivetrain
 
 
@@ -41,10 +52,10 @@ def described(folder: Path) -> Described:
     """Return the robot of a project's folder.
 
     Raises:
-        ConfigError: Its file makes no sense, or its program does not say what its drivetrain is.
+        ConfigError: Its file makes no sense.
     """
     settings = read_settings(folder / FILE_NAME)
-    said, drivetrain = settings.drivetrain, _of_file(settings)
+    said, drivetrain, problem = settings.drivetrain, _of_file(settings), ""
     about = (
         f"as {FILE_NAME} says"
         if (folder / FILE_NAME).is_file()
@@ -60,12 +71,8 @@ def described(folder: Path) -> Described:
                 said, kind=rows.get("kind", ""), drive=sides or tuple((one,) for one in rows.get("drive", ()))
             )
         else:
-            raise ConfigError(
-                f"robot.py does not say what its drivetrain is ({found.get('problem', 'it could not be built')}); "
-                f'describe it in {FILE_NAME}: [drivetrain] kind = "swerve" or "tank", drive_motor, drive_gearing, '
-                "wheel_diameter"
-            )
-    return Described(settings.robot_config(drivetrain), settings, about, _devices(said))
+            problem = found.get("problem", "robot.py could not be built")
+    return Described(settings.robot_config(drivetrain), settings, about, _devices(said), problem)
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
