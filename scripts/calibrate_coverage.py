@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "shared"))
 
 from made_logs import driven
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path += [str(ROOT / "tests" / part) for part in ("pages", "games", "unit", "unit/vision", "unit/calibrate")]
+sys.path += [str(ROOT / "tests" / part) for part in ("shared", "games", "vision", "calibrate")]
 
 from test_drive_fit import KIT, TEAM_114, real_runs, swerve  # noqa: E402
 from test_measured_robots import ROBOTS, lateness  # noqa: E402

@@ -23,8 +23,8 @@ from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RollerConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.robot_settings import FILE_NAME
-from simcore.shooting.shot_task import ShotTask
 from simcore.show.report import chart, headline, paragraph, report_page, series, table
+from simcore.sweep.shot_task import ShotTask
 from simcore.telemetry.sinks import write_text
 
 __all__ = ["add_arguments", "run"]

@@ -17,7 +17,7 @@ from simcore.robot_file.drivetrain_table import DrivetrainSettings
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings
-from simcore.robotpy.check_command import surveyed_drivetrain
+from simcore.robotcode.sim.check_command import surveyed_drivetrain
 
 __all__ = ["Described", "described"]
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from simcore.calibrate.runs import Run
 from simcore.loop.robot_state import VOLTS
-from simcore.physics.world import PhysicsWorld
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig, MassDistribution
@@ -20,6 +19,7 @@ from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.typing import FloatArray
+from simcore.world.world import PhysicsWorld
 
 __all__ = ["DriveConfig", "Driven", "drive", "varied"]
 

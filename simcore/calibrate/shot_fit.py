@@ -13,12 +13,12 @@ import numpy as np
 from simcore.calibrate.fitting import Estimate, Parameter, fit
 from simcore.errors import ConfigError, LogError
 from simcore.loop.state import make_memory
-from simcore.physics.ball_dynamics import StandingField
-from simcore.physics.contact_law import CARPET
 from simcore.pieces.flight import FLIGHT_STEP, LONGEST
 from simcore.quantities import DEGREES, DURATION, FIELD_LENGTH, RATE, Quantity, require
-from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.sweep.shot_task import ShotTask, Stand
 from simcore.typing import FloatArray
+from simcore.world.ball_dynamics import StandingField
+from simcore.world.contact_law import CARPET
 
 __all__ = ["Shot", "ShotFit", "fit_shots", "read_shots"]
 

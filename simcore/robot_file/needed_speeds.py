@@ -10,9 +10,9 @@ import numpy as np
 from simcore.match.game import Game
 from simcore.match.scoring import ScoringZone
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.shot_solver import NoShotError, solve_shot
 from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.shooter import ShooterConfig
 
 __all__ = ["NeededSpeed", "elevations", "goal_of", "needed_speeds"]
 

@@ -1,4 +1,4 @@
-"""From `simcore.toml` to `RobotSettings`: names, ranges, and that what one table says fits the others."""
+"""Reader of `simcore.toml`: converts it to `RobotSettings` and checks names, ranges and consistency of the tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from simcore.errors import ConfigError
 from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import ENGINES
 from simcore.quantities import (
     DEGREES,
     EFFICIENCY,
@@ -38,6 +37,7 @@ from simcore.robot_file.mechanism_tables import moving_masses, read_mechanism, r
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robot_file.sensor_tables import read_sensors
 from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
+from simcore.world.engine_choice import ENGINES
 
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
@@ -48,19 +48,19 @@ _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in ar
 _FIELD = Quantity("m", 2.0, 100.0)
 _COUNT = Quantity("", 0, 500, is_whole=True)
 
-TOP = KeyTable("at the top", "of the whole file", (
-    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, of field_size = [16.0, 8.0]', "name"),
-    Key("field_size", (_FIELD, _FIELD), None, f'of game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
-    Key("engine", tuple(ENGINES), None, "of physics; left out: bullet where it is installed", "mujoco"),
-    Key("match", str, None, "whole, with scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
+TOP = KeyTable("at the top", "for the whole file", (
+    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, with field_size = [16.0, 8.0]', "name"),
+    Key("field_size", (_FIELD, _FIELD), None, f'for game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
+    Key("engine", tuple(ENGINES), None, "physics engine; left out: bullet where it is installed", "mujoco"),
+    Key("match", str, None, "whole match, scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
     Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (
     Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
-    Key("bumper_length", _BUMPER, None, "outside of the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
+    Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
         needs=("bumper_width", "<m>")),
     Key("bumper_width", _BUMPER, None, "along y", 0.8, needs=("bumper_length", "<m>")),
-    Key("bay_depth", _BAY, None, "opening in the back for what a climber hangs on; left out: none", 0.5,
+    Key("bay_depth", _BAY, None, "opening in the back for a climber; left out: none", 0.5,
         needs=("bay_width", "<m>")),
     Key("bay_width", _BAY, None, "", 0.3, needs=("bay_depth", "<m>")),
     Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
@@ -82,20 +82,20 @@ ROBOT = KeyTable("[robot]", "your robot", (
     Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
     Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "
         "where it would build simulated ones (IO layers)"),
-    Key("serial_number", str, "", "of the roboRIO, where your program decides by it which robot it is", "03248A12"),
-    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: as many as the game's own robot", 1),
+    Key("serial_number", str, "", "of the roboRIO, if your program identifies the robot by it", "03248A12"),
+    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: that of the game's own robot", 1),
 ))  # fmt: skip
 START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (
     Key("x", FIELD_PLACE, _D.start[0]),
     Key("y", FIELD_PLACE, _D.start[1]),
-    Key("heading_deg", DEGREES, 0.0, "0 looks at the red wall", field="heading"),
+    Key("heading_deg", DEGREES, 0.0, "0 faces the red wall", field="heading"),
     Key("preload", _COUNT, _D.preload, "pieces in the robot"),
 ))  # fmt: skip
-AUTOS = KeyTable('[autos."Left two piece"]', "where the auto of this name starts; others at [start]", (
+AUTOS = KeyTable('[autos."Left two piece"]', "start of the auto of this name; others use [start]", (
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), about="x, y, heading_deg as blue", example=[2.0, 1.2, 0.0]),
 ))  # fmt: skip
-SCATTER = KeyTable("[scatter]", "by how much things differ from run to run; without this table they do not", (
-    Key("scale", FACTOR, 1.0, "of the default spreads (docs/scatter.md); single ones by name, e.g. exit_speed = 0.04"),
+SCATTER = KeyTable("[scatter]", "variation from run to run; without this table there is none", (
+    Key("scale", FACTOR, 1.0, "factor on the default spreads (docs/scatter.md); or by name, e.g. exit_speed = 0.04"),
     *(Key(name, FACTOR, None) for name in Scatter.names()),
 ))  # fmt: skip
 _TABLES = (
@@ -105,10 +105,10 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """The robot that a file describes; the defaults where it says nothing, or is not there.
+    """Read the robot in a file; values that are not there, and a file that does not exist, give the defaults.
 
     Raises:
-        ConfigError: Something in it cannot work: which file, table and key, what was got and what would work.
+        ConfigError: A value is invalid; the message has file, table, key, the value and what would work.
     """
     if not path.exists():
         return RobotSettings()
@@ -116,7 +116,7 @@ def read_settings(path: Path) -> RobotSettings:
     file.require_known([*(key.name for key in TOP.keys), *_TABLES])
     top = TOP.read(file)
     if top["field_size"] is not None and top["game"] != NO_GAME:
-        raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
+        raise file.error("field_size", f'is for the empty field: it needs game = "{NO_GAME}" as well')
     robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
     body, stand = ROBOT.read(robot), START.read(start)
     mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))
@@ -174,7 +174,7 @@ def read_settings(path: Path) -> RobotSettings:
 
 
 def _scatter(t: Table | None) -> Scatter | None:
-    """The default spreads times `scale`, but for those that the table names."""
+    """Return the default spreads times `scale`, except for those in the table."""
     if t is None:
         return None
     values = SCATTER.read(t)

@@ -15,28 +15,27 @@ A frame has four groups of columns, and each group times of its own:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from simcore.geometry.rotation import multiply, rotate_back
 from simcore.show.scene import Scene
 from simcore.show.solids import RobotSolids
+from simcore.telemetry.columns import Table
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.rotation import multiply, rotate_back
 
 __all__ = [
     "AWAY",
     "HELD",
     "IN_FLIGHT",
     "FrameLayout",
-    "FrameRecorder",
     "PieceKind",
     "Rows",
-    "filled",
     "pack",
     "piece_kinds",
 ]
@@ -52,6 +51,7 @@ _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
 _MOST_CORNERS = 12  # of a line
 _FIELD, _HELD, _HANGING = "Sim/GamePieces/", "Sim/Held/", "Sim/Hanging"
 _MOST_ROBOTS, _MOST_PIECES = 4000, 1400  # frames
+_OTHERS = ("parts", "pieces", "lines")  # groups
 _PERIODS = (0.02, 0.04)  # [s] between frames of robots, and of all else, at least
 
 
@@ -74,9 +74,9 @@ def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
         if key.startswith(_FIELD):
             name = key.removeprefix(_FIELD)
             lists = (recording.integers(f"Sim/{where}/{name}") for where in ("PieceIds", "HeldIds"))
-            ids = [found for entries in lists for _, found in entries]
+            ids = {id(found): found for entries in lists for _, found in entries}  # most are those of the tick before
             # an old log says how many there are, not which
-            known = np.unique(np.concatenate(ids)) if ids else np.arange(recording.most_poses(key))
+            known = np.unique(np.concatenate([*ids.values()])) if ids else np.arange(recording.most_poses(key))
             kinds.append(PieceKind(name, known, scene.look(name).size is None))
     if recording.most_poses(_HANGING):
         kinds.append(PieceKind("Hanging", np.arange(recording.most_poses(_HANGING)), False, _HANGING))
@@ -84,7 +84,7 @@ def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
 
 
 class FrameLayout:
-    """Makes frames of snapshots.
+    """Makes frames of a recording, or of snapshots one by one.
 
     Args:
         scene: With the robots.
@@ -96,46 +96,59 @@ class FrameLayout:
     def __init__(
         self, scene: Scene, solids: Sequence[RobotSolids], kinds: Sequence[PieceKind], lines: Iterable[str] = ()
     ) -> None:
-        self._robots = [(robot.pose_key, f"{robot.prefix}/Robot/EstimatedPose", robot.prefix) for robot in scene.robots]
-        self._poses = [pose for one in solids for _, pose in one.parts]
+        self._count, prefixes = len(scene.robots), [robot.prefix for robot in scene.robots]
+        keys = [f"{prefix}/Robot/{name}" for name in ("Pose3d", "EstimatedPose") for prefix in prefixes]
+        self._keys = {"poses": keys, "booleans": [f"{prefix}/Debug/IntakeZoneActive" for prefix in prefixes]}
+        self._tables = {field: Table(field, keys) for field, keys in self._keys.items()}
+        self._parts = [pose for one in solids for _, pose in one.parts]
         self.kinds, self._lines = list(kinds), [key for key in lines if _LINE.match(key)]
         self.widths = {
-            "robots": _ROBOT * len(self._robots),
-            "parts": _PART * len(self._poses),
+            "robots": _ROBOT * self._count,
+            "parts": _PART * len(self._parts),
             "pieces": int(np.sum([len(kind.ids) * (4 if kind.is_round else 8) for kind in kinds])),
             "lines": 3 * _MOST_CORNERS * len(self._lines),
         }
         """Columns of each group."""
         self._before = np.zeros(self.widths["pieces"], dtype=np.int16)
 
-    def row(self, group: str, snapshot: Snapshot) -> Rows:
-        """One group of the frame of a snapshot, shape (width,)."""
-        make = {"robots": self._robot_row, "parts": self._part_row, "pieces": self._piece_row, "lines": self._line_row}
-        return make[group](snapshot)
+    def frame(self, snapshot: Snapshot) -> dict[str, Rows]:
+        """Return the frame of a snapshot by group, shape (width,) each."""
+        poses, intakes = (
+            self._tables[field].row(getattr(snapshot, field))[: len(keys)] for field, keys in self._keys.items()
+        )
+        return {
+            "robots": _robot_rows(poses[None], intakes[None])[0],
+            "parts": self._part_row(snapshot),
+            "pieces": self._piece_row(snapshot, poses[: self._count]),
+            "lines": self._line_row(snapshot),
+        }
+
+    def frames(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
+        """Return times [s], shape (n,), and frames of a run by group, shape (n, width), as many as a page needs."""
+        times = recording.times
+        at = _picked(times, _PERIODS[0], _MOST_ROBOTS)
+        poses, intakes = (recording.columns(field, keys) for field, keys in self._keys.items())
+        found = {"robots": (times[at], _robot_rows(poses[at], intakes[at]))}
+        at = _picked(times, _PERIODS[1], _MOST_PIECES)
+        rows = [
+            (self._part_row(one), self._piece_row(one, stands), self._line_row(one))
+            for one, stands in zip(recording.snapshots(at), poses[at, : self._count], strict=True)
+        ]
+        found |= {
+            name: (times[at], np.array(some)) for name, some in zip(_OTHERS, zip(*rows, strict=True), strict=False)
+        }
+        return {group: frames for group, frames in found.items() if self.widths[group] and len(times)}
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _robot_row(self, snapshot: Snapshot) -> Rows:
-        row = np.zeros((len(self._robots), _ROBOT))
-        for number, (key, estimate, prefix) in enumerate(self._robots):
-            pose, believed = snapshot.poses.get(key), snapshot.poses.get(estimate)
-            row[number, 0] = row[number, 7] = AWAY
-            if pose is not None:
-                row[number, :3], row[number, 3:7] = 1000.0 * pose[:3], _UNIT * pose[3:]
-            if believed is not None:
-                w, z = believed[3], believed[6]
-                row[number, 7:9] = 1000.0 * believed[:2]
-                row[number, 9] = 1e4 * np.arctan2(2.0 * w * z, 1.0 - 2.0 * z * z)
-            row[number, 10] = snapshot.booleans.get(f"{prefix}/Debug/IntakeZoneActive", False)
-        return _short(row).ravel()
-
     def _part_row(self, snapshot: Snapshot) -> Rows:
-        found = [_NOWHERE if (row := pose(snapshot)) is None else row for pose in self._poses]
+        found = [_NOWHERE if (row := pose(snapshot)) is None else row for pose in self._parts]
         rows = np.array(found).reshape(-1, _PART) * _SCALES
         rows[~np.isfinite(rows).all(axis=1)] = 0.0
         return _short(rows).ravel()
 
-    def _piece_row(self, snapshot: Snapshot) -> Rows:
+    def _piece_row(self, snapshot: Snapshot, stands: FloatArray) -> Rows:
+        """Return the frame of pieces, with robots at poses of shape (robots, 7)."""
         row, first = self._before.copy(), 0
         for kind in self.kinds:
             width = 4 if kind.is_round else 8
@@ -158,26 +171,9 @@ class FrameLayout:
                 rows = np.arange(len(poses)) if ids is None else np.searchsorted(kind.ids, ids)
                 if ids is not None or key == _FIELD:
                     _put(mine, rows, poses, state)
-            self._put_held(mine, kind, snapshot)
+            _put_held(mine, kind, snapshot, stands)
         self._before = row
         return row
-
-    def _put_held(self, mine: Rows, kind: PieceKind, snapshot: Snapshot) -> None:
-        """Pieces in robots, each in the frame of the nearest one: two of them cannot be at one place."""
-        poses = snapshot.pose_arrays.get(_HELD + kind.name, _NONE)
-        ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", _NONE_HELD)
-        robots = {number: snapshot.poses[key] for number, (key, *_) in enumerate(self._robots) if key in snapshot.poses}
-        ids, poses = ids[: len(poses)], poses[: len(ids)]
-        if not robots or not len(ids):
-            return
-        numbers, stands = np.array(list(robots)), np.array(list(robots.values()))
-        away = poses[:, None, :2] - stands[None, :, :2]
-        nearest = np.nan_to_num(np.hypot(away[..., 0], away[..., 1]), nan=np.inf).argmin(axis=1)
-        w, a, b, c = stands[nearest, 3:].T
-        inside = rotate_back((a, b, c, w), tuple((poses[:, :3] - stands[nearest, :3]).T))
-        d, e, f, g = poses[:, 3:].T
-        e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
-        _put(mine, np.searchsorted(kind.ids, ids), np.array((*inside, d, e, f, g)).T, HELD + numbers[nearest])
 
     def _line_row(self, snapshot: Snapshot) -> Rows:
         row = np.full((len(self._lines), _MOST_CORNERS, 3), float(AWAY))
@@ -187,37 +183,32 @@ class FrameLayout:
         return _short(row).ravel()
 
 
-class FrameRecorder:
-    """Makes frames of a run, as many as a page needs.
+def _picked(times: FloatArray, period: float, most: int) -> list[int]:
+    """Return the rows that become frames: some period [s] apart, not many more than `most`, and the last one."""
+    rows: list[int] = []
+    for row, time in enumerate(times.tolist()):
+        due = times[0] + max(period, (times[-1] - times[0]) / most) * len(rows) - 1e-6
+        if not rows or time >= min(due, times[-1]):
+            rows.append(row)
+    return rows
+
+
+def _robot_rows(poses: FloatArray, intakes: npt.NDArray[np.uint8]) -> Rows:
+    """Return frames of robots, shape (n, width).
 
     Args:
-        layout: Of the frames.
-        times: Of the snapshots [s], shape (n,).
+        poses: True ones of all robots, then believed ones, with gaps, shape (n, 2 robots, 7).
+        intakes: 1 for those that take pieces, shape (n, robots).
     """
-
-    def __init__(self, layout: FrameLayout, times: FloatArray) -> None:
-        self._layout, self._end = layout, float(times[-1]) if len(times) else 0.0
-        span = self._end - float(times[0]) if len(times) else 0.0
-        pieces = max(_PERIODS[1], span / _MOST_PIECES)
-        self._periods = dict.fromkeys(layout.widths, pieces) | {"robots": max(_PERIODS[0], span / _MOST_ROBOTS)}
-        self._rows: dict[str, list[Rows]] = {group: [] for group in layout.widths}
-        self._times: dict[str, list[float]] = {group: [] for group in layout.widths}
-
-    def take(self, snapshot: Snapshot) -> None:
-        """The next snapshot, with the newest of all arrays; the last one is always taken."""
-        for group, times in self._times.items():
-            due = times[0] + self._periods[group] * len(times) - 1e-6 if times else snapshot.time
-            if self._layout.widths[group] and (snapshot.time >= min(due, self._end)):
-                self._rows[group].append(self._layout.row(group, snapshot))
-                times.append(snapshot.time)
-
-    def groups(self) -> dict[str, tuple[FloatArray, Rows]]:
-        """Times [s], shape (n,), and frames, shape (n, width), of each group."""
-        widths = self._layout.widths
-        return {
-            group: (np.array(self._times[group]), np.array(rows, dtype=np.int16).reshape(len(rows), widths[group]))
-            for group, rows in self._rows.items()
-        }
+    count = intakes.shape[1]
+    true, believed = poses[:, :count], poses[:, count:]
+    w, z = believed[..., 3], believed[..., 6]
+    yaw = np.arctan2(2.0 * w * z, 1.0 - 2.0 * z * z)
+    rows = np.concatenate((true * _SCALES, 1000.0 * believed[..., :2], np.stack((1e4 * yaw, intakes == 1), -1)), -1)
+    is_gap = np.isnan(rows)
+    rows[is_gap] = 0.0
+    rows[..., (0, 7)] = np.where(is_gap[..., (0, 7)], AWAY, rows[..., (0, 7)])
+    return _short(rows).reshape(len(rows), count * _ROBOT)
 
 
 _NOWHERE, _SCALES = np.zeros(7), np.array([1000.0] * 3 + [_UNIT] * 4)
@@ -235,18 +226,32 @@ def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -
         mine[rows, 4:] = _short(_UNIT * poses[:, 3:])
 
 
+def _put_held(mine: Rows, kind: PieceKind, snapshot: Snapshot, stands: FloatArray) -> None:
+    """Write the pieces in robots, each in the frame of the nearest one: two of them cannot be at one place.
+
+    Args:
+        mine: Columns of the pieces of this kind.
+        kind: With their ids.
+        snapshot: With the pieces.
+        stands: Poses of the robots, with gaps, shape (robots, 7).
+    """
+    poses = snapshot.pose_arrays.get(_HELD + kind.name, _NONE)
+    ids = snapshot.integer_arrays.get(f"Sim/HeldIds/{kind.name}", _NONE_HELD)
+    ids, poses = ids[: len(poses)], poses[: len(ids)]
+    if not len(ids) or np.isnan(stands[:, 0]).all():
+        return
+    away = np.linalg.norm(poses[:, None, :2] - stands[None, :, :2], axis=2)
+    nearest = np.where(np.isnan(away), np.inf, away).argmin(axis=1)
+    w, a, b, c = stands[nearest, 3:].T
+    inside = rotate_back((a, b, c, w), tuple((poses[:, :3] - stands[nearest, :3]).T))
+    d, e, f, g = poses[:, 3:].T
+    e, f, g, d = multiply((-a, -b, -c, w), (e, f, g, d))
+    _put(mine, np.searchsorted(kind.ids, ids), np.array((*inside, d, e, f, g)).T, HELD + nearest)
+
+
 def _short(values: FloatArray) -> Rows:
     found: Rows = np.rint(np.clip(values, AWAY, 32767.0)).astype(np.int16)
     return found
-
-
-def filled(recording: Recording) -> Iterator[Snapshot]:
-    """The snapshots of a recording, each with the newest of all arrays."""
-    poses: dict[str, FloatArray] = {}
-    integers: dict[str, IntArray] = {}
-    for snapshot in recording.snapshots():
-        poses, integers = poses | dict(snapshot.pose_arrays), integers | dict(snapshot.integer_arrays)
-        yield replace(snapshot, pose_arrays=poses, integer_arrays=integers)
 
 
 def pack(rows: Rows) -> bytes:

@@ -136,8 +136,8 @@ class LiveView:
         """Send a snapshot to the pages, and some times a second what their boards and charts show."""
         if self._layout is None or self._scene is None:
             return
-        rows = [self._layout.row(group, snapshot) for group in ("robots", "parts", "pieces", "lines")]
-        frame = struct.pack("<d", snapshot.time) + b"".join(row.astype("<i2").tobytes() for row in rows)
+        groups = self._layout.frame(snapshot).values()
+        frame = struct.pack("<d", snapshot.time) + b"".join(row.astype("<i2").tobytes() for row in groups)
         self._server.send(frame, is_frame=True)
         if now or self._states.due():
             self._states.take()

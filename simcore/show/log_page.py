@@ -19,6 +19,7 @@ from simcore.show.view_models import load_models
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
 from simcore.telemetry.wpilog import TelemetryLog, read_log
+from simcore.typing import FloatArray
 from simcore.units import TICK
 
 __all__ = ["game_of_log", "recorded_game", "recording_of", "scene_of_log", "write_log_page"]
@@ -78,14 +79,20 @@ def recording_of(log: TelemetryLog) -> Recording:
         raise LogError(
             f"the log {str(log.path)!r} has no run of a simulation: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
         )
-    ours = replace(log, columns=columns, _latest={})
+    ours = replace(log, columns=columns)
     start, end = _longest_part(ours)
     first = math.ceil(start / TICK - 1e-6)
     last = max(first, math.floor(end / TICK + 1e-6))
     recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
-    for tick in range(first, last + 1):
-        snapshot = ours.snapshot_at(tick * TICK + 1e-6)  # a microsecond is what a log's times are rounded to
-        recording.write(replace(snapshot, time=tick * TICK, tick=tick - first))
+    times: FloatArray = TICK * np.arange(first, last + 1, dtype=np.float64)
+    recording.fill(
+        times,
+        [
+            (column.field, key, list(map(column.value, range(len(column)))), column.rows_at(times + 1e-6))
+            for key, column in columns.items()  # a microsecond is what a log's times are rounded to
+            if column.field is not None
+        ],
+    )
     return recording
 
 

@@ -16,13 +16,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
 from simcore.match.game import Auto, Game, PlayedMatch
 from simcore.match.match import Match
+from simcore.match.players.driven_robot import DriverControls, HandedOver
+from simcore.match.players.lineup import ME, lineup, match_seconds, play_match, plays
+from simcore.match.players.player import SKILLS
 from simcore.match.registry import find_game, installed_games
 from simcore.match.runner import AutoRun, auto_seconds, play_auto, print_report
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
-from simcore.players.driven_robot import DriverControls, HandedOver
-from simcore.players.lineup import ME, lineup, match_seconds, play_match, plays
-from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot.robot import Controller
 from simcore.robot.swerve_config import SwerveConfig
@@ -31,6 +30,7 @@ from simcore.show.view_driving import ViewDriving
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
+from simcore.world.engine_choice import add_engine_option
 
 __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 

@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 from simcore.errors import ModelError
 from simcore.match.camera_rig import tag_layout
 from simcore.show.charts import Chart, Curve, charts_of, thinned
-from simcore.show.frames import FrameLayout, FrameRecorder, PieceKind, Rows, filled, pack, piece_kinds
+from simcore.show.frames import FrameLayout, PieceKind, Rows, pack, piece_kinds
 from simcore.show.match_tables import tables_of, verdict
 from simcore.show.palette import COLORS, color, tint
 from simcore.show.run_events import (
     ChangeRecord,
     board_now,
-    changing_times,
+    changing_rows,
     counts_now,
     ending_of,
     events_of,
@@ -80,22 +80,19 @@ def run_data(
     """
     block, kinds = Block(), piece_kinds(recording, scene)
     layout, solids = layout_of(scene, kinds, recording)
-    frames = FrameRecorder(layout, recording.times)
     board, lamps, cells = ChangeRecord(), ChangeRecord(), ChangeRecord()
-    changing = changing_times(recording, scene)
-    for snapshot in filled(recording):
-        frames.take(snapshot)
-        if snapshot.time not in changing:
-            continue
+    for snapshot in recording.snapshots(changing_rows(recording, scene)):
         board.take(snapshot.time, board_now(snapshot, scene))
         lamps.take(snapshot.time, lamps_now(snapshot).items())
         cells.take(snapshot.time, counts_now(snapshot, scene).items())
     meta = scene_data(scene, kinds, solids, block)
     meta |= {"live": False, "groups": {}, "lamps": lamps.found}
     lines = [{"label": label, **changes} for label, changes in board.found.items()]
-    for name, (times, rows) in frames.groups().items():
-        meta["groups"][name] = {"width": layout.widths[name]}
-        if len(rows):
+    frames = layout.frames(recording)
+    for name, width in layout.widths.items():
+        meta["groups"][name] = {"width": width}
+        if name in frames:
+            times, rows = frames[name]
             meta["groups"][name] |= {"times": block.add(_steps(times)), "rows": block.add(rows)}
     report = report_data(recording, scene, block, kinds, title, subtitle)
     return meta | report | {"board": lines, "cells": cells.found}, block.data

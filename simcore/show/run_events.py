@@ -16,11 +16,11 @@ from simcore.show.scene import Scene
 from simcore.show.shots import ShotTrace
 from simcore.telemetry.recording import Recording, newest_rows
 from simcore.telemetry.snapshot import Snapshot, key_in_words
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
 __all__ = [
-    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "changing_times", "counts_now", "ending_of",
+    "BROWNOUT", "ChangeRecord", "EventKind", "RunEvent", "board_now", "changing_rows", "counts_now", "ending_of",
     "events_of", "lamps_now", "phases_of", "score_keys",
 ]  # fmt: skip
 
@@ -108,8 +108,8 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
     return items
 
 
-def changing_times(recording: Recording, scene: Scene) -> set[float]:
-    """Return the times [s] at which something changes that `board_now`, `lamps_now` or `counts_now` look at."""
+def changing_rows(recording: Recording, scene: Scene) -> IntArray:
+    """Return the snapshots, by number, in which something changes that `board_now`, `lamps_now`, `counts_now` show."""
     levels = {level.key for level in scene.levels}
     shown = {key for _, key in score_keys(scene)} | {"Sim/Shots", "Sim/Hits"}
     shown |= {f"{robot.prefix}/Intake/HeldCount" for robot in scene.robots}
@@ -121,7 +121,7 @@ def changing_times(recording: Recording, scene: Scene) -> set[float]:
             found.update(_changes([time for time, _ in rows], [numbers.tobytes() for _, numbers in rows])[0])
         elif key in shown or (key.startswith("Sim/Match/") and key != "Sim/Match/Time"):
             found.update(_changes(*_shown_values(recording, key))[0])
-    return found
+    return np.nonzero(np.isin(recording.times, [*found]))[0]
 
 
 class ChangeRecord:

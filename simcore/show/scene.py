@@ -14,22 +14,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone, Zone
 from simcore.match.runner import split_level
-from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require_fields
 from simcore.show.palette import shade
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
+from simcore.world.shapes import Cylinder, Sphere, bounding_box
+from simcore.world.zones import BoxZone, CapsuleZone, CylinderZone, Zone
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
     from simcore.match.match import Match
     from simcore.match.scoring import ScoringZone
-    from simcore.physics.field import FieldGeometry
     from simcore.pieces.resting_places import RestingPlace
     from simcore.robot.robot_config import RobotConfig
+    from simcore.world.field import FieldGeometry
 
 __all__ = [
     "PLAIN_PIECE",

@@ -16,21 +16,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simcore.errors import ModelError
-from simcore.geometry.footprints import box_corners
-from simcore.geometry.linkage import Joint, part_pose
-from simcore.geometry.rotation import Vector, from_rpy
-from simcore.pieces.intake import is_deployed
 from simcore.pieces.launch import muzzle_offset
-from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.intake import is_deployed
 from simcore.robot.mechanisms import PistonConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism, telemetry_name
+from simcore.robot.shooter import ShooterConfig
 from simcore.show.palette import COLORS, screen_color
 from simcore.show.robot_outlines import Posed, deployed, zone_corners
 from simcore.show.scene import RobotLook
 from simcore.show.view_models import Model, RobotModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
+from simcore.world.footprints import box_corners
+from simcore.world.linkage import Joint, part_pose
+from simcore.world.rotation import Vector, from_rpy
 
 __all__ = [
     "BUMPER", "RobotSolids", "Solid", "chassis_boxes", "described_solids", "extents", "model_solids", "robot_solids",

@@ -10,7 +10,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from simcore.show.frames import filled
 from simcore.show.log_page import recording_of, scene_of_log
 from simcore.show.page import write_page
 from simcore.telemetry.recording import Recording
@@ -68,7 +67,7 @@ def merged(old: Recording, new: Recording) -> Recording:
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
-    for pair in zip_longest(filled(old), filled(new)):
+    for pair in zip_longest(old.snapshots(), new.snapshots()):
         last = [now or _landed(before) for now, before in zip(pair, last, strict=True)]
         if last[0] is not None and last[1] is not None:
             both.write(_both(last[0], last[1]))

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from simcore.errors import ConfigError
-from simcore.players.driven_robot import DriverInput
+from simcore.match.players.driven_robot import DriverInput
 from simcore.quantities import shown
 
 __all__ = ["KEYS", "ViewDriving", "read_input"]

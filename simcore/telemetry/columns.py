@@ -6,7 +6,7 @@ that no computation makes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -33,14 +33,19 @@ FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
 
 
 class Table:
-    """Keys of one type, each with its column."""
+    """Keys of one type, each with its column.
 
-    def __init__(self, field: str) -> None:
+    Args:
+        field: Of a snapshot, one of `FIELDS`.
+        keys: Those that have columns from the beginning.
+    """
+
+    def __init__(self, field: str, keys: Iterable[str] = ()) -> None:
         self.field = field
         self.dtype, self.shape, self.gap = FIELDS[field]
-        self.keys: list[str] = []
+        self.keys = list(keys)
         """In the order of columns."""
-        self.places: dict[str, int] = {}
+        self.places = {key: place for place, key in enumerate(self.keys)}
         """Column of each key."""
         self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)
 
@@ -106,11 +111,8 @@ class Columns(Mapping[str, Any]):
     @property
     def _values(self) -> dict[str, Any]:
         if self._made is None:
-            table, block = self.table, self.block
-            values = (
-                block if table.shape else block.astype(bool).tolist() if table.dtype == np.uint8 else block.tolist()
-            )
-            rows = zip(table.keys, values, table.gaps(block).tolist(), strict=False)  # the table may have grown
+            values, gaps = self.table.values(self.block), self.table.gaps(self.block).tolist()
+            rows = zip(self.table.keys, values, gaps, strict=False)  # the table may have grown
             self._made = {key: value for key, value, is_gap in rows if not is_gap}
         return self._made
 

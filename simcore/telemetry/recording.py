@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -60,6 +59,7 @@ class Recording:
         self._bulk_cadence = Cadence(bulk_period)
         self._texts: list[tuple[int, Mapping[str, str]]]  # and from which row on
         self._arrays: dict[str, list[tuple[float, _Rows]]]
+        self._given: dict[str, _Rows]  # last arrays as they were given: the same object is not looked into
         self._found: dict[str, tuple[int, dict[str, int]]]  # what `_kept` has found, and at how many rows
         self._forget_all()
 
@@ -90,12 +90,36 @@ class Recording:
         self._ticks.append(snapshot.tick)
         for arrays in (snapshot.pose_arrays, snapshot.state_arrays, snapshot.integer_arrays):
             for key, values in arrays.items():
-                kept = self._arrays.setdefault(key, [])
-                is_long = is_bulk(key, len(values)) or arrays is snapshot.state_arrays
-                if bulk or not is_long or not kept:
-                    self._add_array(kept, time, values, is_long)
+                self._add_array(key, time, values, bulk, is_state=arrays is snapshot.state_arrays)
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
+
+    def fill(self, times: FloatArray, columns: Sequence[tuple[str, str, Sequence[Any], IntArray]]) -> None:
+        """Keep a whole run at once, as `write` keeps it tick by tick.
+
+        Args:
+            times: Of its ticks, rising [s], shape (n,).
+            columns: Field of a snapshot, key, all values, and which of them each tick has, -1 for none, shape (n,).
+        """
+        self._forget_all()
+        self._times, self._ticks = array("d", times.tolist()), array("q", range(len(times)))
+        bulk = [self._bulk_cadence.take(time) for time in self._times]
+        texts: list[dict[str, str]] = [{} for _ in self._times]
+        for field, key, *_ in columns:
+            if field in FIELDS:
+                self._tables[field].place(key)
+        self._blocks = {field: table.empty(len(times)) for field, table in self._tables.items()}
+        for field, key, values, rows in columns:
+            ticks = np.nonzero(rows >= 0)[0]
+            if field in FIELDS and len(ticks):
+                self._blocks[field][ticks, self._tables[field].places[key]] = np.array(values)[rows[ticks]]
+            elif field == "strings":
+                for tick in ticks.tolist():
+                    texts[tick][key] = values[rows[tick]]
+            elif field not in FIELDS:
+                for tick in ticks.tolist():
+                    self._add_array(key, self._times[tick], values[rows[tick]], bulk[tick], field == "state_arrays")
+        self._texts = [(tick, one) for tick, one in enumerate(texts) if not tick or one != texts[tick - 1]]
 
     def close(self) -> None:
         """Take no more; what was kept stays."""
@@ -122,16 +146,22 @@ class Recording:
             or any(key in texts for _, texts in self._texts)
         )
 
-    def column(self, field: str, key: str) -> Block:
-        """All values of a key, gaps too, by the field of a snapshot, shape (n,); of poses (n, 7).
+    def columns(self, field: str, keys: Sequence[str]) -> Block:
+        """Return all values of some keys, gaps too, by the field of a snapshot.
 
-        Raises:
-            UnknownNameError: No snapshot had that key there.
+        Args:
+            field: Of numbers or poses, see `FIELDS`.
+            keys: Those that were never published have gaps only.
+
+        Returns:
+            Shape (n, keys); of poses (n, keys, 7).
         """
-        table = self._tables[field]
-        if key not in table.places:
-            raise UnknownNameError("recorded pose" if table.shape else "recorded number", key, table.places)
-        return self._blocks[field][: len(self), table.places[key]]
+        table, block = self._tables[field], self._blocks[field][: len(self)]
+        found = np.full((len(self), len(keys), *table.shape), table.gap, table.dtype)
+        for number, key in enumerate(keys):
+            if key in table.places:
+                found[:, number] = block[:, table.places[key]]
+        return found
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
@@ -141,10 +171,8 @@ class Recording:
         """
         found = [field for field in _NUMBERS if key in self._kept(field)]
         if not found:
-            raise UnknownNameError(
-                "recorded number", key, [one for field in _NUMBERS for one in self._tables[field].keys]
-            )
-        values = self.column(found[0], key)
+            raise UnknownNameError("recorded number", key, [one for field in _NUMBERS for one in self._kept(field)])
+        values = self.columns(found[0], [key])[:, 0]
         is_there = ~(self._tables[found[0]].gaps(values) | np.isnan(values))
         return self.times[is_there], values[is_there].astype(np.float64)
 
@@ -154,7 +182,9 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had a pose of that key.
         """
-        rows = self.column("poses", key)
+        if key not in self._kept("poses"):
+            raise UnknownNameError("recorded pose", key, self._kept("poses"))
+        rows = self.columns("poses", [key])[:, 0]
         is_there = ~np.isnan(rows[:, 0])
         return self.times[is_there], rows[is_there]
 
@@ -166,7 +196,8 @@ class Recording:
         Raises:
             UnknownNameError: No snapshot had an array of that key.
         """
-        return _full(self._kept_at(key, time))
+        rows: FloatArray = _full(self._kept_at(key, time))
+        return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
         """The newest array of integers of that time [s] or before (the first one, if there is none), shape (n,).
@@ -209,21 +240,33 @@ class Recording:
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         return np.column_stack((rows[:, 0], rows[:, 1], yaw))
 
-    def snapshots(self) -> Iterator[Snapshot]:
-        """What was kept, tick by tick, for any other sink; numbers that are not a number are left out."""
-        due: dict[float, list[tuple[str, _Rows]]] = defaultdict(list)
-        for key, kept in self._arrays.items():
-            for time, array_rows in kept:
-                due[time].append((key, array_rows))
+    def snapshots(self, rows: Sequence[int] | IntArray | None = None) -> Iterator[Snapshot]:
+        """Yield what was kept, each snapshot with the newest of all arrays.
+
+        An array stays the same object until the next one.
+
+        Args:
+            rows: Numbers of the snapshots, rising; None: all.
+        """
+        chosen = np.arange(len(self)) if rows is None else np.asarray(rows, np.int64)
+        newest = {
+            key: (np.searchsorted([time for time, _ in kept], self.times[chosen], side="right") - 1).tolist()
+            for key, kept in self._arrays.items()
+        }
         texts = self._texts_by_row()
-        for row, (time, tick) in enumerate(zip(self._times, self._ticks, strict=True)):
-            arrays = [(key, _full(rows)) for key, rows in due[time] if rows.ndim == 2]
+        made: dict[str, tuple[_Rows, Any]] = {}  # last kept and as a snapshot has it, by key
+        for number, row in enumerate(chosen.tolist()):
+            for key, places in newest.items():
+                values = self._arrays[key][places[number]][1]
+                if places[number] >= 0 and (key not in made or made[key][0] is not values):
+                    made[key] = values, _full(values)
+            arrays = [(key, full) for key, (_, full) in made.items()]
             yield Snapshot(
-                time=time,
-                tick=tick,
-                pose_arrays={key: rows for key, rows in arrays if rows.shape[1] != _STATE},
-                state_arrays={key: rows for key, rows in arrays if rows.shape[1] == _STATE},
-                integer_arrays={key: rows.astype(np.int64, copy=False) for key, rows in due[time] if rows.ndim == 1},
+                time=self._times[row],
+                tick=self._ticks[row],
+                pose_arrays={key: full for key, full in arrays if full.ndim == 2 and full.shape[1] != _STATE},
+                state_arrays={key: full for key, full in arrays if full.ndim == 2 and full.shape[1] == _STATE},
+                integer_arrays={key: full for key, full in arrays if full.ndim == 1},
                 strings=texts[row],
                 **{field: Columns(table, self._blocks[field][row]) for field, table in self._tables.items()},
             )
@@ -254,15 +297,25 @@ class Recording:
         ends = [*(row for row, _ in self._texts[1:]), len(self._times)]
         return [texts for (first, texts), last in zip(self._texts, ends, strict=False) for _ in range(first, last)]
 
-    @staticmethod
-    def _add_array(kept: list[tuple[float, _Rows]], time: float, values: _Rows, is_long: bool) -> None:
+    def _add_array(self, key: str, time: float, values: _Rows, bulk: bool, is_state: bool) -> None:
+        """Keep an array; long ones and states only if they are due (`bulk`), and when they are the first."""
+        kept, given = self._arrays.setdefault(key, []), values
+        is_long = is_state or is_bulk(key, len(values))
+        if kept and is_long and not bulk:
+            return
+        if kept and not given.flags.writeable and self._given.get(key) is given:
+            kept.append((time, kept[-1][1]))
+            return
+        self._given[key] = given
         if is_long and values.ndim == 2:
             is_upright = values.shape[1] != _STATE and bool((values[:, 3] == 1.0).all())
             values = (values[:, :3] if is_upright else values).astype(np.float32)
         elif values.flags.writeable or values.base is not None:
             values = values.copy()  # somebody may change it
-        if kept and np.array_equal(kept[-1][1], values):
-            values = kept[-1][1]  # nothing moved: share it
+        values.setflags(write=False)
+        before = kept[-1][1] if kept else None
+        if before is not None and before.shape == values.shape and before.tobytes() == values.tobytes():
+            values = before  # nothing moved: share it
         kept.append((time, values))
 
     def _kept_at(self, key: str, time: float) -> _Rows:
@@ -275,7 +328,7 @@ class Recording:
         """Drop the newest row."""
         time = self._times.pop()
         self._ticks.pop()
-        self._found = {}
+        self._given, self._found = {}, {}
         while self._texts and self._texts[-1][0] >= len(self._times):
             self._texts.pop()
         for kept in self._arrays.values():
@@ -288,7 +341,7 @@ class Recording:
             self._forget_all()
             return
         first, left = self._times[rows], len(self._times) - rows
-        self._found = {}
+        self._given, self._found = {}, {}
         del self._times[:rows], self._ticks[:rows]
         for block in self._blocks.values():
             block[:left] = block[rows : rows + left]
@@ -302,7 +355,7 @@ class Recording:
         self._tables = {field: Table(field) for field in FIELDS}
         self._blocks = {field: table.empty(0) for field, table in self._tables.items()}  # with room for more rows
         self._texts, self._arrays = [], {}
-        self._found = {}
+        self._given, self._found = {}, {}
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
@@ -347,10 +400,12 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
     return [(first, older[-1][1]), *newer] if older and not newer else newer
 
 
-def _full(rows: _Rows) -> FloatArray:
-    """Places as poses of shape (n, 7), all else as it is."""
+def _full(rows: _Rows) -> Any:
+    """Return places as poses of shape (n, 7), all else as it is."""
+    if rows.ndim == 1:
+        return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:
-        return rows.astype(np.float64)
+        return rows.astype(np.float64, copy=False)
     poses = np.zeros((len(rows), 7))
     poses[:, :3] = rows
     poses[:, 3] = 1.0

@@ -44,7 +44,7 @@ STRUCT_SCHEMAS: dict[str, str] = {
     "struct:SwerveModuleState": "double speed;Rotation2d angle",
 }
 """Schema text by name, parts before the whole; a test compares them with wpimath's own."""
-_COLUMNS = {POSE_ARRAY_TYPE: "x, y, z, qw, qx, qy, qz", STATE_ARRAY_TYPE: "speed, angle"}
+_COLUMNS = {POSE_ARRAY_TYPE: ("x", "y", "z", "qw", "qx", "qy", "qz"), STATE_ARRAY_TYPE: ("speed", "angle")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,10 +113,11 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
     Raises:
         ConfigError: Another shape.
     """
-    shape, columns = np.shape(rows), _COLUMNS[type_name]
-    if len(shape) != 2 or shape[1] != len(columns.split(",")):
-        raise ConfigError(f"{key}: {type_name} needs shape (n, {len(columns.split(','))}) as {columns}, got {shape}")
-    return np.asarray(rows, dtype="<f8").tobytes()
+    array, columns = np.asarray(rows, dtype="<f8"), _COLUMNS[type_name]
+    if array.ndim != 2 or array.shape[1] != len(columns):
+        names = ", ".join(columns)
+        raise ConfigError(f"{key}: {type_name} needs shape (n, {len(columns)}) as {names}, got {array.shape}")
+    return array.tobytes()
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:

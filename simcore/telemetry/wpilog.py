@@ -191,8 +191,13 @@ class WpilogSink:
         """
 
         def is_due(key: str, rows: FloatArray | IntArray) -> bool:
+            if self._arrays.get(key) is rows and not rows.flags.writeable:
+                return False  # this very array is what was written last: its bytes need not be compared
             is_so = held if key.startswith(_HELD) else bulk or not is_bulk(key, len(rows))
-            return (is_so or key not in self._entries) and not self._is_same(key, rows)
+            if is_so or key not in self._entries:
+                self._arrays[key] = rows
+                return True
+            return False
 
         for type_name, arrays in snapshot.struct_arrays:
             for key, rows in arrays.items():
@@ -219,13 +224,6 @@ class WpilogSink:
         records["head"], records["entry"], records["size"] = head, entries[columns], block[0].nbytes
         records["time"], records["value"] = micros, block
         self._buffer += records.tobytes()
-
-    def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
-        """Whether this very array is what was written last, so that its bytes need not be compared."""
-        if not rows.flags.writeable and self._arrays.get(key) is rows:
-            return True
-        self._arrays[key] = rows
-        return False
 
     def _append_changed(self, key: str, type_name: str, payload: bytes, micros: int) -> None:
         entry = self._entry(key, type_name, micros)
@@ -349,9 +347,15 @@ class LogColumn:
             raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_TYPES)}")
         return _TYPES[self.type][1](self.payload(row))
 
-    def row_at(self, time: float) -> int:
-        """The newest value at a time [s]; -1 before the first."""
-        return int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1
+    @property
+    def field(self) -> str | None:
+        """Field of a snapshot that has such values; None: none has."""
+        return _TYPES[self.type][0] if self.type in _TYPES else None
+
+    def rows_at(self, times: FloatArray) -> IntArray:
+        """Return the numbers of the newest values at some times [s], shape (n,); -1 before the first."""
+        rows: IntArray = np.searchsorted(self.times, times + 1e-9, side="right") - 1
+        return rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -362,7 +366,6 @@ class TelemetryLog:
     columns: Mapping[str, LogColumn]
     ends_early: bool
     """The last record is cut off, or what follows it is not a record."""
-    _latest: dict[str, tuple[int, Any]]
 
     @property
     def span(self) -> tuple[float, float]:
@@ -396,17 +399,12 @@ class TelemetryLog:
         return column.times, np.array([column.value(row) for row in range(len(column))], dtype=np.float64)
 
     def snapshot_at(self, time: float) -> Snapshot:
-        """Return what was known at a time [s], as the simulation published it.
-
-        A value stays the same object until the next one, so that a view sends it once.
-        """
+        """Return what was known at a time [s], as the simulation published it."""
         found: dict[str, dict[str, Any]] = {name: {} for name, _ in _TYPES.values()}
         for key, column in self.columns.items():
-            row = column.row_at(time) if column.type in _TYPES else -1
-            if row >= 0:
-                if key not in self._latest or self._latest[key][0] != row:
-                    self._latest[key] = (row, column.value(row))
-                found[_TYPES[column.type][0]][key] = self._latest[key][1]
+            (row,) = column.rows_at(np.array([time])).tolist()
+            if row >= 0 and column.field is not None:
+                found[column.field][key] = column.value(row)
         return Snapshot(time=time, tick=0, **found)
 
 
@@ -444,7 +442,7 @@ def read_log(path: str | Path) -> TelemetryLog:
     entries, ends_early = _scan(data, 12 + extra)
     if not entries:
         raise LogError(f"the log {str(path)!r} holds no record: its program was stopped before it wrote any")
-    return TelemetryLog(path, {entry.key: _column(entry, data) for entry in entries}, ends_early, {})
+    return TelemetryLog(path, {entry.key: _column(entry, data) for entry in entries}, ends_early)
 
 
 def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:

@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip("phoenix6")
 
-from simcore.phoenix6.swerve import _friction
 from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_config import SwerveModuleConfig
+from simcore.robotcode.makers.phoenix6.swerve import _friction
 
 KRAKEN = motor("Kraken X60 FOC")
 

@@ -22,7 +22,7 @@ from websockets.sync.client import connect
 from games.rebuilt import REBUILT
 from simcore import Match, RobotEntry
 from simcore.errors import OutputError
-from simcore.players.driven_robot import DriverInput, HandedOver
+from simcore.match.players.driven_robot import DriverInput, HandedOver
 from simcore.show.live_view import LiveView
 from simcore.show.view_driving import ViewDriving
 from simcore.show.view_server import LONGEST, MOST_VIEWERS, Guard, ViewServer

@@ -11,10 +11,10 @@ import pytest
 
 from games.rebuilt import REBUILT
 from simcore.cli import main
-from simcore.shooting.shot_files import table_page
-from simcore.shooting.shot_table import make_table
-from simcore.shooting.shot_task import ShotTask
 from simcore.show.report import chart, headline, paragraph, report_page, series, table
+from simcore.sweep.shot_files import table_page
+from simcore.sweep.shot_table import make_table
+from simcore.sweep.shot_task import ShotTask
 
 X = np.arange(1.0, 9.0)
 BLOCKS = [

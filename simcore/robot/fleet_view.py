@@ -1,0 +1,141 @@
+"""What telemetry shows of all robots of a match at once, from the records of the loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from simcore.loop.compiled import compiled, inlined
+from simcore.loop.robot_state import TARGET, Fleet, Records
+from simcore.robot.robot import Robot
+from simcore.robot.swerve_drive import NO_STATES, SwerveDrive
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["FleetView"]
+
+
+class FleetView:
+    """Poses, wheels and modules of robots, as arrays with a row each.
+
+    Args:
+        robots: All of them.
+    """
+
+    def __init__(self, robots: Sequence[Robot]) -> None:
+        self._robots, count = robots, len(robots)
+        soles = [robot.chassis.soles[:, :2] for robot in robots]
+        self._soles, self._first_sole = np.concatenate(soles), np.cumsum([0, *map(len, soles)])
+        modules = [len(robot.drive.wheel_records) * isinstance(robot.drive, SwerveDrive) for robot in robots]
+        self._first_module = np.cumsum([0, *modules])
+        self._spans = [
+            slice(end - size, end) for end, size in zip(self._first_module[1:].tolist(), modules, strict=True)
+        ]
+        self._has_targets = np.zeros(count, np.uint8)
+        self.places = np.empty((count, 7))
+        """Poses x, y, z, qw, qx, qy, qz, shape (n, 7)."""
+        self.heights = np.empty(count)
+        """Height of the lowest wheel over the floor [m], shape (n,)."""
+        self.slips = np.empty(count)
+        """Speed of the fastest sliding tire [m/s], shape (n,)."""
+        self.believed = np.zeros((count, 7))
+        """Poses where programs believe to be, to 1 mm and 1 mrad: a gyro's noise would change them at rest, too."""
+        self.module_states: list[FloatArray | None] = []
+        """Speed [m/s] and angle [rad] of the modules of each swerve drive, by encoder, to 1 mm/s and 1 mrad."""
+        self.module_setpoints: list[FloatArray | None] = []
+        """The same as they are wanted; no rows while nothing says it."""
+
+    def look(self, fleet: Fleet, bodies: Records) -> None:
+        """See where the robots are now, by the records of the loop."""
+        states, targets = np.empty((2, int(self._first_module[-1]), 2))
+        believed = np.array([robot.believed_pose for robot in self._robots])
+        _look(
+            fleet.robots, bodies, fleet.shafts, fleet.wheels, believed, self._soles, self._first_sole,
+            self._first_module, self.places, self.heights, self.slips, self.believed, states, targets,
+            self._has_targets,
+        )  # fmt: skip
+        states.setflags(write=False)
+        targets.setflags(write=False)
+        self.module_states = [states[span] if span.stop > span.start else None for span in self._spans]
+        self.module_setpoints = [
+            None if span.stop == span.start
+            else _settled(robot.module_setpoints) if robot.module_setpoints is not None
+            else targets[span] if has_targets else NO_STATES
+            for robot, span, has_targets in zip(self._robots, self._spans, self._has_targets.tolist(), strict=True)
+        ]  # fmt: skip
+
+
+def _settled(rows: FloatArray) -> FloatArray:
+    """Return states of modules as they are shown, shape (n, 2)."""
+    found = np.empty((len(rows), 2))
+    for number, (speed, angle) in enumerate(rows.tolist()):
+        found[number] = _shown_state(speed, angle)
+    found.setflags(write=False)
+    return found
+
+
+@inlined
+def _rounded(value: float, scale: float) -> float:
+    """Return a value to one part of a scale, without -0.0, which would be another value."""
+    rounded: float = np.rint(value * scale) / scale + 0.0
+    return rounded
+
+
+@compiled
+def _shown_state(speed: float, angle: float) -> tuple[float, float]:
+    """Return the state of a module to 1 mm/s and 1 mrad, with the angle within half a turn."""
+    return _rounded(speed, 1e3), _rounded(math.atan2(math.sin(angle), math.cos(angle)), 1e3)
+
+
+@compiled
+def _look(
+    robots: Records,
+    bodies: Records,
+    shafts: Records,
+    wheels: Records,
+    beliefs: FloatArray,
+    soles: FloatArray,
+    first_sole: IntArray,
+    first_module: IntArray,
+    places: FloatArray,
+    heights: FloatArray,
+    slips: FloatArray,
+    believed: FloatArray,
+    states: FloatArray,
+    targets: FloatArray,
+    has_targets: npt.NDArray[np.uint8],
+) -> None:
+    """Write what `FleetView` has of each robot."""
+    for number in range(len(robots)):
+        robot = robots[number]
+        body = bodies[robot["body"]]
+        pos, quat = body["pos"], body["quat"]
+        x, y, z, w = quat[0], quat[1], quat[2], quat[3]
+        place = places[number]
+        place[0], place[1], place[2] = pos[0], pos[1], pos[2]
+        place[3], place[4], place[5], place[6] = w, x, y, z
+        along, across = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)  # rise of its axes
+        height = math.inf
+        for k in range(first_sole[number], first_sole[number + 1]):
+            height = min(height, soles[k, 0] * along + soles[k, 1] * across + pos[2])
+        heights[number] = height
+        slip = 0.0
+        if robot["is_sliding"]:
+            for k in range(robot["first_wheel"], robot["last_wheel"]):
+                slip = max(slip, wheels[k]["slip"])
+        slips[number] = slip
+        yaw = _rounded(beliefs[number, 2], 1e3)
+        believed[number, 0], believed[number, 1] = _rounded(beliefs[number, 0], 1e3), _rounded(beliefs[number, 1], 1e3)
+        believed[number, 3], believed[number, 6] = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+        first, last = first_module[number], first_module[number + 1]
+        shaft = robot["first_shaft"]
+        is_told = last > first and robot["request"]["is_enabled"] and shafts[shaft]["request"]["mode"] == TARGET
+        has_targets[number] = is_told
+        for k in range(first, last):
+            wheel, azimuth = shafts[shaft + k - first], shafts[shaft + k - first + last - first]
+            speed = wheel["speed"] * wheel["model"]["known_radius"]
+            states[k, 0], states[k, 1] = _shown_state(speed, azimuth["position"])
+            if is_told:
+                targets[k, 0], targets[k, 1] = _shown_state(wheel["request"]["value"], azimuth["request"]["value"])
