@@ -156,7 +156,7 @@ def test_a_robot_from_the_file_is_an_ordinary_robot(read):
 @each(
     ("text", "said"),
     [
-        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
+        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: battery_resistance"),
         ("[start]\nyaw_deg = 90", "simcore.toml [start]: no key 'yaw_deg'. Did you mean 'heading_deg'? Known:"),
         ("[scatter]\nexit_sped = 1", "[scatter]: no key 'exit_sped'. Did you mean 'exit_speed'?"),
         ("[autos.left]\nstart = [1, 2, 3]\nspeed = 1", "[autos.'left']: no key 'speed'"),
