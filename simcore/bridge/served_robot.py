@@ -64,7 +64,7 @@ class ServedRobot(RobotTest):
         follows: bool = False,
     ) -> None:
         if season.clock_rate() != 1e6:
-            raise ConfigError("the bridge steps programs of WPILib 2026, and this is WPILib 2027: docs/java.md")
+            raise ConfigError("the bridge does not step programs of this WPILib: docs/java.md says of which season")
         settings = read_settings(file)
         require_ports(settings)
         AttachedPhysics.ownership = watch_program()
